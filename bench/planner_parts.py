@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from planner_oracles import topp2_time_by_middles, topp3_time
 
 from cnc_core.benchmarks.jerk_paths import Knots, by_length
 from cnc_core.blocks import CIRCULAR, ELEMENT, LINEAR, POLYNOMIAL, BlockBatch
@@ -24,6 +23,7 @@ from cnc_core.config import CellConfig
 from cnc_core.engine.jerk_planner import FloatArray
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from planner_oracles import topp2_time_by_middles, topp3_time
 
 # mm at the ends of lines, growth by the distance from them
 FINEST, GROWTH = 0.004, 0.06

@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 import toppra
-from planner_oracles import topp2_time
 
 from cnc_core.benchmarks.jerk_paths import Knots, by_length
 from cnc_core.config import CellConfig
 from cnc_core.engine.jerk_planner import FloatArray
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from planner_oracles import topp2_time
 
 WINDOWS = (30, 120, 190)
 TOLERANCE_MM = 0.01

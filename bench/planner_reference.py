@@ -11,10 +11,10 @@ import argparse
 import time
 
 import numpy as np
-from planner_oracles import topp2_time, topp3_time
 
 from cnc_core.benchmarks.jerk_paths import Knots, contour, raster_line
 from cnc_core.engine.jerk_planner import JerkPlanner, Limits, Topp2, run
+from planner_oracles import topp2_time, topp3_time
 
 WINDOWS = (30, 60, 120, 190)
 

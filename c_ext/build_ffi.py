@@ -95,7 +95,7 @@ def compile_args() -> tuple[list[str], list[str]]:
             "-fno-sanitize-recover=all",
         ]
         if "thread" in sanitize:
-            # it says that fences are not modelled: docs/reliability.md
+            # it says that fences are not modelled: docs/explanation/reliability.md
             args.append("-Wno-tsan")
         link.append(f"-fsanitize={sanitize}")
     return args, link

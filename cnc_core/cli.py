@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import typer
 
@@ -17,6 +17,17 @@ from hli.errors import HliError
 from . import commands  # noqa: F401  (registers them)
 from .commands.console import app, emit, emitted, say_error
 from .errors import CncError
+
+
+@runtime_checkable
+class WrongUsage(Protocol):
+    """An error of the command-line parser, whichever package it comes from."""
+
+    exit_code: int
+
+    def show(self) -> None:
+        """Print the error and the usage."""
+        ...
 
 
 def main() -> None:
@@ -64,9 +75,9 @@ def _failed(error: Exception) -> int:
     has printed something already.
     """
     # wrong usage, found by the command-line parser
-    if hasattr(error, "show") and hasattr(error, "exit_code"):
+    if isinstance(error, WrongUsage):
         error.show()
-        return int(error.exit_code)
+        return error.exit_code
     if not isinstance(error, CncError | HliError | OSError | ValueError):
         raise error
     numbered = _numbered(error)

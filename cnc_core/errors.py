@@ -2,7 +2,7 @@
 
 Vendor numbers are used where they are public (companion specifications, "DG"
 pages); everything else lies in our own range 900000..909999.  The table is
-printed into the docs by ``docs/errors.md`` and checked for completeness by a
+printed into the docs by ``docs/reference/errors.md`` and checked for completeness by a
 test.
 """
 
@@ -284,7 +284,10 @@ ERRORS: dict[int, str] = {
     909161: "homing: the mode is not known, or the simulated drive does not have it",
     909170: "restart: the program does not come to this place",
     909172: "RESUME_T: no T has been executed in this program",
-    909174: "M_GORETRACE: the path goes on meanwhile, the macro cannot move axes, put out functions or wait",
+    909174: (
+        "M_GORETRACE: the path goes on meanwhile, "
+        "the macro cannot move axes, put out functions or wait"
+    ),
     909173: "the program does not end, what follows is not executed",
     # our own: files, configuration, machine
     901001: "file not found",

@@ -7,7 +7,7 @@ holds these rules.  The C header of the engine, the ST types and the JSON
 description are generated from this module, which imports ctypes alone because
 the build runs it before anything is installed.
 
-Names are the manual's names; those marked (reconstructed) in ``docs/hli.md``
+Names are the manual's names; those marked (reconstructed) in ``docs/reference/hli.md``
 have no public source. Units: positions and distances 0.1 um, angles rad, speeds
 1 um/s, times us, unless a member says otherwise.
 """

@@ -12,12 +12,9 @@
  * leaves its chord over h by at most m h^2/8.
  */
 #include "curve/curve.h"
+#include "curve/tuning.h"
 #include <math.h>
 #include <string.h>
-
-#define SHARE_LEFT                                                             \
-    0.3 /* of E in the middle must be left as its lower bound                  \
-         */
 
 enum {
     FIRST = CURVE_ORDER - 1,
@@ -168,7 +165,8 @@ INLINE bool certify(const struct curve *curve,
     double e1 = sums.d1 * inv;
     double e2 = sums.d2 * inv;
     for (int i = 0; i < curve->axes; i++) {
-        third[i] = fourth[i] = 0.0;
+        third[i] = 0.0;
+        fourth[i] = 0.0;
         if (!(curve->moving >> i & 1)) {
             continue;
         }

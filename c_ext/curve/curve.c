@@ -1,22 +1,8 @@
 /* Polynomial by arc length: cells, quadrature, inversion. */
 #include "curve/curve.h"
+#include "curve/tuning.h"
 #include <math.h>
 #include <string.h>
-
-#define QUADRATURE                                                             \
-    1e-11 /* mm a cell's length may change when it is halved, and relative to  \
-             the length */
-#define SPEED_RATIO                                                            \
-    3.0 /* of largest to smallest speed in a cell, so that the inversion       \
-           converges */
-#define CELL_TURN 0.35 /* rad, and ... */
-#define CELL_BEND                                                              \
-    0.3 /* ... share of its largest curvature that a cell should not exceed:   \
-           limits are constant per cell */
-#define SHORT_CELL                                                             \
-    0.01            /* mm; shorter cells are not cut for the sake of limits */
-#define STANDS 1e-9 /* mm or degrees an axis moves at most that rests */
-#define LIMIT_CELLS 12 /* cells cut for the sake of limits */
 
 /* Nodes and weights of the 8-point Gauss rule on -1..1. */
 static const double NODE[4] = {0.1834346424956498,
@@ -142,7 +128,8 @@ double curve_length_to(const struct curve *curve, double parameter) {
     }
     double low = 0.0;
     double high = 0.0;
-    return curve->s[i] + integrate(curve, curve->w[i], parameter, &low, &high);
+    double part = integrate(curve, curve->w[i], parameter, &low, &high);
+    return curve->s[i] + part;
 }
 
 /* Length between two parameters where the speed changes little: four points. */
@@ -243,7 +230,8 @@ void curve_third(const struct curve *curve, double parameter, double *d3) {
     for (int i = 0; i < curve->axes; i++) {
         double d1 = first[i] / v;
         double d2 = (second[i] - v1 * d1) / vv;
-        d3[i] = (third[i] - v2 * d1 - 3.0 * v * v1 * d2) / (v * vv);
+        double remainder = third[i] - v2 * d1 - 3.0 * v * v1 * d2;
+        d3[i] = remainder / (v * vv);
     }
 }
 
@@ -288,7 +276,8 @@ static void judge(const struct curve *curve, struct cell *cell) {
     double speed_to = speed(curve, cell->to);
     low = fmin(low, fmin(speed_from, speed_to));
     high = fmax(high, fmax(speed_from, speed_to));
-    cell->wrong = cell->coarse = 0.0;
+    cell->wrong = 0.0;
+    cell->coarse = 0.0;
     if (!(low > 0.0) || !(cell->length > 0.0)) {
         cell->wrong = 1e30;
         return;
@@ -336,8 +325,11 @@ static bool cut_cells(const struct curve *curve,
         if (*count == CURVE_CELLS) {
             return false;
         }
-        memmove(&cells[i + 1], &cells[i], sizeof *cells * (size_t)(*count - i));
-        cells[i].to = cells[i + 1].from = 0.5 * (cells[i].from + cells[i].to);
+        size_t behind = (size_t)(*count - i);
+        memmove(&cells[i + 1], &cells[i], sizeof *cells * behind);
+        double middle = 0.5 * (cells[i].from + cells[i].to);
+        cells[i].to = middle;
+        cells[i + 1].from = middle;
         judge(curve, &cells[i]);
         judge(curve, &cells[i + 1]);
     }
@@ -377,7 +369,8 @@ static bool set_cells(struct curve *curve) {
         return false;
     }
     curve->cells = (uint8_t)count;
-    curve->w[0] = curve->s[0] = 0.0;
+    curve->w[0] = 0.0;
+    curve->s[0] = 0.0;
     for (int i = 0; i < count; i++) {
         curve->w[i + 1] = cells[i].to;
         curve->s[i + 1] = curve->s[i] + cells[i].length;
@@ -424,11 +417,11 @@ bool curve_build_by_length(struct curve *curve,
 static double hermite_guess(const struct curve *curve, int i, double s) {
     double length = curve->s[i + 1] - curve->s[i];
     double t = (s - curve->s[i]) / length;
-    double rest = 1.0 - t;
-    return curve->w[i] * rest * rest * (1.0 + 2.0 * t)
-           + curve->w[i + 1] * t * t * (1.0 + 2.0 * rest)
-           + length * t * rest
-                 * (curve->dwds[i] * rest - curve->dwds[i + 1] * t);
+    double remainder = 1.0 - t;
+    return curve->w[i] * remainder * remainder * (1.0 + 2.0 * t)
+           + curve->w[i + 1] * t * t * (1.0 + 2.0 * remainder)
+           + length * t * remainder
+                 * (curve->dwds[i] * remainder - curve->dwds[i + 1] * t);
 }
 
 /* Normalised parameter 0..1 at arc length s. */

@@ -16,12 +16,9 @@
 #include "engine/plan/pump.h"
 #include "engine/state/memory.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "engine/threads.h"
 #include "hli/sync.h"
-
-#define TURN_SPIN_NS                                                           \
-    500000 /* a PLC scan in Python takes some 10 us, a futex wake across cores \
-              about 20 */
 
 static uint64_t power_of_two(uint64_t count) {
     uint64_t p = 1;
@@ -35,53 +32,55 @@ static bool allocate(struct engine *engine) {
     uint64_t behind =
         engine->cfg.log_max < 65536u ? engine->cfg.log_max : 65536u;
     uint64_t kept = engine->cfg.fb_storage_size / STORE_BYTES;
-    engine->store_kept = kept < STORE_KEPT_MAX ? kept : STORE_KEPT_MAX;
+    engine->store.kept = kept < STORE_KEPT_MAX ? kept : STORE_KEPT_MAX;
     uint64_t stored =
-        power_of_two(engine->store_kept + KEPT_BEHIND + STORE_AHEAD);
-    uint64_t elements = power_of_two(2
-                                     * (behind + engine->store_kept > PIECE_RING
-                                            ? behind + engine->store_kept
-                                            : PIECE_RING));
-    engine->element_mask = elements - 1;
-    engine->store_mask = stored - 1;
-    engine->store = calloc(stored, sizeof(struct piece));
-    engine->plan.tail_max =
-        (spans_max(engine) + 1u) * (engine->cfg.window + 64);
-    if (!drive_new(engine) || !foresight_new(engine) || !spans_new(engine)) {
+        power_of_two(engine->store.kept + KEPT_BEHIND + STORE_AHEAD);
+    uint64_t elements =
+        power_of_two(2
+                     * (behind + engine->store.kept > RUN_RING_MAX
+                            ? behind + engine->store.kept
+                            : RUN_RING_MAX));
+    engine->store.element_mask = elements - 1;
+    engine->store.mask = stored - 1;
+    engine->store.pieces = calloc(stored, sizeof(struct piece));
+    engine->commit.tail_max =
+        (spans_max(&engine->cfg) + 1u) * (engine->cfg.window + 64);
+    if (!jerk_adapter_new(engine) || !prediction_new(engine)
+        || !spans_new(engine)) {
         return false;
     }
-    engine->elements = calloc(elements, sizeof(struct element));
+    engine->store.elements = calloc(elements, sizeof(struct element));
     uint64_t run = power_of_two(engine->cfg.window + RUN_MORE);
-    engine->piece_mask = (run < PIECE_RING ? run : PIECE_RING) - 1;
-    engine->pieces = calloc(engine->piece_mask + 1, sizeof(struct piece));
-    if (!zones_new(engine)) {
+    engine->run.mask = (run < RUN_RING_MAX ? run : RUN_RING_MAX) - 1;
+    engine->run.pieces = calloc(engine->run.mask + 1, sizeof(struct piece));
+    if (!corner_zones_new(engine)) {
         return false;
     }
-    engine->curves = calloc(stored, sizeof(struct curve));
-    engine->phase_ring = calloc(PHASE_RING, sizeof(phase));
+    engine->store.curves = calloc(stored, sizeof(struct curve));
+    engine->commit.ring = calloc(PHASE_RING, sizeof(phase));
     for (int i = 0; i < 2; i++) {
-        engine->plan.tails[i].phases =
-            calloc(engine->plan.tail_max, sizeof(phase));
+        engine->commit.tails[i].phases =
+            calloc(engine->commit.tail_max, sizeof(phase));
     }
-    if (!engine->elements || !engine->store || !engine->pieces
-        || !engine->curves || !engine->phase_ring
-        || !engine->plan.tails[0].phases || !engine->plan.tails[1].phases) {
+    if (!engine->store.elements || !engine->store.pieces || !engine->run.pieces
+        || !engine->store.curves || !engine->commit.ring
+        || !engine->commit.tails[0].phases || !engine->commit.tails[1].phases) {
         return false;
     }
-    memory_large(engine->store, stored * sizeof(struct piece));
-    memory_large(engine->curves, stored * sizeof(struct curve));
-    memory_touch(engine->pieces,
-                 (engine->piece_mask + 1) * sizeof(struct piece));
-    memory_touch(engine->plan.corners,
-                 (engine->piece_mask + 1) * sizeof(struct used_corner));
-    memory_touch(engine->phase_ring, PHASE_RING * sizeof(phase));
+    memory_large(engine->store.pieces, stored * sizeof(struct piece));
+    memory_large(engine->store.curves, stored * sizeof(struct curve));
+    memory_touch(engine->run.pieces,
+                 (engine->run.mask + 1) * sizeof(struct piece));
+    memory_touch(engine->accel.corners,
+                 (engine->run.mask + 1) * sizeof(struct used_corner));
+    memory_touch(engine->commit.ring, PHASE_RING * sizeof(phase));
     return true;
 }
 
 static void attach_segment(struct engine *engine, void *segment) {
-    engine->segment = segment;
-    engine->channel = &engine->segment->channel[engine->cfg.channel];
-    engine->side = &engine->segment->sidecar;
+    engine->hli.segment = segment;
+    engine->hli.channel = &engine->hli.segment->channel[engine->cfg.channel];
+    engine->hli.side = &engine->hli.segment->sidecar;
     publish_initial(engine);
 }
 
@@ -92,26 +91,28 @@ struct engine *engine_new(const engine_config *config, void *segment) {
     }
     engine->cfg = *config;
     engine->planner =
-        drive_wanted(config) ? &jerk_limited_planner : &accel_planner;
+        jerk_adapter_wanted(config) ? &jerk_limited_planner : &accel_planner;
     engine->traits = engine->planner->traits;
     if (!allocate(engine)) {
         engine_free(engine);
         return NULL;
     }
-    memcpy(engine->last_end, config->start, sizeof engine->last_end);
-    limits_reset(engine);
-    memcpy(engine->element_end, config->start, sizeof engine->element_end);
+    memcpy(engine->push.last_end, config->start, sizeof engine->push.last_end);
+    limits_reset(&engine->push);
+    memcpy(engine->push.element_end,
+           config->start,
+           sizeof engine->push.element_end);
     memcpy(engine->geo.position, config->start, sizeof engine->geo.position);
     engine->plan.reserve_override = 1.0;
-    engine->plan.override = engine->override_now = 1.0;
-    engine->plan.rapid = engine->rapid_now = 1.0;
+    engine->plan.override = engine->orders.override = 1.0;
+    engine->plan.rapid = engine->orders.rapid = 1.0;
     engine->geo.piece = UINT64_MAX;
-    engine->feed.dir = 1;
-    engine->feed.at = -1.0;
-    engine->ext_speed = engine->plan.ext_speed = NEVER;
-    engine->program_active = engine->units_cleared = 1;
-    engine->mode = 2;
-    engine->mode_state = 4;
+    engine->dispatch.dir = 1;
+    engine->dispatch.at = -1.0;
+    engine->orders.ext_speed = engine->plan.ext_speed = NEVER;
+    engine->program.active = engine->technology.units_cleared = 1;
+    engine->modes.mode = 2;
+    engine->modes.state = 4;
     if (segment) {
         attach_segment(engine, segment);
     }
@@ -128,67 +129,68 @@ void engine_free(struct engine *engine) {
         free(engine->log.chunk[i]);
     }
     for (int i = 0; i < 2; i++) {
-        free(engine->plan.tails[i].phases);
+        free(engine->commit.tails[i].phases);
     }
-    free(engine->elements);
+    free(engine->store.elements);
     external_free(engine);
-    drive_free(engine);
-    foresight_free(engine);
-    spans_free(engine);
-    free(engine->store);
-    free(engine->pieces);
-    free(engine->plan.corners);
-    free(engine->curves);
-    free(engine->phase_ring);
+    jerk_adapter_free(engine);
+    prediction_free(engine);
+    spans_free(&engine->accel);
+    free(engine->store.pieces);
+    free(engine->run.pieces);
+    free(engine->accel.corners);
+    free(engine->store.curves);
+    free(engine->commit.ring);
     free(engine->log.items);
-    free(engine->record);
-    free(engine->m_synch.synch);
-    free(engine->m_synch.pre);
-    free(engine->h_synch.synch);
-    free(engine->h_synch.pre);
+    free(engine->recording.samples);
+    free(engine->technology_rows.m_synch.synch);
+    free(engine->technology_rows.m_synch.pre);
+    free(engine->technology_rows.h_synch.synch);
+    free(engine->technology_rows.h_synch.pre);
     free(engine);
 }
 
 void engine_stay(struct engine *engine, int stay) {
-    ATOMIC_SET(engine->stay, stay);
+    ATOMIC_SET(engine->program.stay, stay);
 }
 
 void engine_hold_start(struct engine *engine, int hold) {
-    ATOMIC_SET(engine->hold_start, hold);
+    ATOMIC_SET(engine->program.hold_start, hold);
 }
 
 int engine_record(struct engine *engine, int64_t rows) {
-    engine->record =
+    engine->recording.samples =
         calloc((size_t)rows,
                sizeof(double) * (size_t)(engine->cfg.axis_count + 4));
-    engine->record_rows = engine->record ? rows : 0;
-    return engine->record ? 0 : -1;
+    engine->recording.rows = engine->recording.samples ? rows : 0;
+    return engine->recording.samples ? 0 : -1;
 }
 
 int64_t engine_record_take(struct engine *engine,
                            double *out,
                            int64_t max_rows) {
     size_t width = (size_t)engine->cfg.axis_count + 4;
-    int64_t head = ATOMIC_GET(engine->record_head), tail = engine->record_tail,
-            count = 0;
+    int64_t head = ATOMIC_GET(engine->recording.head),
+            tail = engine->recording.tail, count = 0;
     for (; tail < head && count < max_rows; tail++, count++) {
         memcpy(out + (size_t)count * width,
-               engine->record + (size_t)(tail % engine->record_rows) * width,
+               engine->recording.samples
+                   + (size_t)(tail % engine->recording.rows) * width,
                width * sizeof(double));
     }
-    ATOMIC_SET(engine->record_tail, tail);
+    ATOMIC_SET(engine->recording.tail, tail);
     return count;
 }
 
-static bool record_full(const struct engine *engine) {
-    return engine->record
-           && engine->record_head - engine->record_tail >= engine->record_rows;
+static bool record_full(const struct recording *recording) {
+    return recording->samples
+           && recording->head - recording->tail >= recording->rows;
 }
 
 void engine_set_override(struct engine *engine, double factor, int hold) {
-    __atomic_store(&engine->override_now, &factor, __ATOMIC_RELEASE);
-    __atomic_store(&engine->rapid_now, &factor, __ATOMIC_RELEASE);
-    ATOMIC_SET(engine->hold_now, hold);
+    __atomic_store(&engine->orders.override, &factor, __ATOMIC_RELEASE);
+    __atomic_store(&engine->orders.rapid, &factor, __ATOMIC_RELEASE);
+    ATOMIC_SET(engine->orders.hold, hold);
 }
 
 void engine_time(struct engine *engine,
@@ -196,53 +198,54 @@ void engine_time(struct engine *engine,
                  int64_t *late_ns,
                  int64_t *rehearsal_ns,
                  int64_t rows) {
-    engine->cycle_ns = cycle_ns;
-    engine->late_ns = late_ns;
-    engine->rehearsal_ns = rehearsal_ns;
-    engine->timed_rows = rows;
+    engine->timing.cycle_ns = cycle_ns;
+    engine->timing.late_ns = late_ns;
+    engine->timing.rehearsal_ns = rehearsal_ns;
+    engine->timing.rows = rows;
 }
 
 int64_t engine_timed(const struct engine *engine) {
-    return ATOMIC_GET(engine->timed);
+    return ATOMIC_GET(engine->timing.done);
 }
 
 void engine_stall_planner(struct engine *engine, int stalled) {
-    ATOMIC_SET(engine->plan.stalled, stalled);
+    ATOMIC_SET(engine->commit.stalled, stalled);
 }
 
 void engine_set_phase(struct engine *engine, uint32_t phase) {
-    if (engine->side) {
-        store_u32_release(&engine->side->cnc.phase, phase);
+    if (engine->hli.side) {
+        store_u32_release(&engine->hli.side->cnc.phase, phase);
     }
 }
 
 void engine_expect_cycle(struct engine *engine) {
-    ATOMIC_SET(engine->blocks_from, ATOMIC_GET(engine->geo.cycle) + 1);
+    ATOMIC_SET(engine->program.blocks_from, ATOMIC_GET(engine->geo.cycle) + 1);
 }
 
 int engine_take_command(struct engine *engine, struct engine_command *out) {
-    if (engine->command_tail >= ATOMIC_GET(engine->command_head)) {
+    if (engine->path_commands.tail >= ATOMIC_GET(engine->path_commands.head)) {
         return 0;
     }
-    *out = engine->commands[engine->command_tail % COMMANDS_MAX];
-    ATOMIC_SET(engine->command_tail, engine->command_tail + 1);
+    *out = engine->path_commands
+               .entries[engine->path_commands.tail % COMMANDS_MAX];
+    ATOMIC_SET(engine->path_commands.tail, engine->path_commands.tail + 1);
     return 1;
 }
 
-static bool plc_attached(const struct engine *engine) {
-    return engine->side && load_u32_acquire(&engine->side->plc.attached);
+static bool plc_attached(const struct shared_areas *hli) {
+    return hli->side && load_u32_acquire(&hli->side->plc.attached);
 }
 
 /* Lockstep: may the next cycle run? Waits for the PLC's scan, at most wait_ns.
  */
 static bool plc_allows(struct engine *engine, int64_t wait_ns) {
-    if (engine->cfg.clock != HLI_CLOCK_LOCKSTEP || !engine->side) {
+    if (engine->cfg.clock != HLI_CLOCK_LOCKSTEP || !engine->hli.side) {
         return true;
     }
-    if (!plc_attached(engine)) {
+    if (!plc_attached(&engine->hli)) {
         return false;
     }
-    return hs_word_wait(&engine->side->plc_turn,
+    return hs_word_wait(&engine->hli.side->plc_turn,
                         (uint32_t)engine->geo.cycle + 1,
                         TURN_SPIN_NS,
                         wait_ns)
@@ -252,12 +255,12 @@ static bool plc_allows(struct engine *engine, int64_t wait_ns) {
 /* The PLC waits for the cycle it has allowed; in lockstep only that one is
  * worth a wake. */
 static void tell_plc(struct engine *engine) {
-    if (!engine->side) {
+    if (!engine->hli.side) {
         return;
     }
-    HLI_SIDE_WORD *side_word = &engine->side->cnc_turn;
+    HLI_SIDE_WORD *side_word = &engine->hli.side->cnc_turn;
     bool due = engine->cfg.clock != HLI_CLOCK_LOCKSTEP
-               || load_u32_acquire(&engine->side->plc_turn.word)
+               || load_u32_acquire(&engine->hli.side->plc_turn.word)
                       == (uint32_t)engine->geo.cycle;
     if (due) {
         hs_word_post(side_word, (uint32_t)engine->geo.cycle);
@@ -272,7 +275,7 @@ int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
         if (event >= 0) {
             return event;
         }
-        if (record_full(engine)) {
+        if (record_full(&engine->recording)) {
             return ENGINE_RECORD_FULL;
         }
         if (!plc_allows(engine, wait_ns)) {
@@ -282,7 +285,7 @@ int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
             return ENGINE_PLC_FINISHED; /* looked at where the PLC's scan has
                                            ended: same in every run */
         }
-        foresight_plan(engine, planner_pump(engine) != 0);
+        prediction_plan(engine, planner_pump(engine) != 0);
         geo_cycle(engine);
         tell_plc(engine);
     }
@@ -296,35 +299,35 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->speed = geo_path_speed(engine);
     out->cycle = engine->geo.cycle;
     out->element = engine->geo.active;
-    out->elements = engine->element_head;
-    out->overruns = engine->overruns;
-    out->requests_mode1 = ATOMIC_GET(engine->requests_mode1);
-    out->requests_mode2 = ATOMIC_GET(engine->requests_mode2);
-    out->requests_bad = ATOMIC_GET(engine->requests_bad);
-    out->bad_commands = engine->bad_commands;
-    out->plan_cpu_s = engine->plan.cpu_s;
-    out->motion_time_s = engine->plan.committed_s;
-    out->phases = engine->plan.phases;
+    out->elements = engine->store.element_head;
+    out->overruns = engine->timing.overruns;
+    out->requests_mode1 = ATOMIC_GET(engine->service.requests_mode1);
+    out->requests_mode2 = ATOMIC_GET(engine->service.requests_mode2);
+    out->requests_bad = ATOMIC_GET(engine->service.requests_bad);
+    out->bad_commands = engine->orders.bad;
+    out->plan_cpu_s = engine->commit.cpu_s;
+    out->motion_time_s = engine->commit.committed_s;
+    out->phases = engine->commit.phases;
     out->fault = engine->fault;
-    out->log_dropped = engine->log_dropped;
-    out->log_ignored_areas = engine->log_ignored_areas;
-    out->log_stray_params = engine->log_stray_params;
-    out->log_on_closed = engine->log_on_closed;
-    out->log_disabled = engine->log_disabled;
-    out->program_end = engine->program_end;
-    out->plc_attached = plc_attached(engine);
-    out->record_lost = engine->record_lost;
-    out->techno_functions = engine->techno_functions;
-    out->techno_unseen = engine->techno_unseen;
-    out->techno_wait_cycles = engine->techno_wait_cycles;
+    out->log_dropped = engine->log.dropped;
+    out->log_ignored_areas = engine->log.ignored_areas;
+    out->log_stray_params = engine->log.stray_params;
+    out->log_on_closed = engine->log.on_closed;
+    out->log_disabled = engine->log.disabled;
+    out->program_end = engine->program.end;
+    out->plc_attached = plc_attached(&engine->hli);
+    out->record_lost = engine->recording.lost;
+    out->techno_functions = engine->technology.functions;
+    out->techno_unseen = engine->technology.unseen;
+    out->techno_wait_cycles = engine->technology.wait_cycles;
     out->waiting_techno = engine->geo.waiting_techno;
-    out->infeasible = engine->plan.infeasible;
-    uint64_t done = ATOMIC_GET(engine->store_done);
-    out->rows_taken = engine->rows_taken;
-    out->row_done = done > 0 ? store_at(engine, done - 1)->row : 0;
-    out->halt_row = engine->halt_row;
-    out->halt_s = engine->halt_s;
-    out->halt_whole = engine->halt_whole;
-    out->mode_warnings = engine->mode_warnings;
-    out->errors_lost = engine->errors_lost;
+    out->infeasible = engine->commit.infeasible;
+    uint64_t done = ATOMIC_GET(engine->store.done);
+    out->rows_taken = engine->push.rows_taken;
+    out->row_done = done > 0 ? store_at(&engine->store, done - 1)->row : 0;
+    out->halt_row = engine->program.halt_row;
+    out->halt_s = engine->program.halt_s;
+    out->halt_whole = engine->program.halt_whole;
+    out->mode_warnings = engine->modes.warnings;
+    out->errors_lost = engine->errors.lost;
 }

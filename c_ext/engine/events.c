@@ -8,22 +8,26 @@
 /* Preparation is wanted when less than a good window is ahead of the planner.
  */
 static bool needs_blocks(struct engine *engine) {
-    if (!ATOMIC_GET(engine->program_active) || ATOMIC_GET(engine->finished)
-        || ATOMIC_GET(engine->expect_drain)) {
+    if (!ATOMIC_GET(engine->program.active)
+        || ATOMIC_GET(engine->program.finished)
+        || ATOMIC_GET(engine->program.expect_drain)) {
         return false;
     }
-    if (ATOMIC_GET(engine->geo.cycle) < ATOMIC_GET(engine->blocks_from)) {
+    if (ATOMIC_GET(engine->geo.cycle)
+        < ATOMIC_GET(engine->program.blocks_from)) {
         return false;
     }
-    uint64_t ahead = engine->element_head - ATOMIC_GET(engine->geo.active);
-    return ring_has_room(engine)
+    uint64_t ahead =
+        engine->store.element_head - ATOMIC_GET(engine->geo.active);
+    return store_has_room(engine)
            && (ahead < 2u * engine->cfg.window + 256u
-               || engine->store_head - ATOMIC_GET(engine->store_done) < 1024u);
+               || engine->store.head - ATOMIC_GET(engine->store.done) < 1024u);
 }
 
 bool plc_finished(const struct engine *engine) {
-    return ATOMIC_GET(engine->program_end) && !ATOMIC_GET(engine->stay)
-           && engine->side && load_u32_acquire(&engine->side->plc.finished);
+    return ATOMIC_GET(engine->program.end) && !ATOMIC_GET(engine->program.stay)
+           && engine->hli.side
+           && load_u32_acquire(&engine->hli.side->plc.finished);
 }
 
 /* What preparation or the cell has to know, in order of urgency; -1 if nothing.
@@ -32,32 +36,32 @@ int pending_event(struct engine *engine) {
     if (engine->fault) {
         return ENGINE_FAULT;
     }
-    if (ATOMIC_GET(engine->mode_pending)) {
+    if (ATOMIC_GET(engine->modes.pending)) {
         return ENGINE_MODE_COMMAND;
     }
-    if (ATOMIC_GET(engine->plc_error_id)) {
+    if (ATOMIC_GET(engine->errors.plc_id)) {
         return ENGINE_PLC_ERROR;
     }
-    if (ATOMIC_GET(engine->watchdog_event)) {
-        ATOMIC_SET(engine->watchdog_event, 0);
+    if (ATOMIC_GET(engine->watchdog.event)) {
+        ATOMIC_SET(engine->watchdog.event, 0);
         return ENGINE_WATCHDOG;
     }
-    if (ATOMIC_GET(engine->retraced_event)) {
-        ATOMIC_SET(engine->retraced_event, 0);
+    if (ATOMIC_GET(engine->retracing.event)) {
+        ATOMIC_SET(engine->retracing.event, 0);
         return ENGINE_RETRACED;
     }
-    if (ATOMIC_GET(engine->expect_drain)
-        && ATOMIC_GET(engine->geo.cycle) >= engine->drain_from
-        && ATOMIC_GET(engine->store_done) >= engine->drain_at
+    if (ATOMIC_GET(engine->program.expect_drain)
+        && ATOMIC_GET(engine->geo.cycle) >= engine->program.drain_from
+        && ATOMIC_GET(engine->store.done) >= engine->program.drain_at
         && geo_drained(engine)) {
-        ATOMIC_SET(engine->expect_drain, 0);
+        ATOMIC_SET(engine->program.expect_drain, 0);
         return ENGINE_DRAINED;
     }
-    if (ATOMIC_GET(engine->program_end) && !engine->end_reported) {
-        engine->end_reported = 1;
+    if (ATOMIC_GET(engine->program.end) && !engine->program.end_reported) {
+        engine->program.end_reported = 1;
         return ENGINE_PROGRAM_END;
     }
-    if (engine->threads_started && plc_finished(engine)) {
+    if (engine->threads.started && plc_finished(engine)) {
         return ENGINE_PLC_FINISHED;
     }
     if (needs_blocks(engine)) {

@@ -14,7 +14,7 @@
 #define BURSTS 13
 
 typedef struct scheduler {
-    engine *e; /* NULL: nothing is switched */
+    struct engine *engine; /* NULL: nothing is switched */
     uint64_t random;
     int64_t left; /* accesses until the other side runs */
     int64_t cycles, end;
@@ -33,14 +33,14 @@ static uint64_t draw(uint64_t n) {
 
 static void run_geo(void) {
     if (now.rehearse) {
-        geo_rehearse(now.e);
+        geo_rehearse(now.engine);
     }
-    geo_cycle(now.e);
+    geo_cycle(now.engine);
     now.cycles++;
 }
 
 static void run_planner(void) {
-    foresight_plan(now.e, planner_pump(now.e) != 0);
+    prediction_plan(now.engine, planner_pump(now.engine) != 0);
 }
 
 /* Mostly a cycle or two; now and then as many as pass while the planner gets no
@@ -59,7 +59,7 @@ static void other_side(void) {
         run_geo();
     }
     if (draw(4) == 0) {
-        serve_request(now.e);
+        serve_request(now.engine);
     }
 }
 
@@ -69,7 +69,7 @@ static void next_switch(void) {
 }
 
 void interleave(void) {
-    if (!now.e || now.switched || now.left-- > 0) {
+    if (!now.engine || now.switched || now.left-- > 0) {
         return;
     }
     now.switched = true;
@@ -89,7 +89,7 @@ static void turn(void) {
     }
     now.switched = true;
     if (draw(3) == 0) {
-        serve_request(now.e);
+        serve_request(now.engine);
     }
     if (draw(2) == 0) {
         return;
@@ -101,16 +101,16 @@ static void turn(void) {
     }
 }
 
-int engine_interleaved(engine *e,
+int engine_interleaved(engine *engine,
                        int64_t cycles,
                        uint64_t seed,
                        int geo_first,
                        int rehearse) {
     int event = -1;
-    if (!e) {
+    if (!engine) {
         return ENGINE_DONE;
     }
-    now = (scheduler){.e = e,
+    now = (scheduler){.engine = engine,
                       .random = seed * 2654435761u + 12345u,
                       .geo_first = geo_first != 0,
                       .rehearse = rehearse != 0,
@@ -119,12 +119,12 @@ int engine_interleaved(engine *e,
     for (int i = 0; i < 8; i++) {
         draw(2);
     }
-    ATOMIC_SET(e->run_running, 1);
-    while (now.cycles < cycles && (event = pending_event(e)) < 0) {
+    ATOMIC_SET(engine->threads.running, 1);
+    while (now.cycles < cycles && (event = pending_event(engine)) < 0) {
         turn();
     }
-    now.e = NULL;
-    ATOMIC_SET(e->run_running, 0);
+    now.engine = NULL;
+    ATOMIC_SET(engine->threads.running, 0);
     return event < 0 ? ENGINE_DONE : event;
 }
 #else

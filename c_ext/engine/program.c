@@ -15,106 +15,119 @@
  * pushed any more. */
 void engine_abort(struct engine *engine) {
     log_program_end(engine);
-    ATOMIC_SET(engine->expect_drain, 0);
-    ATOMIC_SET(engine->retraced_event, 0);
-    engine->was_backward = false;
-    ATOMIC_SET(engine->finished, 1);
-    ATOMIC_SET(engine->abort_now, 1);
+    ATOMIC_SET(engine->program.expect_drain, 0);
+    ATOMIC_SET(engine->retracing.event, 0);
+    engine->retracing.backward = false;
+    ATOMIC_SET(engine->program.finished, 1);
+    ATOMIC_SET(engine->program.abort, 1);
 }
 
 void engine_halt(struct engine *engine) {
-    ATOMIC_SET(engine->finished, 0);
+    ATOMIC_SET(engine->program.finished, 0);
     engine_expect_drain(engine);
-    ATOMIC_SET(engine->abort_now, 1);
+    ATOMIC_SET(engine->program.abort, 1);
 }
 
 void engine_resync(struct engine *engine) {
-    ATOMIC_SET(engine->abort_now, 0);
-    memcpy(engine->last_end, engine->geo.position, sizeof engine->last_end);
-    engine->carried.rows = 0;
-    memcpy(engine->element_end,
+    ATOMIC_SET(engine->program.abort, 0);
+    memcpy(engine->push.last_end,
            engine->geo.position,
-           sizeof engine->element_end);
-    map_behind_element(engine);
-    engine->has_tangent = engine->has_motion_piece = engine->stop_pending =
-        false;
-    engine->pushed_path = engine->geo.path - engine->geo.path_shift;
-    engine->distance = (engine->geo.dist - engine->geo.dist_shift) * TENTH_UM;
-    engine->end_speed = 0.0f;
+           sizeof engine->push.last_end);
+    engine->push.short_motions.rows = 0;
+    memcpy(engine->push.element_end,
+           engine->geo.position,
+           sizeof engine->push.element_end);
+    element_map_behind(engine);
+    engine->push.has_tangent = engine->push.has_motion_piece =
+        engine->push.stop_pending = false;
+    engine->push.path = engine->geo.path - engine->geo.path_shift;
+    engine->push.distance =
+        (engine->geo.dist - engine->geo.dist_shift) * TENTH_UM;
+    engine->push.end_speed = 0.0f;
 }
 
 void engine_suppress_functions(struct engine *engine, int suppressed) {
-    ATOMIC_SET(engine->suppressed, suppressed);
+    ATOMIC_SET(engine->technology.suppressed, suppressed);
 }
 
 void engine_set_program_name(struct engine *engine, const char *name) {
-    memset(engine->program_name, 0, sizeof engine->program_name);
-    memcpy(engine->program_name,
+    memset(engine->program.name, 0, sizeof engine->program.name);
+    memcpy(engine->program.name,
            name,
-           strnlen(name, sizeof engine->program_name - 1));
-    ATOMIC_SET(engine->name_changed, 1);
+           strnlen(name, sizeof engine->program.name - 1));
+    ATOMIC_SET(engine->program.name_changed, 1);
 }
 
 void engine_set_error(struct engine *engine, uint32_t id) {
-    ATOMIC_SET(engine->error_id, id);
+    ATOMIC_SET(engine->errors.channel_id, id);
 }
 
 /* Pending technology units and edges go; level units, enable_w and what the PLC
  * has written stay (hli_reference 1.4). */
 void engine_reset_channel(struct engine *engine) {
-    technology_clear(engine);
+    technology_clear(&engine->technology);
 }
 
 static void begin_preparation(struct engine *engine) {
-    memcpy(engine->last_end, engine->geo.position, sizeof engine->last_end);
-    engine->carried.rows = 0;
-    memcpy(engine->element_end,
+    memcpy(engine->push.last_end,
            engine->geo.position,
-           sizeof engine->element_end);
-    map_behind_element(engine);
-    engine->has_tangent = engine->has_motion_piece = engine->stop_pending =
-        engine->m01_pending = engine->in_loop = false;
-    engine->distance = engine->pushed_path = 0.0;
-    limits_reset(engine);
-    engine->end_speed = 0.0f;
-    engine->push_epoch++;
-    engine->epoch_element = engine->element_head;
-    memset(&engine->pushed, 0, sizeof engine->pushed);
-    memset(&engine->gated, 0, sizeof engine->gated);
-    engine->has_pending_gate = false;
-    engine->std_block = engine->std_index = engine->behind_count = 0;
-    engine->std_base = 0;
-    engine->spindle_rev = 0.0;
-    engine->spindle_move = 0;
-    engine->spindle_pending = false;
-    ATOMIC_SET(engine->early_done, engine->early_head);
-    log_reset(engine);
-    ATOMIC_SET(engine->finished, 0);
-    ATOMIC_SET(engine->expect_drain, 0);
-    engine->drain_at = engine->store_head;
+           sizeof engine->push.last_end);
+    engine->push.short_motions.rows = 0;
+    memcpy(engine->push.element_end,
+           engine->geo.position,
+           sizeof engine->push.element_end);
+    element_map_behind(engine);
+    engine->push.has_tangent = engine->push.has_motion_piece =
+        engine->push.stop_pending = engine->push.m01_pending =
+            engine->push.in_loop = false;
+    engine->push.distance = engine->push.path = 0.0;
+    limits_reset(&engine->push);
+    engine->push.end_speed = 0.0f;
+    engine->push.epoch++;
+    engine->push.epoch_element = engine->store.element_head;
+    memset(&engine->technology_rows.pushed,
+           0,
+           sizeof engine->technology_rows.pushed);
+    memset(&engine->technology_rows.gated,
+           0,
+           sizeof engine->technology_rows.gated);
+    engine->technology_rows.has_pending_gate = false;
+    engine->technology_rows.std_block = engine->technology_rows.std_index =
+        engine->technology_rows.behind_count = 0;
+    engine->technology_rows.std_base = 0;
+    engine->technology_rows.spindle_rev = 0.0;
+    engine->technology_rows.spindle_move = 0;
+    engine->technology_rows.spindle_pending = false;
+    ATOMIC_SET(engine->early.done, engine->early.head);
+    log_reset(&engine->log);
+    ATOMIC_SET(engine->program.finished, 0);
+    ATOMIC_SET(engine->program.expect_drain, 0);
+    engine->program.drain_at = engine->store.head;
 }
 
 static void begin_motion(struct engine *engine) {
     struct geo *geo = &engine->geo;
-    memset(&engine->done, 0, sizeof engine->done);
-    memset(&engine->done_again, 0, sizeof engine->done_again);
-    technology_clear(engine);
+    memset(&engine->technology.done, 0, sizeof engine->technology.done);
+    memset(&engine->technology.done_again,
+           0,
+           sizeof engine->technology.done_again);
+    technology_clear(&engine->technology);
     geo->dist = geo->path = geo->path_shift = geo->v = geo->feed = 0.0;
     geo->count = geo->n = 0;
     geo->waiting_continue = geo->waiting_techno = geo->stands_single =
         geo->dwelling = geo->has_phase = false;
-    geo->active = engine->element_head;
+    geo->active = engine->store.element_head;
     geo_begin_distance(engine);
-    ATOMIC_SET(engine->abort_now, 0);
-    ATOMIC_SET(engine->override_ignored, 0);
-    ATOMIC_SET(engine->hold_to_cell, 0);
-    ATOMIC_SET(engine->macro_runs, 0);
-    ATOMIC_SET(engine->program_end, 0);
-    engine->end_reported = 0;
+    ATOMIC_SET(engine->program.abort, 0);
+    ATOMIC_SET(engine->orders.override_ignored, 0);
+    ATOMIC_SET(engine->modes.hold_to_cell, 0);
+    ATOMIC_SET(engine->modes.macro_runs, 0);
+    ATOMIC_SET(engine->program.end, 0);
+    engine->program.end_reported = 0;
 }
 
 void engine_stand_by(struct engine *engine) {
-    ATOMIC_SET(engine->program_active, 0);
+    ATOMIC_SET(engine->program.active, 0);
 }
 
 /* A program starts where the axes stand: distance, block count and log begin
@@ -122,7 +135,7 @@ void engine_stand_by(struct engine *engine) {
 void engine_begin_program(struct engine *engine) {
     begin_preparation(engine);
     begin_motion(engine);
-    feed_begin_program(engine);
-    foresight_begin_program(engine);
-    ATOMIC_SET(engine->program_active, 1);
+    dispatch_begin_program(engine);
+    prediction_begin_program(engine);
+    ATOMIC_SET(engine->program.active, 1);
 }

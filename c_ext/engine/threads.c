@@ -14,21 +14,10 @@
 #include "engine/plan/prediction.h"
 #include "engine/plan/pump.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "hli/sync.h"
 
 #define NS 1000000000LL
-#define PLANNER_IDLE_NS 500000
-#define EVENT_POLL_NS 500000
-#define SERVICE_SPIN_NS 2000000
-#define SERVICE_POLL_NS 1000000
-#define EARLY_MAX_NS 100000 /* GEO waits awake for so long at the most, ... */
-#define EARLY_PART 10       /* ... and for this part of a cycle */
-#define REHEARSAL_NS 10000  /* the last of it is for the rehearsal, ... */
-#define REHEARSAL_PART 50   /* ... this part of a cycle at the most */
-#define EARLIER_NS 2000     /* behind a wake that was late for it ... */
-#define LATER_NS                                                               \
-    10 /* ... and behind the others: one in two hundred is late                \
-        */
 
 /* Wakes come late by what the machine needs to leave its sleep. So GEO sleeps
  * less, by what mostly suffices, and waits for the rest with its eyes on the
@@ -87,9 +76,9 @@ static int64_t wake_at(struct engine *engine, struct waker *waker, int64_t t) {
 
 static void *plan_main(void *arg) {
     struct engine *engine = arg;
-    while (ATOMIC_GET(engine->run_running)) {
+    while (ATOMIC_GET(engine->threads.running)) {
         bool pumped = planner_pump(engine) != 0;
-        foresight_plan(engine, pumped);
+        prediction_plan(engine, pumped);
         if (!pumped) {
             sleep_until(now_ns() + PLANNER_IDLE_NS);
         }
@@ -100,16 +89,16 @@ static void *plan_main(void *arg) {
 static void timed_cycle(struct engine *engine,
                         int64_t late,
                         int64_t rehearsal) {
-    if (engine->timed >= engine->timed_rows) {
+    if (engine->timing.done >= engine->timing.rows) {
         geo_cycle(engine);
         return;
     }
     int64_t begin = now_ns();
     geo_cycle(engine);
-    engine->cycle_ns[engine->timed] = now_ns() - begin;
-    engine->late_ns[engine->timed] = late;
-    engine->rehearsal_ns[engine->timed] = rehearsal;
-    ATOMIC_SET(engine->timed, engine->timed + 1);
+    engine->timing.cycle_ns[engine->timing.done] = now_ns() - begin;
+    engine->timing.late_ns[engine->timing.done] = late;
+    engine->timing.rehearsal_ns[engine->timing.done] = rehearsal;
+    ATOMIC_SET(engine->timing.done, engine->timing.done + 1);
 }
 
 /* Absolute deadlines; a deadline missed by a whole cycle is an overrun and is
@@ -119,16 +108,17 @@ static void *geo_main(void *arg) {
     int64_t cycle = (int64_t)(engine->cfg.cycle_s * 1e9 + 0.5),
             next = now_ns() + cycle;
     struct waker waker = waker_of(cycle);
-    while (ATOMIC_GET(engine->run_running)) {
+    while (ATOMIC_GET(engine->threads.running)) {
         int64_t rehearsal = wake_at(engine, &waker, next),
                 late = now_ns() - next;
         if (late >= cycle) {
-            engine->overruns += (uint64_t)(late / cycle);
+            engine->timing.overruns += (uint64_t)(late / cycle);
             next += late / cycle * cycle;
         }
         timed_cycle(engine, late, rehearsal);
-        if (engine->side) {
-            hs_word_post(&engine->side->cnc_turn, (uint32_t)engine->geo.cycle);
+        if (engine->hli.side) {
+            hs_word_post(&engine->hli.side->cnc_turn,
+                         (uint32_t)engine->geo.cycle);
         }
         next += cycle;
     }
@@ -183,36 +173,36 @@ int engine_bare_loop(int64_t period_ns,
 
 static void lock_memory(struct engine *engine) {
     (void)!mlock(engine, sizeof *engine);
-    (void)!mlock(engine->store,
-                 (engine->store_mask + 1) * sizeof(struct piece));
-    (void)!mlock(engine->pieces,
-                 (engine->piece_mask + 1) * sizeof(struct piece));
-    (void)!mlock(engine->curves,
-                 (engine->store_mask + 1) * sizeof(struct curve));
-    (void)!mlock(engine->phase_ring, PHASE_RING * sizeof(phase));
-    (void)!mlock(engine->elements,
-                 (engine->element_mask + 1) * sizeof(struct element));
+    (void)!mlock(engine->store.pieces,
+                 (engine->store.mask + 1) * sizeof(struct piece));
+    (void)!mlock(engine->run.pieces,
+                 (engine->run.mask + 1) * sizeof(struct piece));
+    (void)!mlock(engine->store.curves,
+                 (engine->store.mask + 1) * sizeof(struct curve));
+    (void)!mlock(engine->commit.ring, PHASE_RING * sizeof(phase));
+    (void)!mlock(engine->store.elements,
+                 (engine->store.element_mask + 1) * sizeof(struct element));
 }
 
 /* 0: running as asked, 1: running without SCHED_FIFO, -1: no thread could be
  * started. */
 int engine_start(struct engine *engine, int use_fifo) {
-    if (engine->threads_started) {
+    if (engine->threads.started) {
         return 0;
     }
     lock_memory(engine);
     planner_store_tail(engine);
-    ATOMIC_SET(engine->run_running, 1);
-    if (pthread_create(&engine->plan_thread, NULL, plan_main, engine)) {
+    ATOMIC_SET(engine->threads.running, 1);
+    if (pthread_create(&engine->threads.planner, NULL, plan_main, engine)) {
         return -1;
     }
-    int result = start_thread(&engine->geo_thread, geo_main, engine, use_fifo);
+    int result = start_thread(&engine->threads.geo, geo_main, engine, use_fifo);
     if (result < 0) {
-        ATOMIC_SET(engine->run_running, 0);
-        pthread_join(engine->plan_thread, NULL);
+        ATOMIC_SET(engine->threads.running, 0);
+        pthread_join(engine->threads.planner, NULL);
         return -1;
     }
-    engine->threads_started = true;
+    engine->threads.started = true;
     return result;
 }
 
@@ -232,23 +222,23 @@ int engine_wait(struct engine *engine, int64_t timeout_ns) {
 }
 
 void engine_stop(struct engine *engine) {
-    if (!engine->threads_started) {
+    if (!engine->threads.started) {
         return;
     }
-    ATOMIC_SET(engine->run_running, 0);
-    pthread_join(engine->geo_thread, NULL);
-    pthread_join(engine->plan_thread, NULL);
-    engine->threads_started = false;
+    ATOMIC_SET(engine->threads.running, 0);
+    pthread_join(engine->threads.geo, NULL);
+    pthread_join(engine->threads.planner, NULL);
+    engine->threads.started = false;
 }
 
 /* Spins for a while after each request, then sleeps on the bell; a PLC that
  * only sets the byte is found by polling. */
 static void *serve_main(void *arg) {
     struct engine *engine = arg;
-    HLI_SIDE_WORD *bell = &engine->side->clah_bell;
+    HLI_SIDE_WORD *bell = &engine->hli.side->clah_bell;
     int64_t last = now_ns();
     uint32_t rounds = 0;
-    while (ATOMIC_GET(engine->serve_running)) {
+    while (ATOMIC_GET(engine->service.running)) {
         uint32_t seen = load_u32_acquire(&bell->word);
         if (serve_request(engine)) {
             rounds = 0;
@@ -269,22 +259,22 @@ static void *serve_main(void *arg) {
 }
 
 int engine_serve_start(struct engine *engine) {
-    if (engine->serve_started || !engine->side) {
-        return engine->side ? 0 : -1;
+    if (engine->service.started || !engine->hli.side) {
+        return engine->hli.side ? 0 : -1;
     }
-    ATOMIC_SET(engine->serve_running, 1);
-    if (pthread_create(&engine->serve_thread, NULL, serve_main, engine)) {
+    ATOMIC_SET(engine->service.running, 1);
+    if (pthread_create(&engine->service.thread, NULL, serve_main, engine)) {
         return -1;
     }
-    engine->serve_started = true;
+    engine->service.started = true;
     return 0;
 }
 
 void engine_serve_stop(struct engine *engine) {
-    if (!engine->serve_started) {
+    if (!engine->service.started) {
         return;
     }
-    ATOMIC_SET(engine->serve_running, 0);
-    pthread_join(engine->serve_thread, NULL);
-    engine->serve_started = false;
+    ATOMIC_SET(engine->service.running, 0);
+    pthread_join(engine->service.thread, NULL);
+    engine->service.started = false;
 }

@@ -16,7 +16,7 @@ const jerk_interval *jerk_path(const jerk_planner *planner, int64_t i) {
 
 /* Ring index of the interval at whose end, or inside which, the plan comes to
  * rest. */
-static uint64_t plan_rest(const jerk_planner *planner) {
+static uint64_t plan_standstill(const jerk_planner *planner) {
     const plan *pl = &planner->plan;
     return pl->next < pl->count && pl->last[pl->count - 1] ? pl->end - 1
                                                            : pl->end;
@@ -24,7 +24,7 @@ static uint64_t plan_rest(const jerk_planner *planner) {
 
 int jerk_passes(const jerk_planner *planner, int64_t i) {
     return planner->plan.next < planner->plan.count
-           && planner->head + (uint64_t)i < plan_rest(planner);
+           && planner->head + (uint64_t)i < plan_standstill(planner);
 }
 
 /* A plan that passes a new stand is planned again at once; one that ends at a
@@ -43,7 +43,8 @@ void jerk_stand(jerk_planner *planner, int64_t i, int stand) {
     if (stand || pl->next >= pl->count || at + 1 < pl->end) {
         return;
     }
-    pl->stands = pl->final = false;
+    pl->stands = false;
+    pl->final = false;
     planner->wait = 0;
 }
 
@@ -53,7 +54,7 @@ void jerk_cut(jerk_planner *planner, int64_t i, double length) {
     planner->tail = at;
     planner->finished = false;
     forget_laws(planner); /* they know the path as it was, ... */
-    if (planner->at_rest) {
+    if (planner->at_standstill) {
         forget_plan(planner); /* ... and so does a plan that has not begun;
                                  another one ends ahead of the cut */
     }
@@ -73,7 +74,7 @@ void jerk_cut(jerk_planner *planner, int64_t i, double length) {
 }
 
 void jerk_brake(jerk_planner *planner) {
-    if (planner->at_rest) {
+    if (planner->at_standstill) {
         return;
     }
     plan_stop(planner);
@@ -82,9 +83,13 @@ void jerk_brake(jerk_planner *planner) {
 
 void jerk_reset(jerk_planner *planner) {
     planner->tail = planner->head;
-    planner->finished = planner->changed = false;
-    planner->at_rest = true;
-    planner->x = planner->accel = planner->behind_mm = planner->driven = 0.0;
+    planner->finished = false;
+    planner->changed = false;
+    planner->at_standstill = true;
+    planner->x = 0.0;
+    planner->accel = 0.0;
+    planner->behind_mm = 0.0;
+    planner->driven = 0.0;
     planner->turned_count = 0;
     forget_plan(planner);
 }

@@ -19,7 +19,8 @@ static bool more_path(const jerk_planner *planner) {
 
 static bool worth_planning(const jerk_planner *planner) {
     const plan *pl = &planner->plan;
-    if (planner->changed && (planner->at_rest || !(planner->again_s > 0.0))) {
+    if (planner->changed
+        && (planner->at_standstill || !(planner->again_s > 0.0))) {
         return true;
     }
     if (pl->next >= pl->count) {
@@ -53,7 +54,7 @@ static void plan_again(jerk_planner *planner) {
     double t0 = thread_cpu_s();
     bool met = true;
     if (planner->hold || zero_factor(planner)) {
-        if (planner->at_rest) {
+        if (planner->at_standstill) {
             forget_plan(planner);
         } else if (planner->changed) {
             met = plan_stop(planner);
@@ -94,15 +95,17 @@ static void law_of(const jerk_planner *planner, int k, jerk_law *law) {
         law->time = pl->time[k];
         return;
     }
-    const double input[2] = {pl->input[0][k], pl->input[1][k]};
-    law_from(law,
-             pl->lengths[k],
-             pl->x[k],
-             pl->accel[k],
-             end ? 0.0 : pl->x[k + 1],
-             end ? 0.0 : pl->accel[k + 1],
-             input,
-             planner->scale);
+    double input[2];
+    input[0] = pl->input[0][k];
+    input[1] = pl->input[1][k];
+    motion_law_from(law,
+                    pl->lengths[k],
+                    pl->x[k],
+                    pl->accel[k],
+                    end ? 0.0 : pl->x[k + 1],
+                    end ? 0.0 : pl->accel[k + 1],
+                    input,
+                    planner->scale);
     pl->time[k] = law->time; /* tails are asked for again and again */
     pl->jerk[k] = law->jerk;
     pl->snap[k] = law->snap;
@@ -118,13 +121,14 @@ static void hand_out(jerk_planner *planner) {
     pl->since++;
     planner->wait--;
     pl->remaining -= pl->lengths[k];
-    planner->at_rest = pl->next == pl->count;
-    planner->x = planner->at_rest ? 0.0 : pl->x[k + 1];
-    planner->accel = planner->at_rest ? 0.0 : pl->accel[k + 1];
-    planner->behind_mm =
-        planner->at_rest ? 0.0 : fmax(0.0, planner->behind_mm - pl->lengths[k]);
+    planner->at_standstill = pl->next == pl->count;
+    planner->x = planner->at_standstill ? 0.0 : pl->x[k + 1];
+    planner->accel = planner->at_standstill ? 0.0 : pl->accel[k + 1];
+    planner->behind_mm = planner->at_standstill
+                             ? 0.0
+                             : fmax(0.0, planner->behind_mm - pl->lengths[k]);
     planner->driven += pl->lengths[k];
-    if (pl->last[k] && !planner->at_rest) {
+    if (pl->last[k] && !planner->at_standstill) {
         jump_passed(planner,
                     ring_at(planner, planner->head),
                     ring_at(planner, planner->head + 1));
@@ -146,7 +150,8 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     jerk_at(law, seconds, &at);
     double way = at.s - law->s0;
     double left = pl->lengths[k] - way;
-    if (!(way > LEAST_PART) || !(left > LEAST_PART) || !(at.v > 0.0)) {
+    bool parts = way > LEAST_PART && left > LEAST_PART;
+    if (!parts || !(at.v > 0.0)) {
         remember_law(planner, k, law, true);
         hand_out(planner);
         return;
@@ -175,9 +180,12 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     pl->lengths[k] = left;
     pl->remaining -= way;
     pl->offset[k] += way;
-    pl->x[k] = planner->x = at.v * at.v / (planner->scale * planner->scale);
+    double scale2 = planner->scale * planner->scale;
+    planner->x = at.v * at.v / scale2;
+    pl->x[k] = planner->x;
     pl->accel[k] = planner->accel = at.a / (planner->scale * planner->scale);
-    pl->rest_start = planner->at_rest = false;
+    pl->from_standstill = false;
+    planner->at_standstill = false;
     planner->behind_mm = fmax(0.0, planner->behind_mm - way);
     planner->driven += way;
     ring_consume(planner, way, false);

@@ -23,8 +23,8 @@ void remember_law(jerk_planner *planner,
     handed->behind_mm = planner->behind_mm;
     handed->behind_share = planner->behind_share;
     handed->driven = planner->driven;
-    handed->at_rest = planner->at_rest;
-    handed->rest_start = pl->rest_start && k == 0;
+    handed->at_standstill = planner->at_standstill;
+    handed->from_standstill = pl->from_standstill && k == 0;
     handed->tag = law->tag;
     handed->offset = law->s0;
     handed->length = law->length;
@@ -50,7 +50,8 @@ int64_t jerk_laws_kept(void) {
 /* At a standstill: the plan that has not begun, and the laws that could be
  * taken back before it. */
 void forget_plan(jerk_planner *planner) {
-    planner->plan.count = planner->plan.next = 0;
+    planner->plan.count = 0;
+    planner->plan.next = 0;
     planner->plan.edition++;
     planner->wait = 0;
     forget_laws(planner);

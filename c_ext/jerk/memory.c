@@ -23,11 +23,8 @@ static double *doubles(struct arena *arena, size_t count) {
     return take(arena, sizeof(double) * count);
 }
 
-static void lay_out(jerk_planner *planner, struct arena *arena) {
+static void lay_out_path(jerk_planner *planner, struct arena *arena) {
     size_t count = (size_t)planner->capacity;
-    size_t stages = count + 2 * LANES;
-    size_t blocks = stages / LANES + 1;
-    size_t axes = (size_t)planner->cfg.axes;
     planner->ring =
         take(arena, sizeof *planner->ring * (size_t)(planner->mask + 1));
     planner->tight = doubles(arena, (size_t)(planner->mask + 1));
@@ -40,6 +37,12 @@ static void lay_out(jerk_planner *planner, struct arena *arena) {
     planner->grid.grade = doubles(arena, count + 2);
     planner->grid.from_start = doubles(arena, count + 1);
     planner->grid.top = doubles(arena, count + 1);
+}
+
+static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
+    size_t stages = (size_t)planner->capacity + 2 * LANES;
+    size_t blocks = stages / LANES + 1;
+    size_t axes = (size_t)planner->cfg.axes;
     struct problem *problem = &planner->prob;
     double **stage[] = {&problem->lengths,
                         &problem->x,
@@ -90,6 +93,11 @@ static void lay_out(jerk_planner *planner, struct arena *arena) {
     problem->acc = take(arena, sizeof(two_sided) * blocks * 2 * axes);
     problem->one =
         take(arena, sizeof(struct one_sided) * blocks * ONE_SIDED_ROWS);
+}
+
+static void lay_out_plan(jerk_planner *planner, struct arena *arena) {
+    size_t count = (size_t)planner->capacity;
+    size_t stages = count + 2 * LANES;
     double **kept[] = {&planner->plan.lengths,
                        &planner->plan.x,
                        &planner->plan.accel,
@@ -107,6 +115,12 @@ static void lay_out(jerk_planner *planner, struct arena *arena) {
     }
     planner->plan.tag = take(arena, sizeof(uint64_t) * (count + HANDED_MAX));
     planner->plan.last = take(arena, count + HANDED_MAX);
+}
+
+static void lay_out(jerk_planner *planner, struct arena *arena) {
+    lay_out_path(planner, arena);
+    lay_out_problem(planner, arena);
+    lay_out_plan(planner, arena);
 }
 
 static void set_scales(jerk_planner *planner) {
@@ -143,8 +157,9 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
            || planner->mask + 1 < RING_MIN) {
         planner->mask = 2 * planner->mask + 1;
     }
-    planner->at_rest = true;
-    planner->feed_factor = planner->rapid_factor = 1.0;
+    planner->at_standstill = true;
+    planner->feed_factor = 1.0;
+    planner->rapid_factor = 1.0;
     planner->command_speed = -1.0;
     planner->was = speeds_now(planner);
     planner->reach = 1e30;

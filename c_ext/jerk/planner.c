@@ -27,7 +27,8 @@ int jerk_check_config(const jerk_config *config) {
 /* Another motion is wanted, from here on. */
 static void changes(jerk_planner *planner) {
     planner->changed = true;
-    planner->again_s = planner->waited_s = 0.0;
+    planner->again_s = 0.0;
+    planner->waited_s = 0.0;
 }
 
 void jerk_override(jerk_planner *planner, double feed, double rapid) {
@@ -67,7 +68,7 @@ void jerk_get_stats(const jerk_planner *planner, jerk_stats *out) {
 }
 
 double jerk_speed(const jerk_planner *planner) {
-    return planner->at_rest ? 0.0 : planner->scale * sqrt(planner->x);
+    return planner->at_standstill ? 0.0 : planner->scale * sqrt(planner->x);
 }
 
 void jerk_command_speed(jerk_planner *planner, double speed) {

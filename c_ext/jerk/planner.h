@@ -6,7 +6,7 @@
  * and takes time laws, one after the other, that a cyclic interpolator
  * evaluates in constant time.  Whatever happens to the solver, what has not
  * been taken yet always ends at rest. Mathematics and argument for legality:
- * docs/planner.md.  No function but jerk_new and topp2_new allocates.
+ * docs/explanation/planner.md.  No function but jerk_new and topp2_new allocates.
  */
 #ifndef JERK_PLANNER_H
 #define JERK_PLANNER_H

@@ -28,10 +28,10 @@ void jerk_stop_preview(const jerk_planner *planner,
     scratch->changed = false; /* what comes now is known */
     scratch->hold = true;
     for (double step = planner->hold ? planner->again_s : 0.0;
-         !scratch->at_rest;
+         !scratch->at_standstill;
          step = fmax(PREVIEW_STEP_S, PREVIEW_GROWS * step)) {
         out->way += follow(scratch, step);
-        if (scratch->at_rest || (planner->hold && !planner->changed)) {
+        if (scratch->at_standstill || (planner->hold && !planner->changed)) {
             break;
         }
         if (shortest_stop(scratch, PREVIEW_TRIES)) {
@@ -39,7 +39,7 @@ void jerk_stop_preview(const jerk_planner *planner,
         }
     }
     for (int k = scratch->plan.next;
-         k < scratch->plan.count && !scratch->at_rest;
+         k < scratch->plan.count && !scratch->at_standstill;
          k++) {
         out->way += scratch->plan.lengths[k];
     }

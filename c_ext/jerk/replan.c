@@ -10,6 +10,12 @@
 #include "jerk/straight_line.h"
 #include "jerk/window.h"
 
+/* The time over an interval is so many times its length over the sum of the
+ * speeds at its ends: 3 where one of them is a standstill. */
+static double time_factor(double x0, double x1) {
+    return x0 > 0.0 && x1 > 0.0 ? 2.0 : 3.0;
+}
+
 /* Time over the first `length` mm, to compare plans; rest intervals are exact,
  * others by the mean speed. */
 static double time_over(const double *lengths,
@@ -19,9 +25,10 @@ static double time_over(const double *lengths,
                         double length) {
     double t = 0.0;
     double at = 0.0;
-    for (int k = from; k < count && at + lengths[k] <= length + 1e-9; k++) {
+    double end = length + 1e-9;
+    for (int k = from; k < count && at + lengths[k] <= end; k++) {
         double v = sqrt(x[k]) + sqrt(x[k + 1]);
-        t += (x[k] > 0.0 && x[k + 1] > 0.0 ? 2.0 : 3.0) * lengths[k] / v;
+        t += time_factor(x[k], x[k + 1]) * lengths[k] / v;
         at += lengths[k];
     }
     return t;
@@ -30,6 +37,7 @@ static double time_over(const double *lengths,
 static bool slower_than_tail(const jerk_planner *planner,
                              const struct grid *grid) {
     const plan *pl = &planner->plan;
+    const double *x = planner->prob.x;
     double length = 0.0;
     for (int k = pl->next; k < pl->count; k++) {
         length += pl->lengths[k];
@@ -41,13 +49,9 @@ static bool slower_than_tail(const jerk_planner *planner,
     double at = 0.0;
     for (int k = 0; k < grid->count && at < length - 1e-9; k++) {
         double segment_length = grid->seg[k].length;
-        double v = sqrt(planner->prob.x[k]) + sqrt(planner->prob.x[k + 1]);
+        double v = sqrt(x[k]) + sqrt(x[k + 1]);
         double part = fmin(1.0, (length - at) / segment_length);
-        t_new +=
-            part
-            * (planner->prob.x[k] > 0.0 && planner->prob.x[k + 1] > 0.0 ? 2.0
-                                                                        : 3.0)
-            * segment_length / v;
+        t_new += part * time_factor(x[k], x[k + 1]) * segment_length / v;
         at += segment_length;
     }
     return t_new
@@ -93,7 +97,7 @@ static bool slow_fallback(jerk_planner *planner, struct grid *grid) {
 }
 
 static bool above_soft(const jerk_planner *planner, const struct grid *grid) {
-    return !grid->rest_start && grid->count > 1
+    return !grid->from_standstill && grid->count > 1
            && planner->x > 1.003 * fmin(grid->seg[0].soft, grid->seg[1].soft);
 }
 
@@ -127,7 +131,7 @@ static bool solve_shorter(jerk_planner *planner,
             return false;
         }
         grid_window(planner, grid, reach);
-        if (grid->count < (grid->rest_start ? 3 : 2)) {
+        if (grid->count < (grid->from_standstill ? 3 : 2)) {
             return false;
         }
         planner->reach = reach;
@@ -162,7 +166,7 @@ bool plan_window(jerk_planner *planner) {
                       : 0.0;
     double ahead = fmax(planner->reach, TAIL_MORE * left);
     grid_window(planner, grid, ahead);
-    if (grid->count < (grid->rest_start ? 3 : 2)) {
+    if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return true;
     }
     bool changed = planner->changed, above = above_soft(planner, grid);
@@ -171,7 +175,8 @@ bool plan_window(jerk_planner *planner) {
     if (!above
         && (solve_finer(planner, grid, ahead, FINER_TRIES)
             || solve_shorter(planner, grid, TAIL_MORE * left))) {
-        if (!changed && !grid->rest_start && slower_than_tail(planner, grid)) {
+        if (!changed && !grid->from_standstill
+            && slower_than_tail(planner, grid)) {
             planner->stats.slower++;
             planner->plan.final =
                 planner->plan.final
@@ -182,7 +187,7 @@ bool plan_window(jerk_planner *planner) {
         reach_further(planner, grid);
         return true;
     }
-    if (grid->rest_start) {
+    if (grid->from_standstill) {
         grid_window(planner, grid, 1e30);
         if ((solve_window(planner, grid, false, SHRINK)
              || slow_fallback(planner, grid))

@@ -39,7 +39,7 @@ static struct brake brake_estimate(const jerk_planner *planner, double v1) {
 }
 
 double jerk_stop_distance(const jerk_planner *planner) {
-    return planner->at_rest ? 0.0 : brake_estimate(planner, 0.0).distance;
+    return planner->at_standstill ? 0.0 : brake_estimate(planner, 0.0).distance;
 }
 
 /* The speed is above what a reduced override allows: a window that comes down

@@ -168,18 +168,23 @@ static void put(struct pen *pen,
     pl->x[k] = pen->v * pen->v / f2;
     pl->accel[k] = pen->a / f2;
     pl->jerk[k] = jerk;
-    pl->snap[k] = pl->crackle[k] = pl->pop[k] = 0.0;
+    pl->snap[k] = 0.0;
+    pl->crackle[k] = 0.0;
+    pl->pop[k] = 0.0;
     pl->time[k] = time;
     pl->tag[k] = interval->tag;
     pl->offset[k] = interval->offset + pen->at;
-    pl->last[k] = (uint8_t)(whole + 2 * (whole && interval->blocks > 0));
+    bool block_ends = whole && interval->blocks > 0;
+    pl->last[k] = (uint8_t)(whole + 2 * block_ends);
 }
 
 /* A phase of the profile, cut where the pushed intervals end. */
 static void phase(struct pen *pen, double jerk, double time, bool ends) {
     while (time > LEAST_PHASE && pen->fits) {
         const jerk_interval *interval = ring_at(pen->planner, pen->i);
-        jerk_law law = {.v0 = pen->v, .a0 = pen->a, .jerk = jerk, .time = time};
+        jerk_law law = {.v0 = pen->v, .a0 = pen->a};
+        law.jerk = jerk;
+        law.time = time;
         jerk_state end;
         jerk_at(&law, time, &end);
         double left = interval->length - pen->at;
@@ -209,7 +214,7 @@ static void phase(struct pen *pen, double jerk, double time, bool ends) {
 /* Plan from rest to the next stand if a straight line leads there. */
 bool plan_straight(jerk_planner *planner) {
     uint64_t end = planner->head;
-    double length = planner->at_rest && planner->head != planner->tail
+    double length = planner->at_standstill && planner->head != planner->tail
                         ? line_ahead(planner, &end)
                         : 0.0;
     if (!(length > 0.0)) {
@@ -221,11 +226,15 @@ bool plan_straight(jerk_planner *planner) {
     }
     struct profile t = fastest(limits, length);
     plan *pl = &planner->plan;
-    pl->count = pl->next = pl->since = 0;
+    pl->count = 0;
+    pl->next = 0;
+    pl->since = 0;
     pl->edition++;
     planner->was = speeds_now(planner);
     pl->end = end;
-    pl->rest_start = pl->final = pl->stands = true;
+    pl->from_standstill = true;
+    pl->final = true;
+    pl->stands = true;
     pl->remaining = length;
     pl->lasts = 0.0;
     struct pen pen = {.planner = planner, .i = planner->head, .fits = true};
@@ -243,7 +252,8 @@ bool plan_straight(jerk_planner *planner) {
         pl->count = 0;
         return false;
     }
-    pl->x[pl->count] = pl->accel[pl->count] = 0.0;
+    pl->x[pl->count] = 0.0;
+    pl->accel[pl->count] = 0.0;
     planner->stats.straight++;
     return true;
 }

@@ -22,7 +22,8 @@ static void shift_plan(plan *pl, int by) {
     int from = pl->next;
     int to = from + by;
     for (size_t i = 0; i < sizeof knots / sizeof *knots; i++) {
-        memmove(knots[i] + to, knots[i] + from, sizeof(double) * (count + 1));
+        size_t bytes = sizeof(double) * (count + 1);
+        memmove(knots[i] + to, knots[i] + from, bytes);
     }
     for (size_t i = 0; i < sizeof segments / sizeof *segments; i++) {
         memmove(segments[i] + to, segments[i] + from, sizeof(double) * count);
@@ -51,7 +52,7 @@ static void put_back(jerk_planner *planner, const struct handed *handed) {
         pl->input[i][k] = handed->input[i];
     }
     pl->remaining += handed->length;
-    pl->rest_start = k == 0 && handed->rest_start;
+    pl->from_standstill = k == 0 && handed->from_standstill;
     jerk_interval *interval = &planner->ring[handed->head & planner->mask];
     uint32_t stand =
         handed->head == planner->head
@@ -66,7 +67,7 @@ static void put_back(jerk_planner *planner, const struct handed *handed) {
     planner->behind_mm = handed->behind_mm;
     planner->behind_share = handed->behind_share;
     turns_back(planner, handed->driven);
-    planner->at_rest = handed->at_rest;
+    planner->at_standstill = handed->at_standstill;
 }
 
 /* Law h has come to rest, so the plan that it was of ended behind it: it ends
@@ -74,7 +75,9 @@ static void put_back(jerk_planner *planner, const struct handed *handed) {
 static void end_plan(jerk_planner *planner, const struct handed *handed) {
     plan *pl = &planner->plan;
     pl->count = pl->next;
-    pl->x[pl->count] = pl->accel[pl->count] = pl->remaining = 0.0;
+    pl->x[pl->count] = 0.0;
+    pl->accel[pl->count] = 0.0;
+    pl->remaining = 0.0;
     pl->end = planner->head;
     pl->stands = pl->final =
         handed->last && (handed->interval.flags & JERK_STAND);
@@ -101,7 +104,7 @@ double jerk_take_back(jerk_planner *planner, double seconds) {
     for (uint64_t i = 0; i < count; i++) {
         const struct handed *handed =
             handed_at(planner, --planner->handed_count);
-        if (planner->at_rest) {
+        if (planner->at_standstill) {
             end_plan(planner, handed);
         }
         put_back(planner, handed);

@@ -1,9 +1,10 @@
 /* TOPP2 on a stream: see topp2.h.
  *
- * need[k] is the largest x = v^2 at knot k from which the end of the window can
- * be met at rest.  More path can only raise it, and where a new value equals
- * the old one nothing before it changes: the backward pass stops there, so that
- * a knot is visited a bounded number of times whatever the length of the path.
+ * controllable_v2[k] is the largest x = v^2 at knot k from which the end of the
+ * window can be met at rest.  More path can only raise it, and where a new
+ * value equals the old one nothing before it changes: the backward pass stops
+ * there, so that a knot is visited a bounded number of times whatever the
+ * length of the path.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -13,9 +14,9 @@
 
 typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the
                               start and, through x + 2 h u, at the end */
-    double length, cap, feed;
+    double length, v2_limit, feed;
     double cu[2 * JERK_AXES], cx[2 * JERK_AXES];
-    double need; /* largest x at the start */
+    double controllable_v2; /* largest x at the start */
     bool last, stand, rapid;
     uint64_t tag;
     double offset;
@@ -25,10 +26,11 @@ typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the
 struct topp2 {
     jerk_config cfg;
     knot_rows *ring;
-    uint64_t head, tail, planned, mask; /* intervals; `planned`: first whose
-                                           need is not of the present window */
-    uint64_t rest_from; /* first interval that does not know of the standstill
-                           before it */
+    uint64_t head, tail, planned,
+        mask;                 /* intervals; `planned`: first whose
+                                 controllable_v2 is not of the present window */
+    uint64_t standstill_from; /* first interval that does not know of the
+                           standstill before it */
     double x, feed_factor, rapid_factor, spacing;
     bool hold, changed;
     uint64_t steps;
@@ -38,12 +40,12 @@ static knot_rows *row_at(const topp2 *topp, uint64_t i) {
     return &topp->ring[i & topp->mask];
 }
 
-static double soft_cap_of(const topp2 *topp, const knot_rows *rows) {
+static double v2_limit_of(const topp2 *topp, const knot_rows *rows) {
     double v = rows->feed > 0 ? rows->feed
                                     * (rows->rapid ? topp->rapid_factor
                                                    : topp->feed_factor)
                               : 1e30;
-    return fmin(rows->cap, v * v);
+    return fmin(rows->v2_limit, v * v);
 }
 
 /* Range of u at x, with the lines (value and slope by x) that bound it. */
@@ -85,7 +87,7 @@ static struct range range_at(const topp2 *topp,
 static double controllable(const topp2 *topp,
                            const knot_rows *rows,
                            double next) {
-    double x = soft_cap_of(topp, rows);
+    double x = v2_limit_of(topp, rows);
     for (int i = 0; i < 4 * JERK_AXES; i++) {
         struct range range = range_at(topp, rows, x, 0.0, next);
         double gap = range.low - range.high;
@@ -117,12 +119,14 @@ static void backward(topp2 *topp) {
         if (rows->stand) {
             next = 0.0;
         }
-        double need = controllable(topp, rows, next);
+        double controllable_v2 = controllable(topp, rows, next);
         topp->steps++;
-        if (i < fresh && fabs(need - rows->need) <= TOPP2_SAME * need) {
+        if (i < fresh
+            && fabs(controllable_v2 - rows->controllable_v2)
+                   <= TOPP2_SAME * controllable_v2) {
             break;
         }
-        rows->need = next = need;
+        rows->controllable_v2 = next = controllable_v2;
     }
     topp->planned = end;
     topp->changed = false;
@@ -140,8 +144,8 @@ static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
                         .last = interval->blocks != 0,
                         .stand = stand};
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
-        double most =
-            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis]));
+        double first = interval->d1[0][axis];
+        double most = larger(first, interval->d1[1][axis]);
         double acc = TOPP2_USABLE * topp->cfg.a_max[axis]
                      * (interval->acc_share[axis] > 0.0f
                             ? (double)interval->acc_share[axis]
@@ -155,17 +159,18 @@ static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
             rows->cu[k] = interval->d1[end][axis] / acc
                           + (end ? 2.0 * interval->length * rows->cx[k] : 0.0);
             double bend = fabs(interval->d2[end][axis]) / acc;
-            if (fabs(interval->d1[end][axis]) < 1e-9 && bend * v * v > 1.0) {
+            bool stands = fabs(interval->d1[end][axis]) < 1e-9;
+            if (stands && bend * v * v > 1.0) {
                 v = sqrt(1.0 / bend);
             }
         }
     }
-    rows->cap = v * v;
+    rows->v2_limit = v * v;
 }
 
 static int parts_of(const topp2 *topp, const jerk_interval *interval) {
     bool alone =
-        (topp->tail == topp->rest_from) && (interval->flags & JERK_STAND);
+        (topp->tail == topp->standstill_from) && (interval->flags & JERK_STAND);
     return (int)fmin(4096.0,
                      fmax(alone ? TOPP2_STOP_PARTS : 1.0,
                           ceil(interval->length / topp->spacing - 1e-9)));
@@ -214,7 +219,7 @@ int64_t topp2_push(topp2 *topp, const jerk_interval *intervals, int64_t count) {
             row_at(topp, topp->tail - 1)->last = k + 1 == parts;
         }
         if (interval->flags & JERK_STAND) {
-            topp->rest_from = topp->tail;
+            topp->standstill_from = topp->tail;
         }
     }
     return count;
@@ -245,7 +250,7 @@ static double standing_acc(const topp2 *topp, const knot_rows *rows) {
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
         double end = rows->cu[2 * axis + 1]
                      - 2.0 * rows->length * rows->cx[2 * axis + 1];
-        most = fmax(most, fmax(fabs(rows->cu[2 * axis]), fabs(end)));
+        most = fmax(most, larger(rows->cu[2 * axis], end));
     }
     return 1.0 / most;
 }
@@ -255,7 +260,7 @@ static double standing_acc(const topp2 *topp, const knot_rows *rows) {
 static void hop(const topp2 *topp, const knot_rows *rows, jerk_law *laws) {
     double half = 0.5 * rows->length;
     double acc = fmin(0.5 * standing_acc(topp, rows),
-                      soft_cap_of(topp, rows) / (2.0 * half));
+                      v2_limit_of(topp, rows) / (2.0 * half));
     double bend = 0.0;
     for (int axis = 0; axis < 2 * topp->cfg.axes; axis++) {
         bend = fmax(bend, fabs(rows->cx[axis]));
@@ -324,22 +329,23 @@ static struct step step_over(const topp2 *topp,
     return step;
 }
 
-static double next_need(const topp2 *topp, uint64_t i) {
+static double next_controllable_v2(const topp2 *topp, uint64_t i) {
     return row_at(topp, i)->stand || i + 1 >= topp->planned
                ? 0.0
-               : row_at(topp, i + 1)->need;
+               : row_at(topp, i + 1)->controllable_v2;
 }
 
 /* The step from the head: a hold brakes; so does a speed that a reduced
  * override no longer allows, and then what the caps ask of the next knot cannot
  * be met yet. */
 static struct step next_step(const topp2 *topp) {
-    bool above = topp->x > row_at(topp, topp->head)->need * (1.0 + 1e-9);
+    double controllable_v2 = row_at(topp, topp->head)->controllable_v2;
+    bool above = topp->x > controllable_v2 * (1.0 + 1e-9);
     return step_over(topp,
                      topp->head,
                      topp->x,
                      topp->hold || above,
-                     above ? 1e30 : next_need(topp, topp->head));
+                     above ? 1e30 : next_controllable_v2(topp, topp->head));
 }
 
 static void consume(topp2 *topp, const struct step *step) {
@@ -359,7 +365,8 @@ static void consume(topp2 *topp, const struct step *step) {
         double eu = rows->cu[2 * axis + 1] - 2.0 * rows->length * ex;
         rows->cx[2 * axis] = cx + share * (ex - cx);
         rows->cu[2 * axis] = cu + share * (eu - cu);
-        rows->cu[2 * axis + 1] = eu + 2.0 * (rows->length - step->length) * ex;
+        double left = rows->length - step->length;
+        rows->cu[2 * axis + 1] = eu + 2.0 * left * ex;
     }
     rows->length -= step->length;
     rows->offset += step->length;
@@ -384,12 +391,13 @@ int64_t topp2_take(topp2 *topp, jerk_law *laws, int64_t max, double seconds) {
             backward(topp);
         }
         knot_rows *rows = row_at(topp, topp->head);
-        if (topp->x <= 0.0 && (topp->hold || soft_cap_of(topp, rows) <= 0.0)) {
+        if (topp->x <= 0.0 && (topp->hold || v2_limit_of(topp, rows) <= 0.0)) {
             break;
         }
         struct step step = next_step(topp);
         if (!(topp->x + step.x1 > 0.0)) { /* between two standstills */
-            if (count + 2 > max || !(next_need(topp, topp->head) <= 0.0)) {
+            if (count + 2 > max
+                || !(next_controllable_v2(topp, topp->head) <= 0.0)) {
                 break;
             }
             hop(topp, rows, &laws[count]);
@@ -466,7 +474,8 @@ topp2 *topp2_new(const jerk_config *config, int capacity) {
     topp->cfg = this_config;
     topp->spacing =
         this_config.spacing_mm > 0 ? this_config.spacing_mm : TOPP2_SPACING_MM;
-    topp->feed_factor = topp->rapid_factor = 1.0;
+    topp->feed_factor = 1.0;
+    topp->rapid_factor = 1.0;
     topp->mask = 1023;
     while (topp->mask + 1 < (uint64_t)(capacity > 0 ? capacity : 0)) {
         topp->mask = 2 * topp->mask + 1;

@@ -300,7 +300,7 @@
 
 /* Parts of that ramp next to a standstill. Unit: intervals. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */
-#define REST_PARTS 60.0
+#define STANDSTILL_PARTS 60.0
 
 /* Of that ramp on a line: one interval from rest, over which constant jerk is
  * exact. Unit: parts. Evidence: bench/planner_parts.py, test_planner_optimum.
@@ -335,7 +335,7 @@
 /* Of either from rest: under constant path jerk the axes see nine times the
  * change. Unit: share. Evidence: bench/planner_parts.py,
  * test_planner_optimum. */
-#define REST_TURN 0.08
+#define STANDSTILL_TURN 0.08
 
 /* Of that or of the pushed interval: the finest that an interval is made
  * later on. Unit: parts. Evidence: bench/planner_parts.py,
@@ -354,28 +354,28 @@
 
 /* The same near a standstill on curves. Unit: mm per mm. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */
-#define REST_GRADING 0.1
+#define STANDSTILL_GRADING 0.1
 
-/* Over so many of them REST_GRADING holds. Unit: longest steps. Evidence:
+/* Over so many of them STANDSTILL_GRADING holds. Unit: longest steps. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */
 #define RAMP_STEPS 6.0
 
 /* Of a line, that one interval from rest may take: half of the way is four
  * ramps of jerk. Unit: share. Evidence: bench/planner_parts.py,
  * test_planner_optimum. */
-#define REST_SHARE (1.0 / 20.0)
+#define STANDSTILL_SHARE (1.0 / 20.0)
 
 /* Of the way in which jerk changes the feed, for the same interval. Unit:
  * share. Evidence: test_low_feeds. */
-#define REST_FEED (1.0 / 12.0)
+#define STANDSTILL_FEED (1.0 / 12.0)
 
 /* Of the pushed interval, that it may take in any case. Unit: share.
  * Evidence: bench/planner_parts.py, test_planner_optimum. */
-#define REST_MOST (1.0 / 3.0)
+#define STANDSTILL_MOST (1.0 / 3.0)
 
 /* Of its length: the step behind it. Unit: share. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */
-#define BEHIND_REST 0.2
+#define BEHIND_STANDSTILL 0.2
 
 /* Of a stop at least. Unit: intervals. Evidence: test_feed_hold_distance. */
 #define STOP_STEPS 60

@@ -68,24 +68,24 @@ static void derivatives_at(const jerk_interval *interval,
                            double *d2,
                            double *d3) {
     double length = interval->length;
-    double rest = 1.0 - t;
+    double left = 1.0 - t;
     double t2 = t * t;
-    double r2 = rest * rest;
-    double s1 = r2 * rest * (1.0 + 3.0 * t + 6.0 * t2);
-    double s2 = length * r2 * rest * t * (1.0 + 3.0 * t);
-    double s3 = 0.5 * length * length * r2 * rest * t2;
-    double e2 = -length * t2 * t * rest * (1.0 + 3.0 * rest);
+    double r2 = left * left;
+    double s1 = r2 * left * (1.0 + 3.0 * t + 6.0 * t2);
+    double s2 = length * r2 * left * t * (1.0 + 3.0 * t);
+    double s3 = 0.5 * length * length * r2 * left * t2;
+    double e2 = -length * t2 * t * left * (1.0 + 3.0 * left);
     double e3 = 0.5 * length * length * t2 * t * r2;
     double first = -30.0 * t2 * r2 / length;
     double b2 = r2 * (1.0 + 2.0 * t - 15.0 * t2);
     double b3 = 0.5 * length * t * r2 * (2.0 - 5.0 * t);
-    double f2 = t2 * (1.0 + 2.0 * rest - 15.0 * r2);
-    double f3 = -0.5 * length * rest * t2 * (2.0 - 5.0 * rest);
-    double second = -60.0 * t * rest * (1.0 - 2.0 * t) / (length * length);
-    double g2 = -12.0 * t * rest * (3.0 - 5.0 * t) / length;
-    double g3 = rest * (1.0 - 8.0 * t + 10.0 * t2);
-    double k2 = 12.0 * t * rest * (3.0 - 5.0 * rest) / length;
-    double k3 = t * (1.0 - 8.0 * rest + 10.0 * r2);
+    double f2 = t2 * (1.0 + 2.0 * left - 15.0 * r2);
+    double f3 = -0.5 * length * left * t2 * (2.0 - 5.0 * left);
+    double second = -60.0 * t * left * (1.0 - 2.0 * t) / (length * length);
+    double g2 = -12.0 * t * left * (3.0 - 5.0 * t) / length;
+    double g3 = left * (1.0 - 8.0 * t + 10.0 * t2);
+    double k2 = 12.0 * t * left * (3.0 - 5.0 * left) / length;
+    double k3 = t * (1.0 - 8.0 * left + 10.0 * r2);
     for (int i = 0; i < axes; i++) {
         double p0 = interval->d1[0][i];
         double p1 = interval->d1[1][i];
@@ -95,8 +95,9 @@ static void derivatives_at(const jerk_interval *interval,
         double w1 = interval->d3[1][i];
         d1[i] =
             s1 * p0 + s2 * v0 + s3 * w0 + (1.0 - s1) * p1 + e2 * v1 + e3 * w1;
-        d2[i] = first * (p0 - p1) + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
-        d3[i] = second * (p0 - p1) + g2 * v0 + g3 * w0 + k2 * v1 + k3 * w1;
+        double turn = p0 - p1;
+        d2[i] = first * turn + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
+        d3[i] = second * turn + g2 * v0 + g3 * w0 + k2 * v1 + k3 * w1;
     }
 }
 
@@ -130,10 +131,10 @@ static double ratio_at_end(const jerk_planner *planner,
 
 /* Constant path jerk over the interval h with the speed v at the moving end;
  * `sign` -1: it ends at rest. */
-static double rest_ratio(const jerk_planner *planner,
-                         const struct segment *segment,
-                         double v,
-                         double sign) {
+static double standstill_ratio(const jerk_planner *planner,
+                               const struct segment *segment,
+                               double v,
+                               double sign) {
     double t = 3.0 * segment->length / v;
     double j = 2.0 * v / (t * t);
     double tm = t * cbrt(0.5);
@@ -156,7 +157,7 @@ static struct motion motion_at(const jerk_law *law, double t, double *s) {
     jerk_state at;
     jerk_at(law, t, &at);
     *s = at.s;
-    return (struct motion){at.v, at.a, law_jerk(law, t)};
+    return (struct motion){at.v, at.a, motion_law_jerk(law, t)};
 }
 
 static double ratio_at_time(const jerk_planner *planner,
@@ -184,11 +185,10 @@ static int points_inside(const jerk_planner *planner,
     double change = 0.0;
     double most = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        change =
-            fmax(change, fabs(interval->d3[1][axis] - interval->d3[0][axis]));
-        most = fmax(
-            most,
-            fmax(fabs(interval->d3[0][axis]), fabs(interval->d3[1][axis])));
+        double first = interval->d3[0][axis];
+        double last = interval->d3[1][axis];
+        change = fmax(change, fabs(last - first));
+        most = fmax(most, larger(first, last));
     }
     return change > 0.2 * most ? 12 : 6;
 }
@@ -226,7 +226,14 @@ static jerk_law law_of(double length,
     *accel = accel_after(length, u0, input[0], input[1]);
     double v0 = sqrt(x0);
     double v1 = sqrt(*x);
-    law_between(&law, length, v0, u0, input[0] * v0, v1, *accel, input[1] * v1);
+    motion_law_between(&law,
+                       length,
+                       v0,
+                       u0,
+                       input[0] * v0,
+                       v1,
+                       *accel,
+                       input[1] * v1);
     return law;
 }
 
@@ -364,20 +371,19 @@ static double kink_ratio(const jerk_planner *planner,
     const jerk_interval *right = grid->seg[k].interval;
     double dt = planner->cfg.cycle_s;
     double most = 0.0;
-    double share = fmax(grid->seg[k - 1].share, grid->seg[k].share);
+    const struct segment *segment = &grid->seg[k];
+    double share = fmax(segment[-1].share, segment->share);
     if (!grid->seg[k - 1].last) {
         return 0.0;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double turn = fabs(right->d1[0][axis] - left->d1[1][axis]);
-        double bend =
-            0.75 * fabs(right->d2[0][axis] - left->d2[1][axis]) * x / dt;
+        double turn = fabs(turn_of(left, right, axis));
+        double bend = 0.75 * fabs(bend_of(left, right, axis)) * x / dt;
         double kink = 0.75 * turn * fabs(accel) / dt;
         if (kink > 0.0) {
             most = fmax(most,
                         (bend + turn * sqrt(x) / (dt * dt) + kink)
-                            / fmin(jerk_max(planner, left, axis),
-                                   jerk_max(planner, right, axis)));
+                            / least_jerk(planner, left, right, axis));
         }
     }
     if (most + share <= CHECK_SLACK) {
@@ -398,20 +404,18 @@ static bool jump_fits(const jerk_planner *planner,
     const jerk_interval *left = grid->seg[k - 1].interval;
     const jerk_interval *right = grid->seg[k].interval;
     double dt = planner->cfg.cycle_s;
-    double room = 1.0 - fmin(grid->seg[k - 1].jump, grid->seg[k].jump);
+    const struct segment *segment = &grid->seg[k];
+    double room = 1.0 - fmin(segment[-1].jump, segment->jump);
     double used = 0.0;
     if (!grid->seg[k - 1].last) {
         return true;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double bend =
-            0.75 * fabs(right->d2[0][axis] - left->d2[1][axis]) * x / dt;
-        double corner =
-            fabs(right->d1[0][axis] - left->d1[1][axis]) * sqrt(x) / (dt * dt);
+        double bend = 0.75 * fabs(bend_of(left, right, axis)) * x / dt;
+        double turn = fabs(turn_of(left, right, axis));
+        double corner = turn * sqrt(x) / (dt * dt);
         used = fmax(used,
-                    (bend + corner)
-                        / fmin(jerk_max(planner, left, axis),
-                               jerk_max(planner, right, axis)));
+                    (bend + corner) / least_jerk(planner, left, right, axis));
     }
     return used <= room * JUMP_SLACK + SMALL_JUMPS;
 }
@@ -421,7 +425,8 @@ static bool jump_fits(const jerk_planner *planner,
 static double last_input(const struct grid *grid, double x, double accel) {
     double length = grid->seg[grid->count - 2].length;
     double t = 1.5 * grid->seg[grid->count - 1].length;
-    return -(x + (2.0 * length + t) * accel) / (length * (length + t));
+    double way = 2.0 * length + t;
+    return -(x + way * accel) / (length * (length + t));
 }
 
 /* Largest ratio of anything to its limit over the plan (infinite: no plan at
@@ -436,19 +441,21 @@ double plan_check(const jerk_planner *planner,
     double accel = problem->u0 * f2;
     int last = grid->count - 1;
     int k = 0;
-    if (grid->count < (grid->rest_start ? 3 : 2)) {
+    if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return INFINITY;
     }
-    if (grid->rest_start) {
+    if (grid->from_standstill) {
         accel = problem->accel[1] * f2;
         x = 1.5 * grid->seg[0].length * accel;
         if (!(x > 0.0)) {
             return INFINITY;
         }
-        worst = fmax(rest_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
+        worst = fmax(standstill_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
                      feed_ratio(planner, grid, 0, 0.0, x, x));
-        problem->x[0] = problem->accel[0] = problem->input[0][0] =
-            problem->input[1][0] = 0.0;
+        problem->x[0] = 0.0;
+        problem->accel[0] = 0.0;
+        problem->input[0][0] = 0.0;
+        problem->input[1][0] = 0.0;
         k = 1;
     }
     for (; k < last; k++) {
@@ -475,7 +482,8 @@ double plan_check(const jerk_planner *planner,
         }
     }
     double meet = 1.5 * grid->seg[last].length * -accel;
-    if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x)) {
+    bool meets = fabs(x - meet) <= 1e-6 * x;
+    if (!(x > 0.0) || !meets) {
         return INFINITY;
     }
     if (!jump_fits(planner, grid, last, x)) {
@@ -484,8 +492,12 @@ double plan_check(const jerk_planner *planner,
     worst = fmax(worst, kink_ratio(planner, grid, last, x, accel));
     problem->x[last] = x / f2;
     problem->accel[last] = accel / f2;
-    problem->x[grid->count] = problem->accel[grid->count] =
-        problem->input[0][last] = problem->input[1][last] = 0.0;
+    problem->x[grid->count] = 0.0;
+    problem->accel[grid->count] = 0.0;
+    problem->input[0][last] = 0.0;
+    problem->input[1][last] = 0.0;
     worst = fmax(worst, feed_ratio(planner, grid, last, x, 0.0, x));
-    return fmax(worst, rest_ratio(planner, &grid->seg[last], sqrt(x), -1.0));
+    double standing =
+        standstill_ratio(planner, &grid->seg[last], sqrt(x), -1.0);
+    return fmax(worst, standing);
 }

@@ -62,14 +62,16 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
         pl->offset[k] = s->interval->offset;
         pl->last[k] =
             (uint8_t)(s->last + 2 * (s->last && s->interval->blocks > 0));
-        pl->jerk[k] = pl->time[k] = 0.0;
+        pl->jerk[k] = 0.0;
+        pl->time[k] = 0.0;
         end += s->last;
     }
     relax(grid, problem);
     pl->count = grid->count;
-    pl->next = pl->since = 0;
+    pl->next = 0;
+    pl->since = 0;
     pl->edition++;
-    pl->rest_start = grid->rest_start;
+    pl->from_standstill = grid->from_standstill;
     pl->final = final;
     pl->stands = grid->stands;
     pl->end = end;
@@ -184,7 +186,8 @@ static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
         return tighten_present(planner, grid);
     }
     for (int k = 0; k < grid->count; k++) {
-        grid->seg[k].share = grid->seg[k].jump * *grid->seg[k].tight;
+        struct segment *segment = &grid->seg[k];
+        segment->share = segment->jump * *segment->tight;
     }
     memcpy(planner->scratch,
            planner->prob.x,
@@ -201,7 +204,9 @@ static double foreseen(const jerk_planner *planner,
                        int k) {
     double more;
     double f2 = planner->scale * planner->scale;
-    double input[2] = {problem->input[0][k] * f2, problem->input[1][k] * f2};
+    double input[2];
+    input[0] = problem->input[0][k] * f2;
+    input[1] = problem->input[1][k] * f2;
     double most = bend_inside(planner,
                               segment,
                               problem->x[k] * f2,
@@ -224,7 +229,8 @@ static double loss_of_time(const struct grid *grid,
     double lost = 0.0;
     double time = 0.0;
     for (int k = problem->first; k < grid->count - 1; k++) {
-        double t = grid->seg[k].length / sqrt(fmax(problem->x[k], LEAST_X));
+        double v = sqrt(fmax(problem->x[k], LEAST_X));
+        double t = grid->seg[k].length / v;
         time += t;
         if (grid->seg[k].tight != &grid->seg[k].own) {
             lost += t * (1.0 - share[k]) / 3.0;
@@ -394,7 +400,8 @@ void allow_present(jerk_planner *planner,
                    struct grid *grid,
                    double reach,
                    double top) {
-    for (int k = 0; k < grid->count && grid->from_start[k] < reach; k++) {
+    const double *from = grid->from_start;
+    for (int k = 0; k < grid->count && from[k] < reach; k++) {
         struct segment *segment = &grid->seg[k];
         segment->soft = fmin(
             segment->cap,

@@ -39,10 +39,13 @@ void nc_modal_init(nc_modal *modal) {
         modal->main_axis[i] = -1;
     }
     for (int i = 0; i < NC_AXES; i++) {
-        modal->mirror[i] = modal->share[i] = 1.0;
+        modal->mirror[i] = 1.0;
+        modal->share[i] = 1.0;
     }
-    modal->unit = modal->feed_unit = modal->feed_factor = modal->arc_scale =
-        1.0;
+    modal->unit = 1.0;
+    modal->feed_unit = 1.0;
+    modal->feed_factor = 1.0;
+    modal->arc_scale = 1.0;
     modal->plane = 17;
     modal->absolute = 1;
     modal->centre_limit = 2.0;
@@ -51,8 +54,12 @@ void nc_modal_init(nc_modal *modal) {
 
 void nc_words_init(nc_words *words) {
     memset(words, 0, sizeof *words);
-    words->motion = words->plane = words->absolute = words->inch =
-        words->centre_absolute = words->exact_stop = -1;
+    words->motion = -1;
+    words->plane = -1;
+    words->absolute = -1;
+    words->inch = -1;
+    words->centre_absolute = -1;
+    words->exact_stop = -1;
 }
 
 /* Build offset_next again after a change of plane, tool length or zero offset.
@@ -228,11 +235,12 @@ static int correct_centre(const nc_modal *modal,
     double given[2] = {arc->center[0], arc->center[1]};
     double ux = arc->chord[0] / arc->width;
     double uy = arc->chord[1] / arc->width;
-    double mx = given[0] - (arc->start[0] + 0.5 * arc->chord[0]);
-    double my = given[1] - (arc->start[1] + 0.5 * arc->chord[1]);
+    const double *chord = arc->chord;
+    double mx = given[0] - (arc->start[0] + 0.5 * chord[0]);
+    double my = given[1] - (arc->start[1] + 0.5 * chord[1]);
     double along = mx * ux + my * uy;
     double height = my * ux - mx * uy;
-    double r_end = hypot(mx - 0.5 * arc->chord[0], my - 0.5 * arc->chord[1]);
+    double r_end = hypot(mx - 0.5 * chord[0], my - 0.5 * chord[1]);
     if (modal->rules & NC_RULE_NO_CORRECTION) {
         if (fabs(r_end - r_start) > UNCORRECTED_MM) {
             return NC_ERROR_RADII;

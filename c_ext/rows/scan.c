@@ -84,7 +84,8 @@ static double slow_value(const struct decimal *decimal) {
 /* [+-]?(digits[.digits*]|.digits), correctly rounded. */
 static int read_number(struct cursor *cursor, double *value) {
     struct decimal decimal;
-    decimal.count = decimal.fraction = 0;
+    decimal.count = 0;
+    decimal.fraction = 0;
     decimal.value = 0;
     int negative = cursor->at < cursor->end && *cursor->at == '-';
     if (cursor->at < cursor->end

@@ -3,6 +3,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 #include "stages/polyline_distance.h"
+#include "stages/square.h"
 
 enum {
     GROUP = 16,
@@ -102,8 +103,9 @@ static double to_segment(const line *line, int64_t i, const double *point) {
     }
     double share = way > 0.0 ? fmin(fmax(along / way, 0.0), 1.0) : 0.0;
     for (int k = 0; k < line->dim; k++) {
-        double rest = point[k] - from[k] - share * (to[k] - from[k]);
-        square += rest * rest;
+        double way_k = to[k] - from[k];
+        double remainder = point[k] - from[k] - share * way_k;
+        square += remainder * remainder;
     }
     return square;
 }
@@ -184,8 +186,9 @@ static double around_vertex(const line *line,
     double along = 0.0;
     double middle[NC_AXES];
     for (int k = 0; k < line->dim; k++) {
-        way += (to[k] - from[k]) * (to[k] - from[k]);
-        along += (vertex[k] - from[k]) * (to[k] - from[k]);
+        double way_k = to[k] - from[k];
+        way += square(way_k);
+        along += (vertex[k] - from[k]) * way_k;
     }
     double share = way > 0.0 ? fmin(fmax(along / way, 0.0), 1.0) : 0.0;
     for (int k = 0; k < line->dim; k++) {
@@ -202,11 +205,11 @@ static double bound(const line *line,
                     const double *to,
                     near at_a,
                     near at_b) {
-    double square = 0.0;
+    double way2 = 0.0;
     for (int k = 0; k < line->dim; k++) {
-        square += (to[k] - from[k]) * (to[k] - from[k]);
+        way2 += square(to[k] - from[k]);
     }
-    double most = (at_a.distance + at_b.distance + sqrt(square)) / 2.0;
+    double most = (at_a.distance + at_b.distance + sqrt(way2)) / 2.0;
     if (at_a.segment == at_b.segment) {
         return fmin(most, fmax(at_a.distance, at_b.distance));
     }

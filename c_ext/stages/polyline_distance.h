@@ -7,8 +7,8 @@
  * found are halved.  Boxes around groups of segments leave out what is too far
  * away to be the nearest.
  */
-#ifndef TUBE_H
-#define TUBE_H
+#ifndef POLYLINE_DISTANCE_H
+#define POLYLINE_DISTANCE_H
 #include <stdint.h>
 #include "rows/nc_block.h"
 

@@ -1,40 +1,53 @@
-"""The narrow waist: canonical rows of a prepared program, one numpy structured
-array.
+"""The narrow waist: canonical rows of a prepared program in one numpy array.
 
-``NC_BLOCK`` is the C struct ``nc_block`` (``c_ext/rows/nc_block.h``);
-``cnc_core.engine`` checks the two against each other, offset by offset, when
-the extension is imported.  No per-block Python object exists on the hot path:
-front ends append rows, stages map batches to batches, the engine takes the
-array's pointer.  ``Block`` is a thin view of one row for tests, dumps and
-messages.
+``NC_BLOCK`` is the C struct ``nc_block`` (``c_ext/rows/nc_block.h``).
+``cnc_core.engine`` compares the two, offset by offset, when the extension is
+imported.
+
+The hot path makes no Python object per block.  Front ends append rows, stages
+map batches to batches, and the engine takes the array's pointer.  ``Block`` is
+a thin view of one row for tests, dumps and messages.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
+
+from cnc_core.units import FloatArray
 
 from .profile_columns import ProfileChunk
 
 NC_AXES = 9
 
-LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
-(
-    MARKER,
-    DISTANCE_RESET,
-    FLUSH,
-    RT_LOOP_BEGIN,
-    RT_LOOP_END,
-    EVENT,
-    COMPENSATION,
-) = 9, 10, 11, 12, 13, 14, 15
-SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
-COORDINATES, CORNER = 20, 21
-PATH_MODE, FILTER = 22, 23
+# row["type"]
+LINEAR = 1
+CIRCULAR = 2
+POLYNOMIAL = 3
+DWELL = 4
+M = 5
+H = 6
+S = 7
+T = 8
+MARKER = 9
+DISTANCE_RESET = 10
+FLUSH = 11
+RT_LOOP_BEGIN = 12
+RT_LOOP_END = 13
+EVENT = 14
+COMPENSATION = 15
+SMOOTHING = 16
+CONTOUR = 17
+DYNAMICS = 18
+SPLINE = 19
+COORDINATES = 20
+CORNER = 21
+PATH_MODE = 22
+FILTER = 23
 EXTENSION = 24
 SOFT_LIMITS = 25
 TYPE_NAMES: dict[int, str] = {
@@ -64,34 +77,32 @@ TYPE_NAMES: dict[int, str] = {
     FILTER: "filter",
     EXTENSION: "extension",
 }
-# no blocks: what stages and engine are told
+# rows for stages and engine only; they are no blocks of the program
 SILENT = (COORDINATES, DYNAMICS, SOFT_LIMITS)
-(
-    RAPID,
-    EXACT_STOP,
-    STANDSTILL,
-    HAS_PARAM,
-    WAIT,
-    HAS_VALUE,
-    CONTOUR_FEED,
-    MODULO,
-) = 1, 2, 4, 8, 16, 32, 64, 128
-# motion: the feed counts along its length, whatever the path mode says
-PATH_FEED = 16384
-# coordinates: the axes are programmed, a length is corrected along the tool
-LENGTH_ONLY = 2048
-# polynomial over the path length; coordinates: lines of the machine axes
-BY_LENGTH, PTP = 4096, 8192
+# row["flags"]
+RAPID = 1
+EXACT_STOP = 2
+STANDSTILL = 4
+HAS_PARAM = 8
+WAIT = 16
+HAS_VALUE = 32
+CONTOUR_FEED = 64
+MODULO = 128
+ELEMENT = 256  # motion that only the PLC sees
+PIECE = 512  # motion that is only executed
 # polynomial: the feed is that of its parameter; its pieces: so is their path
 BY_PARAMETER = 1024
 OF_TIP = 2048  # piece with BY_PARAMETER: covers a path of the tool tip
-TANGENTS = 255  # degree of an element that names its tangents in the pool
-ELEMENT, PIECE = (
-    256,
-    512,
-)  # motion that only the PLC sees; motion that is only executed
-EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
+# coordinates: the axes are programmed, a length is corrected along the tool
+LENGTH_ONLY = 2048
+BY_LENGTH = 4096  # polynomial over the path length
+PTP = 8192  # coordinates: lines of the machine axes
+# motion: the feed counts along its length, whatever the path mode says
+PATH_FEED = 16384
 NO_OVERRIDE = 32768
+TANGENTS = 255  # degree of an element that names its tangents in the pool
+# row["code"] of an event
+EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 EVENT_COMMAND, EVENT_OVERRIDE = 5, 6
 EVENT_ESA_TIME, ESA_TIMES = 8, 3  # code of the first time, how many there are
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
@@ -135,18 +146,18 @@ assert NC_BLOCK.itemsize == 176
 
 @dataclass
 class BlockBatch:
-    """Rows in program order and the pool their polynomial coefficients stand
-    in.
+    """Rows in program order, and the pool of their polynomial coefficients.
 
-    ``rows``: (n,) of ``NC_BLOCK``.  ``pool``: (m,) float64; a polynomial row
-    owns ``axes * (degree + 1)`` values from ``row["pool"]`` on, axis after
-    axis, ascending powers of the parameter 0..``row["angle"]``. ``profile``:
-    columns of a profile that come behind the rows; the stage for profiles makes
-    rows of them.
+    ``rows``: (n,) of ``NC_BLOCK``.
+    ``pool``: (m,) float64.  A polynomial row owns ``axes * (degree + 1)``
+    values from ``row["pool"]`` on: axis after axis, ascending powers of the
+    parameter 0..``row["angle"]``.
+    ``profile``: columns of a profile behind the rows.  The stage for profiles
+    makes rows of them.
     """
 
     rows: npt.NDArray[Any]
-    pool: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    pool: FloatArray = field(default_factory=lambda: np.empty(0))
     profile: ProfileChunk | None = None
 
     @classmethod
@@ -172,8 +183,9 @@ def number_of_blocks(batch: BlockBatch) -> int:
 
 
 def number_pushed(batch: BlockBatch) -> int:
-    """Blocks of a batch on its way to the engine: pieces of a block that is
-    driven in several are none.
+    """Blocks of a batch on its way to the engine.
+
+    Several pieces of one block count as no block.
     """
     pieces = (batch.rows["flags"] & PIECE != 0) & (
         batch.rows["type"] <= POLYNOMIAL
@@ -181,11 +193,20 @@ def number_pushed(batch: BlockBatch) -> int:
     return number_of_blocks(batch) - int(pieces.sum())
 
 
+# places of (first, second, third) axis of a plane among the three main axes
+_PLANES = {
+    17: (0, 1, 2),
+    18: (2, 0, 1),
+    19: (1, 2, 0),
+}
+
+
 def motion_planes(plane: int) -> tuple[int, int, int]:
-    """Places of (first, second, third) axis of a plane among the three main
-    axes: G17 XYZ, G18 ZXY, G19 YZX.
+    """Places of (first, second, third) axis among the three main axes.
+
+    G17 XYZ, G18 ZXY, G19 YZX.
     """
-    return {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[plane]
+    return _PLANES[plane]
 
 
 class Block:
@@ -194,20 +215,15 @@ class Block:
     def __init__(
         self,
         row: Any,
-        start: npt.NDArray[np.float64],
+        start: FloatArray,
         axes: Sequence[str],
         main: Sequence[int],
-        pool: npt.NDArray[np.float64] | None = None,
+        pool: FloatArray | None = None,
     ) -> None:
-        self.row, self.start, self.axes, self.main, self.pool = (
-            row,
-            start,
-            axes,
-            main,
-            pool,
-        )
+        self.row, self.start = row, start
+        self.axes, self.main, self.pool = axes, main, pool
 
-    def _named(self, values: npt.NDArray[np.float64]) -> dict[str, float]:
+    def _named(self, values: FloatArray) -> dict[str, float]:
         return {name: float(values[i]) for i, name in enumerate(self.axes)}
 
     def _motion(self) -> dict[str, Any]:
@@ -255,57 +271,84 @@ class Block:
             "n": int(row["n"]),
             "count": int(row["count"]),
         }
-        if kind == LINEAR:
-            out |= self._motion()
-        elif kind == CIRCULAR:
-            out |= self._circular()
-        elif kind == POLYNOMIAL:
-            out |= self._polynomial()
-        elif kind == DWELL:
-            out["seconds"] = float(row["value"])
-        elif kind == MARKER:
-            out["action"] = MARKER_NAMES[int(row["code"])]
-            out["param"] = (
-                float(row["value"]) if row["flags"] & HAS_PARAM else None
-            )
-        elif kind == S:
-            out["value"] = float(row["value"])
-        elif kind == EVENT and row["code"] == EVENT_COMMAND:
-            out["code"] = out["value"] = int(row["value"])
-        elif kind in (M, H, T, EVENT):
-            out["code"] = int(row["code"])
-            out["value"] = (
-                float(row["value"]) if row["flags"] & HAS_VALUE else None
-            )
-        elif kind in (
-            CONTOUR,
-            SMOOTHING,
-            DYNAMICS,
-            SPLINE,
-            CORNER,
-            SOFT_LIMITS,
-        ):
-            out["code"], out["value"] = int(row["code"]), float(row["value"])
-            if kind == CONTOUR:
-                out["on"], out["distances"] = (
-                    bool(row["plane"]),
-                    row["center"].tolist(),
-                )
-            if kind in (DYNAMICS, SOFT_LIMITS):
-                count = (
-                    len(self.axes)
-                    if kind == SOFT_LIMITS
-                    else max(6, len(self.axes))
-                )
-                out["limits"] = [float(v) for v in row["end"][:count]]
-        elif kind == FLUSH:
-            out["wait"] = bool(row["flags"] & WAIT)
-        return out
+        own = self._OWN.get(kind)
+        return out if own is None else out | own(self)
+
+    def _dwell(self) -> dict[str, Any]:
+        return {"seconds": float(self.row["value"])}
+
+    def _marker(self) -> dict[str, Any]:
+        return {
+            "action": MARKER_NAMES[int(self.row["code"])],
+            "param": self._value_if(HAS_PARAM),
+        }
+
+    def _value_if(self, flag: int) -> float | None:
+        row = self.row
+        return float(row["value"]) if row["flags"] & flag else None
+
+    def _speed(self) -> dict[str, Any]:
+        return {"value": float(self.row["value"])}
+
+    def _function(self) -> dict[str, Any]:
+        return {
+            "code": int(self.row["code"]),
+            "value": self._value_if(HAS_VALUE),
+        }
+
+    def _event(self) -> dict[str, Any]:
+        if self.row["code"] != EVENT_COMMAND:
+            return self._function()
+        number = int(self.row["value"])
+        return {"code": number, "value": number}
+
+    def _selection(self) -> dict[str, Any]:
+        row = self.row
+        return {"code": int(row["code"]), "value": float(row["value"])}
+
+    def _contour(self) -> dict[str, Any]:
+        return self._selection() | {
+            "on": bool(self.row["plane"]),
+            "distances": self.row["center"].tolist(),
+        }
+
+    def _dynamics(self) -> dict[str, Any]:
+        return self._with_limits(max(6, len(self.axes)))
+
+    def _soft_limits(self) -> dict[str, Any]:
+        return self._with_limits(len(self.axes))
+
+    def _with_limits(self, count: int) -> dict[str, Any]:
+        limits = [float(value) for value in self.row["end"][:count]]
+        return self._selection() | {"limits": limits}
+
+    def _flush(self) -> dict[str, Any]:
+        return {"wait": bool(self.row["flags"] & WAIT)}
+
+    _OWN: ClassVar[dict[int, Callable[[Block], dict[str, Any]]]] = {
+        LINEAR: _motion,
+        CIRCULAR: _circular,
+        POLYNOMIAL: _polynomial,
+        DWELL: _dwell,
+        MARKER: _marker,
+        S: _speed,
+        M: _function,
+        H: _function,
+        T: _function,
+        EVENT: _event,
+        CONTOUR: _contour,
+        SMOOTHING: _selection,
+        SPLINE: _selection,
+        CORNER: _selection,
+        DYNAMICS: _dynamics,
+        SOFT_LIMITS: _soft_limits,
+        FLUSH: _flush,
+    }
 
 
 def blocks(
     batch: BlockBatch,
-    start: npt.NDArray[np.float64],
+    start: FloatArray,
     axes: Sequence[str],
     main: Sequence[int],
 ) -> Iterator[Block]:
@@ -327,12 +370,11 @@ def blocks(
 def whole_polynomials(
     batch: BlockBatch, axes: int, main: Sequence[int]
 ) -> BlockBatch:
-    """Parts of one programmed polynomial (``code`` tells which) as the
-    polynomial that they are parts of.
+    """Joins the parts of each programmed polynomial; ``code`` numbers it.
 
-    The main axes are exact: the first part has their coefficients.  The others,
-    which follow from directions, are the polynomial of degree 5 that meets
-    their values and two derivatives at both ends.
+    The main axes are exact: the first part has their coefficients.  The other
+    axes follow from directions.  Their polynomial has degree 5 and meets their
+    values and two derivatives at both ends.
     """
     rows = batch.rows
     part = (
@@ -340,9 +382,8 @@ def whole_polynomials(
         & (rows["flags"] & (BY_PARAMETER | PIECE) == BY_PARAMETER)
         & (rows["code"] > 0)
     )
-    again = np.append(
-        False, part[1:] & part[:-1] & (rows["code"][1:] == rows["code"][:-1])
-    )
+    same_code = rows["code"][1:] == rows["code"][:-1]
+    again = np.append(False, part[1:] & part[:-1] & same_code)
     if not again.any():
         return batch
     out, pool = rows.copy(), [batch.pool]
@@ -365,14 +406,28 @@ def whole_polynomials(
     return BlockBatch(out[~again], np.concatenate(pool))
 
 
+def _state(
+    coef: FloatArray, s: float, span: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Value and two derivatives at ``s``, each (axes,), over a unit ``span``."""
+    powers = s ** np.arange(6)
+    first = coef[:, 1:] * np.arange(1, 6)
+    second = coef[:, 2:] * np.arange(2, 6) * np.arange(1, 5)
+    return (
+        coef @ powers,
+        first @ powers[:5] * span,
+        second @ powers[:4] * span**2,
+    )
+
+
 def _whole(
     rows: Any,
-    pool: npt.NDArray[np.float64],
+    pool: FloatArray,
     ends: tuple[int, int],
     span: float,
     axes: int,
     main: Sequence[int],
-) -> npt.NDArray[np.float64]:
+) -> FloatArray:
     """(axes, 6) coefficients over 0..``span`` of the parts from ``ends[0]`` to
     ``ends[1]``.
     """
@@ -380,21 +435,11 @@ def _whole(
     for k in ends:
         order = int(rows["degree"][k]) + 1
         at = int(rows["pool"][k])
+        own = pool[at : at + axes * order]
         parts.append(np.zeros((axes, 6)))
-        parts[-1][:, :order] = pool[at : at + axes * order].reshape(axes, order)
-    states = []
-    for coef, s in zip(
-        parts, (0.0, float(rows["angle"][ends[1]])), strict=True
-    ):
-        powers = s ** np.arange(6)
-        d1, d2 = (
-            coef[:, 1:] * np.arange(1, 6),
-            coef[:, 2:] * np.arange(2, 6) * np.arange(1, 5),
-        )
-        states.append(
-            (coef @ powers, d1 @ powers[:5] * span, d2 @ powers[:4] * span**2)
-        )
-    (p0, v0, a0), (p1, v1, a1) = states
+        parts[-1][:, :order] = own.reshape(axes, order)
+    p0, v0, a0 = _state(parts[0], 0.0, span)
+    p1, v1, a1 = _state(parts[1], float(rows["angle"][ends[1]]), span)
     moved = p1 - p0
     out = np.stack([
         p0, v0, 0.5 * a0,

@@ -1,4 +1,4 @@
-"""What circular rows reach."""
+"""The range of positions that circular rows reach."""
 
 from __future__ import annotations
 
@@ -7,30 +7,26 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..units import FloatArray
 from . import motion_planes
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def arc_extremes(
     rows: npt.NDArray[Any], starts: FloatArray, main: tuple[int, int, int]
 ) -> tuple[FloatArray, FloatArray]:
-    """(low, high), each (n, 2): what circular rows of one plane reach on the
-    plane's first and second axis, mm.
+    """(low, high), each (n, 2), mm: the range of circular rows of one plane.
+
+    The columns are the plane's first and second axis.
     """
     first, second, _ = motion_planes(int(rows["plane"][0]))
     axes = [main[first], main[second]]
     centre, end = rows["center"], rows["end"][:, axes]
     d = starts[:, axes] - centre
-    radius, angle0, sweep = (
-        np.hypot(d[:, 0], d[:, 1]),
-        np.arctan2(d[:, 1], d[:, 0]),
-        rows["angle"],
-    )
-    low, high = (
-        np.minimum(starts[:, axes], end),
-        np.maximum(starts[:, axes], end),
-    )
+    radius = np.hypot(d[:, 0], d[:, 1])
+    angle0 = np.arctan2(d[:, 1], d[:, 0])
+    sweep = rows["angle"]
+    low = np.minimum(starts[:, axes], end)
+    high = np.maximum(starts[:, axes], end)
     for quadrant in range(4):
         angle = quadrant * np.pi / 2
         turn = np.mod(

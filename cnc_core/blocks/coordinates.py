@@ -1,8 +1,8 @@
-"""What lies between programmed and axis positions: a frame over the three main
-axes, and a kinematic transformation.
+"""The way from programmed to axis positions: a frame over the three main axes,
+and a kinematic transformation.
 
-A front end tells the stages with one ``COORDINATES`` row whenever it changes;
-its layout: ``c_ext/rows/nc_block.h``.
+A front end hands out one ``COORDINATES`` row whenever they change.  The row's
+layout stands in ``c_ext/rows/nc_block.h``.
 """
 
 from __future__ import annotations
@@ -11,11 +11,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..units import FloatArray
 from . import LENGTH_ONLY, PTP
 
-FloatArray = npt.NDArray[np.float64]
 EXACT = 1e-14
 
 
@@ -27,13 +26,20 @@ def _clean(matrix: FloatArray) -> FloatArray:
 
 def to_quaternion(r: FloatArray) -> FloatArray:
     """(w, x, y, z) of a rotation (3, 3)."""
-    squares = np.array([1 + r[0, 0] + r[1, 1] + r[2, 2], 1 + r[0, 0] - r[1, 1] - r[2, 2],
-                        1 - r[0, 0] + r[1, 1] - r[2, 2], 1 - r[0, 0] - r[1, 1] + r[2, 2]])  # fmt: skip
+    xx, yy, zz = r[0, 0], r[1, 1], r[2, 2]
+    squares = np.array([
+        1 + xx + yy + zz,
+        1 + xx - yy - zz,
+        1 - xx + yy - zz,
+        1 - xx - yy + zz,
+    ])  # fmt: skip
+    wx, wy, wz = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
+    xy, xz, yz = r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1]
     outer = np.array([
-        [squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
-        [r[2, 1] - r[1, 2], squares[1], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
-        [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], squares[2], r[1, 2] + r[2, 1]],
-        [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], squares[3]],
+        [squares[0], wx, wy, wz],
+        [wx, squares[1], xy, xz],
+        [wy, xy, squares[2], yz],
+        [wz, xz, yz, squares[3]],
     ])  # fmt: skip
     # four times one component times the quaternion
     best = outer[int(np.argmax(squares))]
@@ -43,10 +49,13 @@ def to_quaternion(r: FloatArray) -> FloatArray:
 def from_quaternion(q: FloatArray) -> FloatArray:
     """(3, 3) rotation of a unit quaternion (w, x, y, z)."""
     w, x, y, z = q / np.linalg.norm(q)
+    xx, yy, zz = x * x, y * y, z * z
+    xy, xz, yz = x * y, x * z, y * z
+    wx, wy, wz = w * x, w * y, w * z
     return _clean(np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        [1 - 2 * (yy + zz), 2 * (xy - wz), 2 * (xz + wy)],
+        [2 * (xy + wz), 1 - 2 * (xx + zz), 2 * (yz - wx)],
+        [2 * (xz - wy), 2 * (yz + wx), 1 - 2 * (xx + yy)],
     ]))  # fmt: skip
 
 
@@ -85,9 +94,11 @@ class Frame:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """``kinematics``: number of the transformation, None: the axes are driven
-    as they are.  ``length``: tool, mm.
+    """The frame and the transformation in force.
 
+    ``kinematics``: number of the transformation.  None: the programmed axes
+    are the machine's.
+    ``length``: of the tool, mm.
     ``ptp``: blocks are straight lines of the axes to the programmed end.
     ``length_only``: the axes are programmed, and shifted by ``length`` along
     the tool.
@@ -105,11 +116,9 @@ class Coordinates:
         """
         quaternion = to_quaternion(self.frame.rotation)
         row["end"][0, : len(position)] = position
-        row["center"], row["radius"], row["programmed_radius"] = (
-            quaternion[:2],
-            quaternion[2],
-            quaternion[3],
-        )
+        row["center"] = quaternion[:2]
+        row["radius"] = quaternion[2]
+        row["programmed_radius"] = quaternion[3]
         row["angle"], row["value"], row["length_min"] = self.frame.origin
         row["code"] = 0 if self.kinematics is None else self.kinematics + 1
         row["feed"] = self.length
@@ -119,7 +128,7 @@ class Coordinates:
 
     @classmethod
     def of(cls, row: Any) -> Coordinates:
-        """What a row says."""
+        """The coordinates of a row."""
         quaternion = np.array(
             [*row["center"], row["radius"], row["programmed_radius"]],
             dtype=np.float64,

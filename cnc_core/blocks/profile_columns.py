@@ -16,8 +16,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from ..units import FloatArray, IntArray
 
 # What happens at the end of a point's curve, or at the end of a polynomial.
 SMOOTH, TANGENT, BLEND, STOP, PASS = 0, 62, 63, 66, 67

@@ -86,7 +86,7 @@ def check(
         with progress(f"checking {file.name}"):
             program = open_program(file, options, collect=True, programmed=True)
             count = sum(map(number_of_blocks, program.batches()))
-        errors, setups = program.errors, getattr(program.reader, "setups", [])
+        errors, setups = program.errors, program.reader.setups
         say_warnings(program)
     except CncError as error:
         errors = [error]

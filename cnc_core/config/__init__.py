@@ -2,7 +2,7 @@
 
 Unknown keys are errors that name the nearest known one; every number has its
 range.  Names follow the parameters of the manual where there is one
-(P-CHAN-00650 and friends, see ``docs/glossary.md``).
+(P-CHAN-00650 and friends, see ``docs/reference/glossary.md``).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pydantic import (
 
 from ..blocks import NC_AXES
 from ..errors import ConfigError, Place
-from ..frontend.isons.base.machine import IO_BLOCKS
+from ..frontend.isons.base.machine import EVENT_PLACE, EVENT_SLOTS, IO_BLOCKS
 from ..frontend.machine import (
     External,
     HscSetting,
@@ -230,7 +230,7 @@ class SpindleConfig(_Table):
 
 
 class OsaiConfig(_Table):
-    """10-Series programs: what the manual leaves open (docs/osai.md).
+    """10-Series programs: what the manual leaves open (docs/reference/osai.md).
 
     ``feed``: of polynomials and B-splines, that of their parameter or along the
     arc.  ``location``: where a cutter location point lies on a ball or toroidal
@@ -498,6 +498,16 @@ class CellConfig(_Table):
             )
         return out
 
+    def command_slots(self, dialect: str) -> tuple[int, int] | None:
+        """Where the PLC sees commands of programs of a dialect.
+
+        The block among the global external variables, and the number of slots.
+        None: programs of this dialect show none.
+        """
+        if dialect != "isons":
+            return None
+        return self.isons.io_block - 1 + EVENT_PLACE, EVENT_SLOTS
+
     @property
     def skip_mask(self) -> int:
         """Bit 0 is block skip level 1."""
@@ -655,9 +665,11 @@ class CellConfig(_Table):
             m6_program=self.channel.m6_program,
             velocity=self.axis_values("v_max_mm_s"),
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
-            isons=self.isons.machine,
-            osai=OsaiCell(
-                self.osai.feed == "arc", self.osai.location == "centre"
+            dialects=(
+                self.isons.machine,
+                OsaiCell(
+                    self.osai.feed == "arc", self.osai.location == "centre"
+                ),
             ),
             probe=dict(self.probe),
             equidistant="FCT_EXTENSION_EQUIDIST" in self.channel.functions,

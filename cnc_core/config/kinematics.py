@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ..kinematics.chain import Chain, Fixed, HasMatrix, Step
 from ..kinematics.machine import Kinematics
-from ..kinematics.osai import (
+from ..kinematics.machine_types import (
     BASIC,
     CHAINS,
     CUTS,

@@ -12,14 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core import _engine
+from cnc_core._engine import ffi, lib
 
 from ..blocks import NC_AXES, NC_BLOCK, BlockBatch
 from ..config import CellConfig, synch_value
 from ..errors import ERRORS, CncError
-
-_module: Any = _engine
-ffi, lib = _module.ffi, _module.lib
 
 
 def _check_waist() -> None:

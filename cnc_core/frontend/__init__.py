@@ -2,36 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
 
 from cnc_core.errors import CncError, Place
 from cnc_core.frontend.detect import detect as detect
 from cnc_core.frontend.machine import ProgramMachine
 
-from ..blocks import BlockBatch
-from .port import ChannelPort, Wait
+from .front_end import FrontEnd as FrontEnd
+from .front_end import Restartable as Restartable
+from .port import ChannelPort
 
 DIALECTS = ("isg", "iso", "isons", "osai")
-
-
-class FrontEnd(Protocol):
-    """What the channel sees of every front end."""
-
-    errors: list[CncError]
-    warnings: list[CncError]
-    files: list[Path]
-
-    @property
-    def block_count(self) -> int:
-        """Physical lines read so far."""
-        ...
-
-    def read(self, rows: int) -> BlockBatch | Wait | None:
-        """Up to ``rows`` rows, a reason to wait, or None at the program's end."""
-        ...
-
-    def close(self) -> None: ...
 
 
 def create(
@@ -43,35 +25,75 @@ def create(
     *,
     lenient: bool = False,
 ) -> FrontEnd:
-    """The front end of ``dialect`` for one program; ``lenient`` as the dialect
-    understands it.
+    """The front end of ``dialect`` for one program.
 
-    Only its own package is imported: the others would be most of what a process
-    needs to start.
+    ``lenient``: as the dialect understands it.  ``collect``: errors are
+    collected, not raised.
     """
-    if dialect == "isg":
-        from cnc_core.frontend.isg import IsgFrontEnd  # noqa: PLC0415
+    make = _MAKERS.get(dialect)
+    if make is None:
+        known = ", ".join(DIALECTS)
+        text = f"dialect {dialect} is not available yet (known: {known})"
+        raise CncError(901003, text, Place(file=str(path)))
+    return make(path, machine, port, collect, lenient)
 
-        return IsgFrontEnd(
-            path, machine, port, collect=collect, lenient=lenient
-        )
-    if dialect == "iso":
-        from cnc_core.frontend.iso import IsoFrontEnd  # noqa: PLC0415
 
-        return IsoFrontEnd(path, machine, port, collect=collect)
-    if dialect == "isons":
-        from cnc_core.frontend.isons.front_end import IsonsFrontEnd  # noqa: PLC0415
+# A process needs one dialect.  Each function imports its own package only,
+# because the others would take most of the time that a process needs to start.
 
-        return IsonsFrontEnd(path, machine, port, collect=collect)
-    if dialect == "osai":
-        from cnc_core.frontend.osai import OsaiFrontEnd  # noqa: PLC0415
 
-        return OsaiFrontEnd(
-            path, machine, port, collect=collect, lenient=lenient
-        )
-    known = "" if dialect in DIALECTS else f" (known: {', '.join(DIALECTS)})"
-    raise CncError(
-        901003,
-        f"dialect {dialect} is not available yet{known}",
-        Place(file=str(path)),
-    )
+def _isg(
+    path: Path,
+    machine: ProgramMachine,
+    port: ChannelPort,
+    collect: bool,
+    lenient: bool,
+) -> FrontEnd:
+    from cnc_core.frontend.isg import IsgFrontEnd  # noqa: PLC0415
+
+    return IsgFrontEnd(path, machine, port, collect=collect, lenient=lenient)
+
+
+def _iso(
+    path: Path,
+    machine: ProgramMachine,
+    port: ChannelPort,
+    collect: bool,
+    _lenient: bool,
+) -> FrontEnd:
+    from cnc_core.frontend.iso import IsoFrontEnd  # noqa: PLC0415
+
+    return IsoFrontEnd(path, machine, port, collect=collect)
+
+
+def _isons(
+    path: Path,
+    machine: ProgramMachine,
+    port: ChannelPort,
+    collect: bool,
+    _lenient: bool,
+) -> FrontEnd:
+    from cnc_core.frontend.isons.front_end import IsonsFrontEnd  # noqa: PLC0415
+
+    return IsonsFrontEnd(path, machine, port, collect=collect)
+
+
+def _osai(
+    path: Path,
+    machine: ProgramMachine,
+    port: ChannelPort,
+    collect: bool,
+    lenient: bool,
+) -> FrontEnd:
+    from cnc_core.frontend.osai import OsaiFrontEnd  # noqa: PLC0415
+
+    return OsaiFrontEnd(path, machine, port, collect=collect, lenient=lenient)
+
+
+Maker = Callable[[Path, ProgramMachine, ChannelPort, bool, bool], FrontEnd]
+_MAKERS: dict[str, Maker] = {
+    "isg": _isg,
+    "iso": _iso,
+    "isons": _isons,
+    "osai": _osai,
+}

@@ -19,15 +19,18 @@ _COMMENT = re.compile(r"\([^()\n]*\)|;[^\n]*")
 # what cannot stand in a program of the other dialect
 _SIGNS = {
     "isg": re.compile(
-        r"#\s*[A-Z]{2,}|\$(?:IF|ELSE|FOR|WHILE|DO|REPEAT|SWITCH|GOTO)\b|\bV\.[A-Z]+\.|^\s*%L\s",
+        r"#\s*[A-Z]{2,}|\$(?:IF|ELSE|FOR|WHILE|DO|REPEAT|SWITCH|GOTO)\b"
+        r"|\bV\.[A-Z]+\.|^\s*%L\s",
         re.M | re.I,
     ),
     "iso": re.compile(
-        r"#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])|(?<![A-Z\d.])G(?:59|9[012]|28|30|61|43)\.[1-9]",
+        r"#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])"
+        r"|(?<![A-Z\d.])G(?:59|9[012]|28|30|61|43)\.[1-9]",
         re.I,
     ),
     "isons": re.compile(
-        r"^\s*(?:END_IF|END_LOOP|END_PROGRAM|USER_ZERO|USER_OFFSET|GOSUB|MARKER|DIM)\b|^\s*@\w+\s*$"
+        r"^\s*(?:END_IF|END_LOOP|END_PROGRAM|USER_ZERO|USER_OFFSET|GOSUB"
+        r"|MARKER|DIM)\b|^\s*@\w+\s*$"
         r"|\$(?!IF\b)[A-Z_]\w*\s*=|[A-Z]\s*\[[^\]\n]*\$",
         re.M | re.I,
     ),

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Literal, Protocol, TypeVar
 
-import numpy as np
-import numpy.typing as npt
+from ..units import FloatArray
 
-from .isons.base.machine import IsonsCell
+Settings = TypeVar("Settings")
 
 
 @dataclass(frozen=True)
@@ -69,27 +68,21 @@ class TipMachine(Protocol):
         """Channel index of the rotary axes, part to tool."""
         ...
 
-    def orient(
-        self, direction: npt.NDArray[np.float64], near: npt.NDArray[np.float64]
-    ) -> npt.NDArray[np.float64]:
+    def orient(self, direction: FloatArray, near: FloatArray) -> FloatArray:
         """(axes,) ``near`` with the rotary axes turned so that the tool points
         into ``direction``.
         """
         ...
 
-    def directions(self, q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def directions(self, q: FloatArray) -> FloatArray:
         """(n, 3) tool directions, tip to spindle, in the part frame."""
         ...
 
-    def programmed(
-        self, q: npt.NDArray[np.float64], length: float
-    ) -> npt.NDArray[np.float64]:
+    def programmed(self, q: FloatArray, length: float) -> FloatArray:
         """(n, axes) the tip in place of the linear axes."""
         ...
 
-    def driven(
-        self, programmed: npt.NDArray[np.float64], length: float
-    ) -> npt.NDArray[np.float64]:
+    def driven(self, programmed: FloatArray, length: float) -> FloatArray:
         """(n, axes) axis positions of programmed ones."""
         ...
 
@@ -137,27 +130,31 @@ class ProgramMachine:
     axes: tuple[str, ...]
     rotary: tuple[bool, ...]
     main: tuple[int, int, int]
-    start: npt.NDArray[np.float64]
+    start: FloatArray
     tools: dict[int, Tool] = field(default_factory=dict)
     m_functions: dict[int, str] = field(default_factory=dict)
     externals: dict[str, External] = field(default_factory=dict)
     zero_offsets: dict[int, dict[str, float]] = field(default_factory=dict)
     g_programs: dict[int, str] = field(default_factory=dict)
     m6_program: str = ""
-    velocity: npt.NDArray[np.float64] | None = None
-    limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = (
-        None
-    )
-    isons: IsonsCell | None = None
+    velocity: FloatArray | None = None
+    limits: tuple[FloatArray, FloatArray] | None = None
     probe: dict[str, float] = field(default_factory=dict)
     hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
     equidistant: bool = False
     kinematics: Mapping[int, Transformation] = field(default_factory=dict)
     kin_id: int | None = None
-    osai: OsaiCell = OsaiCell()
+    dialects: tuple[object, ...] = ()
     axis_ids: tuple[int, ...] = ()
 
     @property
     def ids(self) -> tuple[int, ...]:
         """Logical axis numbers in channel order."""
         return self.axis_ids or tuple(range(1, len(self.axes) + 1))
+
+    def settings(self, kind: type[Settings]) -> Settings:
+        """What the cell says to one dialect: the entry of ``dialects``."""
+        for found in self.dialects:
+            if isinstance(found, kind):
+                return found
+        return kind()

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from ..blocks import BlockBatch
+from .front_end import FrontEnd
 from .port import Wait
-
-if TYPE_CHECKING:
-    from cnc_core.frontend import FrontEnd
 
 
 def read_all(

@@ -150,5 +150,6 @@ def _answer(entry: Any, path: Path) -> Answer:
             return Answer(
                 {name.upper(): float(v) for name, v in values.items()}, press
             )
-    text = f'answers: {entry!r} is neither a button nor {{"set": {{"NAME": 1.0}}, "press": "BUTTON"}}'
+    form = '{"set": {"NAME": 1.0}, "press": "BUTTON"}'
+    text = f"answers: {entry!r} is neither a button nor {form}"
     raise CncError(902001, text, Place(str(path)))

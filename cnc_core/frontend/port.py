@@ -11,8 +11,8 @@ from enum import Enum
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from ..units import FloatArray
 from .machine import External
 from .operator import Answer, Operator, Question
 
@@ -59,11 +59,18 @@ class ChannelPort(Protocol):
         """What a dialect keeps from program to program, by its name."""
         ...
 
-    def live_position(self) -> npt.NDArray[np.float64]:
+    def moved(self, position: FloatArray) -> None:
+        """The rows handed out so far end at ``position`` (axes,).
+
+        A channel with a machine knows its position itself.
+        """
+        ...
+
+    def live_position(self) -> FloatArray:
         """Command position of all channel axes as it is now, mm or degrees."""
         ...
 
-    def position(self) -> npt.NDArray[np.float64]:
+    def position(self) -> FloatArray:
         """Command position of all channel axes, mm or degrees, latched when the
         last wait came true.
         """
@@ -126,7 +133,7 @@ class OfflinePort:
 
     def __init__(
         self,
-        position: npt.NDArray[np.float64],
+        position: FloatArray,
         skip_levels: int = 0,
         operator: Operator | None = None,
     ) -> None:
@@ -140,13 +147,13 @@ class OfflinePort:
             str, str
         ] = {}  # what a run would have written, by file name
 
-    def position(self) -> npt.NDArray[np.float64]:
+    def position(self) -> FloatArray:
         return self._position.copy()
 
-    def live_position(self) -> npt.NDArray[np.float64]:
+    def live_position(self) -> FloatArray:
         return self._position.copy()
 
-    def moved(self, position: npt.NDArray[np.float64]) -> None:
+    def moved(self, position: FloatArray) -> None:
         """The rows handed out so far end at ``position``."""
         self._position = np.array(position, dtype=np.float64)
 

@@ -1,30 +1,30 @@
-"""Kinematics: machine axes and tool tip, software limits, the stage that turns
-tip rows into axis rows.
+"""Kinematics: chains of machine axes, the tool tip, its inverse.
 
 ::
 
-    from cnc_core.kinematics.chain import Chain, Joint, Step        # steps:
-    offset mm, turns degrees (X, Y, Z order)
-    from cnc_core.kinematics.osai import Element, machine_chain     # OSAI: MAC,
-    bed, CIN codes -> Chain
+    from cnc_core.kinematics.chain import Chain, Joint, Step
     from cnc_core.kinematics.machine import Kinematics
+    from cnc_core.kinematics.machine_types import Element, machine_chain
 
-    chain = machine_chain("TOL", "B12", {"LI1": Element(1, Step(..)), ..},
-    part=Step(..), tool=Step(..))
-    kin = Kinematics(chain, tip_axes=(0, 1, 2), low=low, high=high)  # channel
-    indices of X Y Z; limits (axes,)
-    pose = kin.forward(q, length)            # q (n, axes): pose.tip, .direction
-    (n, 3), .rotation (n, 3, 3)
-    q = kin.axes_of_tip(tip, q, length)      # linear axes that hold the tip for
-    the rotary angles in q
-    q = kin.orient(direction, near)          # rotary angles of a tool
-    direction: nearest branch and turn within limits
-    q = kin.inverse(tips, directions, near, length)   # both, pose by pose
-    inverse.branches(chain, direction)       # all branches, with the axes that
-    are free (singular)
-    kin.driven_jets(programmed_jets, length) # (n, 3, axes): axis positions with
-    exact first and second derivatives
+    # steps: offset mm, turns degrees (X, Y, Z order)
+    elements = {"LI1": Element(1, Step(..)), ..}
+    chain = machine_chain("TOL", "B12", elements, part=Step(..), tool=Step(..))
+    # channel indices of X Y Z; limits (axes,)
+    kin = Kinematics(chain, tip_axes=(0, 1, 2), low=low, high=high)
+    # q (n, axes): pose.tip and .direction (n, 3), .rotation (n, 3, 3)
+    pose = kin.forward(q, length)
+    # linear axes that hold the tip for the rotary angles in q
+    q = kin.axes_of_tip(tip, q, length)
+    # rotary angles of a tool direction: nearest branch and turn within limits
+    q = kin.orient(direction, near)
+    # both, pose by pose
+    q = kin.inverse(tips, directions, near, length)
+    # all branches, with the axes that are free (singular)
+    inverse.branches(chain, direction)
+    # (n, 3, axes): axis positions with exact first and second derivatives
+    kin.driven_jets(programmed_jets, length)
 
-Errors are CncError: 910101 direction not reachable, 910102 reachable beyond the
-limits only.  Mathematics, cell keys and the stage: ``docs/kinematics.md``.
+Errors are CncError.  910101: the direction is not reachable.  910102: it is
+reachable beyond the limits only.  Mathematics, cell keys and the stage:
+``docs/reference/kinematics.md``.
 """

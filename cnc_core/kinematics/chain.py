@@ -1,8 +1,8 @@
 """Kinematic chains: from the part to the tool as a product of constant steps
 and joints.
 
-A machine is described from its bed outwards, to the part and to the tool (OSAI
-10 Series HSM manual, sections 9.3 to 10.2).  Every element has a frame whose +Z
+A machine is described from its bed outwards, to the part and to the tool (HSM
+specification, sections 9.3 to 10.2).  Every element has a frame whose +Z
 is its axis; a ``Step`` leads from the frame before it to its own one::
 
     step(e, q) = Tr(offset) Rx(a) Ry(b) Rz(c) J(q)     J = Tr(0, 0, q) linear,
@@ -43,17 +43,44 @@ class SingularMachine(CncError):  # noqa: N818 - the machine is singular
 
 def rotation(rx: float, ry: float, rz: float) -> FloatArray:
     """(3, 3) Rx(rx) Ry(ry) Rz(rz), degrees; multiples of 90 degrees are exact."""
-    c, s = zip(*(_cos_sin(angle) for angle in (rx, ry, rz)), strict=True)
-    x = np.array([[1.0, 0, 0], [0, c[0], -s[0]], [0, s[0], c[0]]])
-    y = np.array([[c[1], 0, s[1]], [0, 1.0, 0], [-s[1], 0, c[1]]])
-    z = np.array([[c[2], -s[2], 0], [s[2], c[2], 0], [0, 0, 1.0]])
+    c, s = zip(
+        *(_cos_sin(angle) for angle in (rx, ry, rz)),
+        strict=True,
+    )
+    x = np.array(
+        [
+            [1.0, 0, 0],
+            [0, c[0], -s[0]],
+            [0, s[0], c[0]],
+        ]
+    )
+    y = np.array(
+        [
+            [c[1], 0, s[1]],
+            [0, 1.0, 0],
+            [-s[1], 0, c[1]],
+        ]
+    )
+    z = np.array(
+        [
+            [c[2], -s[2], 0],
+            [s[2], c[2], 0],
+            [0, 0, 1.0],
+        ]
+    )
     return np.asarray(x @ y @ z)
 
 
 def _cos_sin(degrees: float) -> tuple[float, float]:
     quarter, rest = divmod(degrees, 90.0)
-    c, s = float(np.cos(np.radians(rest))), float(np.sin(np.radians(rest)))
-    return ((c, s), (-s, c), (-c, -s), (s, -c))[int(quarter) % 4]
+    c = float(np.cos(np.radians(rest)))
+    s = float(np.sin(np.radians(rest)))
+    return (
+        (c, s),
+        (-s, c),
+        (-c, -s),
+        (s, -c),
+    )[int(quarter) % 4]
 
 
 @dataclass(frozen=True)
@@ -69,7 +96,8 @@ class Step:
     def matrix(self) -> FloatArray:
         """(4, 4)"""
         out = np.eye(4)
-        out[:3, :3], out[:3, 3] = rotation(*self.turns), self.offset
+        out[:3, :3] = rotation(*self.turns)
+        out[:3, 3] = self.offset
         return out
 
 
@@ -123,12 +151,10 @@ class Chain:
         tool: Sequence[Joint],
         tool_step: HasMatrix,
     ) -> None:
-        self.part, self.tool, self.part_step, self.tool_step = (
-            tuple(part),
-            tuple(tool),
-            part_step,
-            tool_step,
-        )
+        self.part = tuple(part)
+        self.tool = tuple(tool)
+        self.part_step = part_step
+        self.tool_step = tool_step
         joints = [*part, *tool]
         self.linear = tuple(
             j.axis for j in [*reversed(self.part), *tool] if not j.rotary
@@ -183,7 +209,13 @@ class Chain:
         below them), not at all of them.
         """
         turns = np.array(list(product(ANGLES_DEG, repeat=len(self.rotary))))
-        q = np.zeros((len(turns), 3, 1 + max([*self.linear, *self.rotary])))
+        q = np.zeros(
+            (
+                len(turns),
+                3,
+                1 + max([*self.linear, *self.rotary]),
+            )
+        )
         q[:, 0, list(self.rotary)] = turns
         _, map_, _, _ = self._walk(q, 0.0)
         if np.abs(np.linalg.det(map_[:, 0])).max() < 1e-6:
@@ -196,7 +228,8 @@ class Chain:
         columns, tool direction, orientation.
         """
         n = len(q)
-        turned, place = jets.constant(np.eye(3), n), np.zeros((n, 3, 3))
+        turned = jets.constant(np.eye(3), n)
+        place = np.zeros((n, 3, 3))
         columns = {}
         for link in self._links:
             place = place + turned @ link.offset
@@ -234,7 +267,9 @@ class Chain:
         q (n, 3, axes): only its rotary axes count.
         """
         base, map_, _, _ = self._walk(q, length)
-        singular = np.flatnonzero(np.abs(np.linalg.det(map_[:, 0])) < SINGULAR)
+        singular = np.flatnonzero(
+            np.abs(np.linalg.det(map_[:, 0])) < SINGULAR,
+        )
         if len(singular):
             raise SingularMachine(int(singular[0]))
         return jets.solve(map_, tip - base)
@@ -244,7 +279,9 @@ class Chain:
         ``length`` along the tool.
         """
         _, map_, direction, _ = self._walk(q, 0.0)
-        singular = np.flatnonzero(np.abs(np.linalg.det(map_[:, 0])) < SINGULAR)
+        singular = np.flatnonzero(
+            np.abs(np.linalg.det(map_[:, 0])) < SINGULAR,
+        )
         if len(singular):
             raise SingularMachine(int(singular[0]))
         return jets.solve(map_, length * direction)

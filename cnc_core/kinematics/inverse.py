@@ -60,7 +60,16 @@ def branches(
         )
     if len(joints) == 1:
         return _one(g, c, joints[0][1], d)
-    return _two(g, b, c, (joints[0][1], joints[1][1]), d)
+    return _two(
+        g,
+        b,
+        c,
+        (
+            joints[0][1],
+            joints[1][1],
+        ),
+        d,
+    )
 
 
 def _none(d: FloatArray) -> list[Branch]:
@@ -97,7 +106,8 @@ def _two(
 ) -> list[Branch]:
     p = b[2, 0] * c[0] + b[2, 1] * c[1]
     q = b[2, 1] * c[0] - b[2, 0] * c[1]
-    wanted, reach = float(g[2] - b[2, 2] * c[2]), float(np.hypot(p, q))
+    wanted = float(g[2] - b[2, 2] * c[2])
+    reach = float(np.hypot(p, q))
     if reach < PARALLEL:  # the second axis does not tilt the tool
         if abs(wanted) > 1e-8:
             return _none(d)
@@ -113,15 +123,17 @@ def _two(
                 np.sqrt(max((reach - wanted) * (reach + wanted), 0.0)), wanted
             )
         )
-        seconds, free2 = (
-            ([middle + half, middle - half] if half > 0.0 else [middle]),
-            False,
-        )
+        seconds = [middle + half, middle - half] if half > 0.0 else [middle]
+        free2 = False
     found = []
     for second in seconds:
         cos, sin = np.cos(second), np.sin(second)
         h = b @ np.array(
-            [c[0] * cos - c[1] * sin, c[0] * sin + c[1] * cos, c[2]]
+            [
+                c[0] * cos - c[1] * sin,
+                c[0] * sin + c[1] * cos,
+                c[2],
+            ]
         )
         free1 = float(np.hypot(h[0], h[1])) < PARALLEL
         first = (

@@ -22,7 +22,14 @@ def constant(value: FloatArray, n: int) -> FloatArray:
 
 def product(a: FloatArray, b: FloatArray) -> FloatArray:
     """Matrix product of jets (n, 3, i, j) and (n, 3, j, k)."""
-    out = np.empty((len(a), 3, a.shape[2], b.shape[3]))
+    out = np.empty(
+        (
+            len(a),
+            3,
+            a.shape[2],
+            b.shape[3],
+        )
+    )
     out[:, 0] = a[:, 0] @ b[:, 0]
     out[:, 1] = a[:, 1] @ b[:, 0] + a[:, 0] @ b[:, 1]
     out[:, 2] = (
@@ -38,13 +45,30 @@ def times(a: FloatArray, v: FloatArray) -> FloatArray:
 
 def turn(angle: FloatArray) -> FloatArray:
     """(n, 3, 3, 3): the rotation Rz by a jet (n, 3) of angles in rad."""
-    q, q1, q2 = angle[:, 0], angle[:, 1], angle[:, 2]
+    q = angle[:, 0]
+    q1 = angle[:, 1]
+    q2 = angle[:, 2]
     c, s = np.cos(q), np.sin(q)
     out = np.zeros((len(angle), 3, 3, 3))
-    cosine = np.stack([c, -s * q1, -c * q1 * q1 - s * q2], axis=1)
-    sine = np.stack([s, c * q1, -s * q1 * q1 + c * q2], axis=1)
+    cosine = np.stack(
+        [
+            c,
+            -s * q1,
+            -c * q1 * q1 - s * q2,
+        ],
+        axis=1,
+    )
+    sine = np.stack(
+        [
+            s,
+            c * q1,
+            -s * q1 * q1 + c * q2,
+        ],
+        axis=1,
+    )
     out[:, :, 0, 0] = out[:, :, 1, 1] = cosine
-    out[:, :, 1, 0], out[:, :, 0, 1] = sine, -sine
+    out[:, :, 1, 0] = sine
+    out[:, :, 0, 1] = -sine
     out[:, 0, 2, 2] = 1.0
     return out
 
@@ -61,6 +85,8 @@ def solve(m: FloatArray, b: FloatArray) -> FloatArray:
 
     x = np.empty_like(b)
     x[:, 0] = apply(b[:, 0])
-    x[:, 1] = apply(b[:, 1] - by(m[:, 1], x[:, 0]))
+    x[:, 1] = apply(
+        b[:, 1] - by(m[:, 1], x[:, 0]),
+    )
     x[:, 2] = apply(b[:, 2] - by(m[:, 2], x[:, 0]) - 2.0 * by(m[:, 1], x[:, 1]))
     return x

@@ -51,12 +51,21 @@ def off_points(
         slope = (d1 * d1).sum(axis=1)
         bend = np.maximum(slope + (d * d2).sum(axis=1), 0.25 * slope)
         step = (d * d1).sum(axis=1) / np.maximum(bend, 1e-300)
-        at = np.clip(at - np.clip(step, -1.0, 1.0), breaks[0], breaks[-1])
+        at = np.clip(
+            at - np.clip(step, -1.0, 1.0),
+            breaks[0],
+            breaks[-1],
+        )
     out = np.where(np.abs(own) < np.abs(best), own, best)
-    worse = np.linalg.norm(own[:, linear], axis=1) < np.linalg.norm(
-        best[:, linear], axis=1
+    worse = np.linalg.norm(
+        own[:, linear],
+        axis=1,
+    ) < np.linalg.norm(best[:, linear], axis=1)
+    out[:, linear] = np.where(
+        worse[:, None],
+        own[:, linear],
+        best[:, linear],
     )
-    out[:, linear] = np.where(worse[:, None], own[:, linear], best[:, linear])
     return np.asarray(out), np.where(worse, u, at)
 
 
@@ -77,7 +86,10 @@ def off_path(
     cuts = np.union1d(u, breaks)
     cuts = cuts[
         np.concatenate(
-            [[True], np.diff(cuts) > 1e-12 * max(1.0, float(cuts[-1]))]
+            [
+                [True],
+                np.diff(cuts) > 1e-12 * max(1.0, float(cuts[-1])),
+            ]
         )
     ]
     share = np.arange(pieces) / pieces
@@ -100,10 +112,8 @@ def off_path(
     bound = np.full(len(start), np.inf)
     for by in range(-NEIGHBOURS, NEIGHBOURS + 1):
         j = np.clip(own + by, 0, len(u) - 2)
-        a, chord = (
-            vertices[j][:, :, None],
-            (vertices[j + 1] - vertices[j])[:, :, None],
-        )
+        a = vertices[j][:, :, None]
+        chord = (vertices[j + 1] - vertices[j])[:, :, None]
         along = ((control - a) * chord).sum(axis=1) / np.maximum(
             (chord * chord).sum(axis=1), 1e-300
         )

@@ -9,7 +9,8 @@ import numpy as np
 from ..blocks.profile_columns import ProfileSpec
 from ..config import CellConfig
 from ..errors import CncError, Place
-from ..geometry.profiles import jets, machine_of
+from ..geometry.profiles import jets
+from ..geometry.profiles.machine import machine_of
 from ..geometry.profiles.points import Points
 from ..geometry.profiles.tool import NoNormal, Versors
 from ..kinematics.machine import Kinematics
@@ -144,10 +145,8 @@ class OutputColumns:
         """(n, 3) direction of the smoothed path at each point: chords of noisy
         points tell little of it.
         """
-        xyz, given = (
-            points.values[:, list(spec.linear)],
-            None if begin is None else begin[:, :3],
-        )
+        xyz = points.values[:, list(spec.linear)]
+        given = None if begin is None else begin[:, :3]
         fitter = SectionFitter(
             xyz, [0, 1, 2], [], self._tolerances, spec.degree, given
         )
@@ -158,12 +157,21 @@ class OutputColumns:
             0,
             len(span) - 1,
         )
-        return jets.of_columns(coef[k], fitter.at - breaks[k], 1)[:, 0]
+        return jets.of_columns(
+            coef[k],
+            fitter.at - breaks[k],
+            1,
+        )[:, 0]
 
 
 def _about_vertical(d: FloatArray, angle: FloatArray) -> FloatArray:
     """Directions (n, 3) turned about the third axis by (n,) degrees."""
-    cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    cos = np.cos(np.radians(angle))
+    sin = np.sin(np.radians(angle))
     return np.column_stack(
-        [cos * d[:, 0] - sin * d[:, 1], sin * d[:, 0] + cos * d[:, 1], d[:, 2]]
+        [
+            cos * d[:, 0] - sin * d[:, 1],
+            sin * d[:, 0] + cos * d[:, 1],
+            d[:, 2],
+        ]
     )

@@ -73,7 +73,14 @@ def compare(
                 Program(path, cell, "osai"), keep_samples=True
             )
             assert result.samples is not None
-            jerk = np.diff(result.samples["pos"], n=3, axis=0) / cell.cycle_s**3
+            jerk = (
+                np.diff(
+                    result.samples["pos"],
+                    n=3,
+                    axis=0,
+                )
+                / cell.cycle_s**3
+            )
             rms = (
                 float(np.sqrt((jerk**2).sum(axis=1).mean()))
                 if len(jerk)

@@ -178,7 +178,12 @@ class Group:
         off, _ = band.off_points(
             points, curve.at, curve.coef, curve.breaks, self.linear
         )
-        return float(np.linalg.norm(off[:, self.linear], axis=1).max())
+        return float(
+            np.linalg.norm(
+                off[:, self.linear],
+                axis=1,
+            ).max()
+        )
 
     def band(self, curve: Curve) -> float:
         """Upper bound of the distance of the curve from the input's path, mm."""
@@ -230,7 +235,11 @@ class Group:
             )
         ] * kinds
         for _ in range(RELAXATIONS):
-            curve = self.curve(breaks, u, [_rows_of(np.exp(w)) for w in weight])
+            curve = self.curve(
+                breaks,
+                u,
+                [_rows_of(np.exp(w)) for w in weight],
+            )
             ratios, feet = self.ratios(curve)
             idle += best is not None
             if np.max(ratios) <= 1.0 and (found := self.cost(curve)) < cost:
@@ -284,7 +293,8 @@ class Group:
         feet = np.maximum.accumulate(feet)
         u = np.interp(feet, grid, length)
         u += np.arange(len(u)) * 1e-12 * length[-1]
-        u[0], breaks = 0.0, np.interp(curve.breaks, grid, length)
+        u[0] = 0.0
+        breaks = np.interp(curve.breaks, grid, length)
         breaks[-1] = u[-1]
         if (np.diff(u) <= 0).any() or (
             np.diff(breaks) <= 1e-9 * breaks[-1]
@@ -315,7 +325,11 @@ def _change(ratio: FloatArray, even: bool) -> FloatArray:
     """(polynomials,) what is added to the logarithms of the weights: changes
     slowly along the curve.
     """
-    step = np.clip(-2.0 * np.log(np.maximum(ratio, 1e-9)), SLOWER, FASTER)
+    step = np.clip(
+        -2.0 * np.log(np.maximum(ratio, 1e-9)),
+        SLOWER,
+        FASTER,
+    )
     if even:
         return np.full(len(step), step.min())
     wide = np.pad(step, 2 * REACH, mode="edge")
@@ -325,7 +339,12 @@ def _change(ratio: FloatArray, even: bool) -> FloatArray:
     )
     return np.asarray(
         np.convolve(
-            low, np.full(2 * REACH + 1, 1.0 / (2 * REACH + 1)), mode="valid"
+            low,
+            np.full(
+                2 * REACH + 1,
+                1.0 / (2 * REACH + 1),
+            ),
+            mode="valid",
         )
     )
 
@@ -367,7 +386,10 @@ def duration(
         (span[:, None] * share).ravel(),
         1,
     )
-    speed = np.maximum(np.linalg.norm(j[:, 0], axis=1), 1e-9)
+    speed = np.maximum(
+        np.linalg.norm(j[:, 0], axis=1),
+        1e-9,
+    )
     along = j[:, 0] / speed[:, None]
     bend = j[:, 1] - (j[:, 1] * along).sum(axis=1)[:, None] * along
     third = j[:, 2] - (j[:, 2] * along).sum(axis=1)[:, None] * along
@@ -429,11 +451,17 @@ def _end_state(values: FloatArray, u: FloatArray) -> FloatArray:
     point that fits the next ones best.
     """
     n = min(END_VERTICES, len(values))
-    t, moved = u[1:n] - u[0], values[1:n] - values[0]
+    t = u[1:n] - u[0]
+    moved = values[1:n] - values[0]
     powers = t[:, None] ** np.arange(1, min(n, 3))
     scale = t[-1] ** np.arange(1, min(n, 3))
     found = (
-        np.linalg.lstsq(powers / scale, moved, rcond=None)[0] / scale[:, None]
+        np.linalg.lstsq(
+            powers / scale,
+            moved,
+            rcond=None,
+        )[0]
+        / scale[:, None]
     )
     bend = 2.0 * found[1] if len(found) > 1 else 0.0 * found[0]
     return np.array([values[0], found[0], bend])

@@ -43,10 +43,8 @@ def join_sections(
         if out and out[-1].after[-1] == BLEND:
             _round(out, part, linear, versor, tolerances, report)
         out.append(part)
-    coef, span = (
-        np.concatenate([p.coef for p in out]),
-        np.concatenate([p.span for p in out]),
-    )
+    coef = np.concatenate([p.coef for p in out])
+    span = np.concatenate([p.span for p in out])
     return Fit(
         coef,
         span,
@@ -68,10 +66,8 @@ def _round(
     """
     ahead = out[-1]
     end = float(ahead.span.sum())
-    before, after = (
-        evaluated(ahead.coef[-1], float(ahead.span[-1])),
-        evaluated(behind.coef[0], 0.0),
-    )
+    before = evaluated(ahead.coef[-1], float(ahead.span[-1]))
+    after = evaluated(behind.coef[0], 0.0)
     turn = _angle(before[1][linear], after[1][linear])
     ahead.after[-1] = SMOOTH
     if turn > np.radians(179.0):
@@ -90,10 +86,8 @@ def _round(
         np.inf
     )  # an axis that jumps there
     for _ in range(JOIN_TRIES):
-        left, right = (
-            _polynomial(ahead, end - reach),
-            _polynomial(behind, reach),
-        )
+        left = _polynomial(ahead, end - reach)
+        right = _polynomial(behind, reach)
         states = (
             evaluated(ahead.coef[left[0]], left[1]),
             evaluated(behind.coef[right[0]], right[1]),
@@ -109,7 +103,11 @@ def _round(
         if deviation <= tolerances.linear and others <= 1.0:
             break
         reach *= 0.8
-    size = float(np.linalg.norm((coef.sum(axis=1) - coef[:, 0])[linear]))
+    size = float(
+        np.linalg.norm(
+            (coef.sum(axis=1) - coef[:, 0])[linear],
+        )
+    )
     _cut_end(ahead, *left)
     _cut_begin(behind, *right)
     scaled = coef / size ** np.arange(6)
@@ -139,7 +137,8 @@ def _reach(
     """
     if kind == "versor":
         return tolerances.reach_versor
-    found, jumps = [tolerances.reach], np.abs(a - b) > SHARP
+    found = [tolerances.reach]
+    jumps = np.abs(a - b) > SHARP
     others = [i for i in range(len(a)) if i not in linear and i not in versor]
     found += [tolerances.reach_other] if jumps[others].any() else []
     found += [tolerances.reach_versor] if jumps[versor].any() else []
@@ -150,38 +149,56 @@ def _polynomial(fit: Fit, at: float) -> tuple[int, float]:
     """Number of the polynomial at a parameter of the whole row, and the
     parameter in it.
     """
-    begins = np.concatenate([[0.0], np.cumsum(fit.span)[:-1]])
+    begins = np.concatenate(
+        [
+            [0.0],
+            np.cumsum(fit.span)[:-1],
+        ]
+    )
     k = int(
         np.clip(
             np.searchsorted(begins, at, side="right") - 1, 0, len(begins) - 1
         )
     )
-    return k, float(np.clip(at - begins[k], 0.0, fit.span[k]))
+    return k, float(
+        np.clip(
+            at - begins[k],
+            0.0,
+            fit.span[k],
+        )
+    )
 
 
 def _cut_end(fit: Fit, k: int, u: float) -> None:
     """The row ends in polynomial ``k`` at ``u``."""
     last = fit.after[-1]
-    fit.coef, fit.span = fit.coef[: k + 1], fit.span[: k + 1]
-    fit.first, fit.after = fit.first[: k + 1], fit.after[: k + 1]
-    fit.span[-1], fit.after[-1] = u, last
+    fit.coef = fit.coef[: k + 1]
+    fit.span = fit.span[: k + 1]
+    fit.first = fit.first[: k + 1]
+    fit.after = fit.after[: k + 1]
+    fit.span[-1] = u
+    fit.after[-1] = last
 
 
 def _cut_begin(fit: Fit, k: int, u: float) -> None:
     """The row begins in polynomial ``k`` at ``u``."""
     gone = float(fit.span[:k].sum()) + u
-    fit.coef, fit.span, fit.first, fit.after = (
-        fit.coef[k:],
-        fit.span[k:],
-        fit.first[k:],
-        fit.after[k:],
-    )
-    fit.coef[0], fit.span[0] = shifted(fit.coef[0], u), fit.span[0] - u
+    fit.coef = fit.coef[k:]
+    fit.span = fit.span[k:]
+    fit.first = fit.first[k:]
+    fit.after = fit.after[k:]
+    fit.coef[0] = shifted(fit.coef[0], u)
+    fit.span[0] = fit.span[0] - u
     fit.at = fit.at - gone
 
 
 def _angle(x: FloatArray, y: FloatArray) -> float:
-    return float(np.arctan2(np.linalg.norm(np.cross(x, y)), x @ y))
+    return float(
+        np.arctan2(
+            np.linalg.norm(np.cross(x, y)),
+            x @ y,
+        )
+    )
 
 
 def _miss(
@@ -204,7 +221,7 @@ def _miss(
         away - np.clip(along, 0.0, 1.0)[:, :, None] * chord, axis=2
     ).min(axis=1)
     others = [i for i in range(points.shape[1]) if i not in linear]
-    share = np.abs(points[:, None, others] - made[None, :, others]).min(
-        axis=1
-    ) / np.maximum(limits[others], 1e-12)
+    share = np.abs(
+        points[:, None, others] - made[None, :, others],
+    ).min(axis=1) / np.maximum(limits[others], 1e-12)
     return float(far.max(initial=0.0)), float(share.max(initial=0.0))

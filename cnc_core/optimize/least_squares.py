@@ -23,7 +23,11 @@ TINY = 1e-13
 def knot_vector(breaks: FloatArray) -> FloatArray:
     """Clamped knots over the breaks of the polynomials."""
     return np.concatenate(
-        [np.full(DEGREE, breaks[0]), breaks, np.full(DEGREE, breaks[-1])]
+        [
+            np.full(DEGREE, breaks[0]),
+            breaks,
+            np.full(DEGREE, breaks[-1]),
+        ]
     )
 
 
@@ -34,13 +38,18 @@ def local_basis(
     values from it on (de Boor).
     """
     count = len(knots) - DEGREE - 1
-    k = np.clip(np.searchsorted(knots, u, side="right") - 1, DEGREE, count - 1)
+    k = np.clip(
+        np.searchsorted(knots, u, side="right") - 1,
+        DEGREE,
+        count - 1,
+    )
     local = np.zeros((len(u), DEGREE + 1))
     local[:, 0] = 1.0
     for d in range(1, DEGREE + 1):
         saved = np.zeros(len(u))
         for j in range(d):
-            right, left = knots[k + j + 1], knots[k + 1 - d + j]
+            right = knots[k + j + 1]
+            left = knots[k + 1 - d + j]
             part = local[:, j] / (right - left)
             local[:, j] = saved + (right - u) * part
             saved = (u - left) * part
@@ -128,10 +137,8 @@ def _blocks_solved(band: FloatArray, right: FloatArray) -> FloatArray:
     for d in range(1, DEGREE + 1):
         full[d, max(n - d, 0) :] = 0.0
     full[0, :n] += TINY * (1.0 + band[0].max())
-    middle, upper = (
-        np.zeros((blocks, DEGREE, DEGREE)),
-        np.zeros((blocks, DEGREE, DEGREE)),
-    )
+    middle = np.zeros((blocks, DEGREE, DEGREE))
+    upper = np.zeros((blocks, DEGREE, DEGREE))
     at = np.arange(size).reshape(blocks, DEGREE)
     for i in range(DEGREE):
         for j in range(i, DEGREE):
@@ -147,5 +154,8 @@ def _blocks_solved(band: FloatArray, right: FloatArray) -> FloatArray:
         x[k] -= factor @ x[k - 1]
     x[-1] = np.linalg.solve(middle[-1], x[-1])
     for k in range(blocks - 2, -1, -1):
-        x[k] = np.linalg.solve(middle[k], x[k] - upper[k] @ x[k + 1])
+        x[k] = np.linalg.solve(
+            middle[k],
+            x[k] - upper[k] @ x[k + 1],
+        )
     return np.asarray(x.reshape(size, -1)[:n])

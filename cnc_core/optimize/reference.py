@@ -70,10 +70,8 @@ def driven(
     degree = 3 if len(values) == 2 else degree
     windows = []
     for first in range(0, len(values), spline.CORE):
-        low, high = (
-            max(0, first - spline.HALO),
-            min(len(values), first + spline.CORE + spline.HALO),
-        )
+        low = max(0, first - spline.HALO)
+        high = min(len(values), first + spline.CORE + spline.HALO)
         stop = min(first + spline.CORE, len(values))
         clamp = None
         if low == 0 and begin is not None:
@@ -101,11 +99,15 @@ def driven(
 
 def _off_chords(made: Driven, xyz: FloatArray, linear: list[int]) -> FloatArray:
     """(n - 1,) how far the driven curve bends away from each chord."""
-    off, line = np.zeros(len(xyz) - 1), np.diff(xyz, axis=0)
+    off = np.zeros(len(xyz) - 1)
+    line = np.diff(xyz, axis=0)
     square = np.maximum((line * line).sum(axis=1), 1e-300)
     for k in range(1, LOOKS):
         away = (
-            jets.of_columns(made.coef[:, linear], k / LOOKS * made.steps)[:, 0]
+            jets.of_columns(
+                made.coef[:, linear],
+                k / LOOKS * made.steps,
+            )[:, 0]
             - xyz[:-1]
         )
         along = np.clip((away * line).sum(axis=1) / square, 0.0, 1.0)
@@ -159,14 +161,10 @@ def _split(
         open_[k] = wide
         k = k[wide]
         width[k] *= 0.5
-        chord, low = (
-            np.append(chord, chord[k]),
-            np.append(low, low[k] + width[k]),
-        )
-        width, open_ = (
-            np.append(width, width[k]),
-            np.append(open_, np.ones(len(k), np.bool_)),
-        )
+        chord = np.append(chord, chord[k])
+        low = np.append(low, low[k] + width[k])
+        width = np.append(width, width[k])
+        open_ = np.append(open_, np.ones(len(k), np.bool_))
     order = np.lexsort((low, chord))
     return chord[order], low[order]
 
@@ -213,13 +211,24 @@ def by_length(
     j = jets.of_columns(coef, np.append(share, made.steps[-1]))
     speed = np.linalg.norm(j[:, 1][:, linear], axis=1)
     speed = np.where(
-        speed > 1e-9, speed, np.maximum(np.linalg.norm(j[:, 1], axis=1), 1e-12)
+        speed > 1e-9,
+        speed,
+        np.maximum(
+            np.linalg.norm(j[:, 1], axis=1),
+            1e-12,
+        ),
     )[:, None]
     gain = (j[:, 1][:, linear] * j[:, 2][:, linear]).sum(axis=1)[
         :, None
     ] / speed
     first = j[:, 1] / speed
-    states = np.stack([first, (j[:, 2] - first * gain) / speed**2], axis=1)
+    states = np.stack(
+        [
+            first,
+            (j[:, 2] - first * gain) / speed**2,
+        ],
+        axis=1,
+    )
     length = _lengths(made, linear, pieces)
     return spline.hermite(j[:, 0], states, length), length
 
@@ -231,7 +240,11 @@ def _lengths(made: Driven, linear: list[int], pieces: int) -> FloatArray:
     begin = np.tile(np.arange(pieces), len(made.steps)) * h
     at = begin[:, None] + 0.5 * h[:, None] * (x + 1.0)
     j = jets.of_columns(
-        np.repeat(np.repeat(made.coef, pieces, axis=0), 8, axis=0),
+        np.repeat(
+            np.repeat(made.coef, pieces, axis=0),
+            8,
+            axis=0,
+        ),
         at.ravel(),
         1,
     )[:, 0]
@@ -250,7 +263,16 @@ def parameter(values: FloatArray, linear: list[int]) -> FloatArray:
     chord = np.linalg.norm(moved[:, linear], axis=1)
     rest = np.linalg.norm(moved, axis=1)
     return np.concatenate(
-        [[0.0], np.cumsum(np.where(chord > 0.0, chord, np.maximum(rest, 1e-9)))]
+        [
+            [0.0],
+            np.cumsum(
+                np.where(
+                    chord > 0.0,
+                    chord,
+                    np.maximum(rest, 1e-9),
+                )
+            ),
+        ]
     )
 
 
@@ -258,13 +280,15 @@ def polyline(points: FloatArray, tolerance: float) -> IntArray:
     """Numbers of the points that a polyline within ``tolerance`` of all points
     needs (Douglas and Peucker).
     """
-    keep, stack = np.zeros(len(points), np.bool_), [(0, len(points) - 1)]
+    keep = np.zeros(len(points), np.bool_)
+    stack = [(0, len(points) - 1)]
     keep[[0, -1]] = True
     while stack:
         a, b = stack.pop()
         if b - a < 2:
             continue
-        chord, inside = points[b] - points[a], points[a + 1 : b] - points[a]
+        chord = points[b] - points[a]
+        inside = points[a + 1 : b] - points[a]
         share = np.clip(
             inside @ chord / max(float(chord @ chord), 1e-300), 0.0, 1.0
         )
@@ -282,7 +306,8 @@ def graph_polyline(
     """The same for the graph of one column over the parameter; the deviation is
     that of the value.
     """
-    keep, stack = np.zeros(len(u), np.bool_), [(0, len(u) - 1)]
+    keep = np.zeros(len(u), np.bool_)
+    stack = [(0, len(u) - 1)]
     keep[[0, -1]] = True
     while stack:
         a, b = stack.pop()

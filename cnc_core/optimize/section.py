@@ -71,12 +71,10 @@ class SectionFitter:
         style: Style = "free",
     ) -> None:
         self.pace, self.style = pace or Pace(), style
-        self.values, self.linear, self.tolerances, self.begin = (
-            values,
-            linear,
-            tolerances,
-            begin,
-        )
+        self.values = values
+        self.linear = linear
+        self.tolerances = tolerances
+        self.begin = begin
         kind = np.ones(values.shape[1], np.int64)
         kind[linear], kind[versor] = 0, 2
         t = tolerances
@@ -117,10 +115,8 @@ class SectionFitter:
         ):
             self.style, own = "keep", FitReport()
             made = self._groups(own, lambda n: None)
-        report.deviation, report.band = (
-            max(report.deviation, own.deviation),
-            max(report.band, own.band),
-        )
+        report.deviation = max(report.deviation, own.deviation)
+        report.band = max(report.band, own.band)
         for name in ("polyline_points", "groups", "kept"):
             setattr(report, name, getattr(report, name) + getattr(own, name))
         return made
@@ -157,7 +153,10 @@ class SectionFitter:
             )
             self.at[a : b + 1] = at - at[0] + done
             done += float(spans[-1].sum())
-            state = evaluated(coefs[-1][-1], float(spans[-1][-1]))
+            state = evaluated(
+                coefs[-1][-1],
+                float(spans[-1][-1]),
+            )
             report.groups += 1
             tick(b - a)
             a = b
@@ -221,23 +220,28 @@ class SectionFitter:
 
     def _kept(self, a: int, end: int, state: FloatArray | None) -> Curve:
         """The curve that the NC would drive through the points, over its length."""
-        part = Driven(self.driven.coef[a:end], self.driven.steps[a:end])
+        part = Driven(
+            self.driven.coef[a:end],
+            self.driven.steps[a:end],
+        )
         for pieces in KEPT_PIECES:
             coef, span = by_length(part, self.linear, pieces)
-            middle, wanted = (
-                _middles(coef, span),
-                _middles(*by_length(part, self.linear, 2 * pieces), ends=True),
+            middle = _middles(coef, span)
+            wanted = _middles(
+                *by_length(part, self.linear, 2 * pieces), ends=True
             )
             if np.abs(middle - wanted).max() <= KEPT * self.tolerances.linear:
                 break
         if state is not None:
-            begin, target = (
-                evaluated(coef[0], 0.0),
-                evaluated(coef[0], float(span[0])),
-            )
+            begin = evaluated(coef[0], 0.0)
+            target = evaluated(coef[0], float(span[0]))
             begin[: len(state)] = state
             one = begin[None, 1:], target[None, 1:], span[:1]
-            coef[0] = spline.quintic(begin[None, 0], target[None, 0], *one)[0]
+            coef[0] = spline.quintic(
+                begin[None, 0],
+                target[None, 0],
+                *one,
+            )[0]
         breaks = np.concatenate([[0.0], np.cumsum(span)])
         at = breaks[::pieces]
         return Curve(coef, breaks, at, at)
@@ -265,10 +269,8 @@ class SectionFitter:
         """Points that polylines within the linear shares of the tolerances
         need, of all columns.
         """
-        share, others = (
-            self.limits * self.split,
-            np.setdiff1d(np.arange(values.shape[1]), self.linear),
-        )
+        share = self.limits * self.split
+        others = np.setdiff1d(np.arange(values.shape[1]), self.linear)
         kept = [
             polyline(
                 values[:, self.linear],
@@ -309,12 +311,20 @@ def _middles(
     every other one.
     """
     if ends:
-        coef, span = coef[::2], 2.0 * span[::2]
+        coef = coef[::2]
+        span = 2.0 * span[::2]
     return jets.of_columns(coef, 0.5 * span)[:, 0]
 
 
 def _halved(breaks: FloatArray) -> FloatArray:
-    return np.sort(np.concatenate([breaks, 0.5 * (breaks[1:] + breaks[:-1])]))
+    return np.sort(
+        np.concatenate(
+            [
+                breaks,
+                0.5 * (breaks[1:] + breaks[:-1]),
+            ]
+        )
+    )
 
 
 def _apart(breaks: FloatArray) -> FloatArray:

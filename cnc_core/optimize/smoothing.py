@@ -19,9 +19,10 @@ from ..blocks.profile_columns import (
 )
 from ..config import CellConfig
 from ..errors import CncError, Place
-from ..geometry.profiles import jets, tool_directions
+from ..geometry.profiles import jets
 from ..geometry.profiles.blend import evaluated
 from ..geometry.profiles.curves import Intervals
+from ..geometry.profiles.machine import tool_directions
 from ..geometry.profiles.points import PointFilter, Points, automatic_codes
 from .columns import OutputColumns
 from .joints import join_sections
@@ -99,7 +100,8 @@ class Smoother:
             return kinds
         directions = tool_directions(spec, self._columns.kinematics(spec))
         versors = None if directions is None else directions(points.values)
-        linear, marks = points.values[:, list(spec.linear)], spec.marks
+        linear = points.values[:, list(spec.linear)]
+        marks = spec.marks
         found = automatic_codes(linear, versors, marks)
         edges = (
             automatic_codes(linear, versors, replace(marks, ratio=0.0))
@@ -244,7 +246,8 @@ class Smoother:
         far = float(np.linalg.norm(moved[:3]))
         far = far if far > MEETS else float(np.linalg.norm(moved)) or 1.0
         coef = np.zeros((1, len(moved), 6))
-        coef[0, :, 0], coef[0, :, 1] = values[0], moved / far
+        coef[0, :, 0] = values[0]
+        coef[0, :, 1] = moved / far
         feed = min(
             float(self._cell.axis_values("v_max_mm_s")[spec.axes[i].channel])
             for i in spec.linear
@@ -252,7 +255,13 @@ class Smoother:
         one = np.zeros(1, np.int64)
         self.result.polynomials += 1
         return (
-            Fit(coef, np.array([far]), one, np.array([STOP]), feed=feed),
+            Fit(
+                coef,
+                np.array([far]),
+                one,
+                np.array([STOP]),
+                feed=feed,
+            ),
             ends,
             False,
         )
@@ -272,7 +281,10 @@ class Smoother:
         last = 0.0 if self._angle is None else self._angle
         for i in np.flatnonzero(stands):
             heading[i] = heading[i - 1] if i else last
-        heading = np.unwrap(np.concatenate([[last], heading]), period=360.0)[1:]
+        heading = np.unwrap(
+            np.concatenate([[last], heading]),
+            period=360.0,
+        )[1:]
         self._angle = float(heading[-1])
         out = points[:]
         out.values = points.values.copy()

@@ -86,10 +86,8 @@ class Writer:
 
     def _text(self, profile: Profile, runs: list[Run]) -> list[str]:
         spec = profile.spec
-        names, unit = (
-            self._columns.names(spec),
-            max(spec.axes[spec.linear[0]].factor, 1e-12),
-        )
+        names = self._columns.names(spec)
+        unit = max(spec.axes[spec.linear[0]].factor, 1e-12)
         out: list[str] = []
         end: FloatArray | None = None  # of the polynomials that are open
         for fit, points, straight in runs:
@@ -124,7 +122,12 @@ class Writer:
                     out += (["G60"] if end is not None else []) + ["G61 P5"]
                 end = evaluated(coef[i], float(fit.span[i]))[0]
                 feed = fit.feed or rates[i] * float(
-                    points.feed[min(int(fit.first[i]) + 1, len(points) - 1)]
+                    points.feed[
+                        min(
+                            int(fit.first[i]) + 1,
+                            len(points) - 1,
+                        )
+                    ]
                 )
                 feed = 60.0 * feed / (unit if unit == 25.4 else 1.0)
                 number = int(
@@ -156,12 +159,26 @@ class Writer:
         )
         tip, axes = (
             np.concatenate(
-                [[0.0], np.cumsum(np.linalg.norm(np.diff(w, axis=0), axis=1))]
+                [
+                    [0.0],
+                    np.cumsum(
+                        np.linalg.norm(
+                            np.diff(w, axis=0),
+                            axis=1,
+                        )
+                    ),
+                ]
             )
             for w in ways
         )
         begin = np.minimum(fit.first, len(points) - 2)
-        end = np.maximum(np.append(fit.first[1:], len(points) - 1), begin + 1)
+        end = np.maximum(
+            np.append(
+                fit.first[1:],
+                len(points) - 1,
+            ),
+            begin + 1,
+        )
         return np.asarray(
             np.maximum(tip[end] - tip[begin], MEETS)
             / np.maximum(axes[end] - axes[begin], MEETS)

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks.pool import coefficients
+
 from .._engine import lib
 from ..blocks import (
     CIRCULAR,
@@ -25,12 +27,7 @@ from ..blocks import (
 )
 from ..config import CellConfig
 from ..engine import Samples
-from ..geometry.shapes.polynomial import (
-    ORDER,
-    coefficients,
-    distance,
-    normalised,
-)
+from ..geometry.shapes.polynomial import ORDER, distance, normalised
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -59,6 +59,9 @@ class LivePort:
         self.latched = start.copy()
         self.messages: list[str] = []
 
+    def moved(self, position: npt.NDArray[np.float64]) -> None:
+        """The machine knows its position itself."""
+
     def position(self) -> npt.NDArray[np.float64]:
         return self.latched.copy()
 

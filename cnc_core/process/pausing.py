@@ -8,13 +8,15 @@ from collections import deque
 from collections.abc import Callable
 from math import comb
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks.pool import coefficients, joined
+
 from ..blocks import CIRCULAR, NC_BLOCK, PIECE, POLYNOMIAL, BlockBatch
-from ..geometry.shapes.polynomial import coefficients, joined
+from ..frontend.front_end import Restartable
 from ..program.restart import SAME_MM, Uncovered, way_to
 
 if TYPE_CHECKING:
@@ -197,7 +199,7 @@ class Pause:
             or self.held
         )
 
-    def begin(self, reader: Any) -> bool:
+    def begin(self, reader: Restartable) -> bool:
         """HOLD: True if macros take part, False if the path only stands."""
         macros = [
             reader.pause_macro("M_PAUSE"),

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,13 +14,16 @@ from ..blocks import BlockBatch, number_pushed
 from ..config import CellConfig
 from ..engine import Engine
 from ..errors import CncError, Place
-from ..frontend import FrontEnd
+from ..frontend.front_end import FrontEnd, Restartable
 from ..frontend.machine import ProgramMachine
 from ..frontend.port import Wait
 from ..program import Program
 from ..program.restart import Restart
+from ..units import FloatArray
 from .live_port import LivePort
 from .pausing import Pause
+
+NO_PAUSE = 4  # pause_mode: the program allows no pause
 
 
 class Preparation:
@@ -55,6 +57,7 @@ class Preparation:
         ) = False
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
+        self._main_reader: Restartable | None = None
         self._cell = cell
         self.pause = Pause(self, lambda: held(True), lambda: held(False))
         try:
@@ -120,8 +123,9 @@ class Preparation:
             return True
         assert self.program is not None
         item = self.program.read()
-        if self._pausable:
-            self.engine.hold_by_cell(self.program.reader.pauses)  # type: ignore[attr-defined]
+        reader = self._restartable
+        if reader is not None and not self.pause.active:
+            self.engine.hold_by_cell(reader.pauses)
         if isinstance(item, BlockBatch):
             self._batch, self._first = item, 0
             self.blocks += number_pushed(item)
@@ -150,11 +154,12 @@ class Preparation:
     @property
     def _pausable(self) -> bool:
         """The dialect has macros for a pause."""
-        return (
-            self.program is not None
-            and hasattr(self.program.reader, "pauses")
-            and not self.pause.active
-        )
+        return self._restartable is not None and not self.pause.active
+
+    @property
+    def _restartable(self) -> Restartable | None:
+        """The program's reader, if its dialect has macros for pauses."""
+        return self.program.reader.restartable if self.program else None
 
     def _push(self) -> bool:
         if self._first == 0 and self._pausable:
@@ -171,8 +176,8 @@ class Preparation:
         """HOLD, where the cell has asked for it; False if the program does not
         allow it (PAUSE_MODE 4).
         """
-        reader: Any = self.program.reader if self.program else None
-        if reader is None or reader.pause_mode == 4:
+        reader = self._restartable
+        if reader is None or reader.pause_mode == NO_PAUSE:
             return False
         if not self.pause.begin(reader):
             self.engine.hold(True)
@@ -190,26 +195,13 @@ class Preparation:
         """The path is driven forward again: what the program has for that is
         executed beside it and moves nothing.
         """
-        reader: Any = self.program.reader if self.program else None
-        path = getattr(reader, "retrace_macro", None)
-        if path is None or self.pause.active:
+        reader = self._restartable
+        path = reader.retrace_macro if reader else None
+        if reader is None or path is None or self.pause.active:
             return
         self._latch()
-        start = self.port.latched
-
-        def macro_reader(machine: ProgramMachine) -> FrontEnd:
-            made: FrontEnd = reader.macro_reader(
-                path, machine, start, run_type=reader.RETRACING
-            )
-            return made
-
-        macro = Program(
-            path,
-            self._cell,
-            "isons",
-            self.port,
-            start=start,
-            reader=macro_reader,
+        macro = self._macro_program(
+            reader, path, self.port.latched, reader.RETRACING
         )
         try:
             while (item := macro.read()) is not None:
@@ -229,12 +221,31 @@ class Preparation:
         self._batch, self._first = batch, 0
 
     def macro(self, path: Path, place: npt.NDArray[np.float64]) -> None:
-        main: Any = self.program.reader if self.program else None
-        main = self._main_reader = getattr(self, "_main_reader", None) or main
-        self.program = Program(
-            path, self._cell, "isons", self.port, start=self.port.latched,
-            reader=lambda machine: main.macro_reader(path, machine, place),
-        )  # fmt: skip
+        self._main_reader = self._main_reader or self._restartable
+        assert self._main_reader is not None
+        self.program = self._macro_program(self._main_reader, path, place)
+
+    def _macro_program(
+        self,
+        main: Restartable,
+        path: Path,
+        place: FloatArray,
+        run_type: int = 0,
+    ) -> Program:
+        """A macro of the program, from where the axes stand."""
+        assert self.program is not None
+
+        def macro_reader(machine: ProgramMachine) -> FrontEnd:
+            return main.macro_reader(path, machine, place, run_type=run_type)
+
+        return Program(
+            path,
+            self._cell,
+            self.program.dialect,
+            self.port,
+            start=self.port.latched,
+            reader=macro_reader,
+        )
 
     def position(self) -> npt.NDArray[np.float64]:
         return self.port.latched.copy()
@@ -255,11 +266,8 @@ class Preparation:
         """Brake, leave out the rest, execute what the program has for a stop;
         False if it has nothing.
         """
-        if (
-            self.program is None
-            or self._stopping
-            or not getattr(self.program.reader, "has_stop", False)
-        ):
+        reader = self._restartable
+        if reader is None or self._stopping or not reader.has_stop:
             return False
         self._stopping, self._batch, self._first = True, BlockBatch.empty(), 0
         self.waiting, self.done = True, False

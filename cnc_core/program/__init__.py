@@ -8,15 +8,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+from cnc_core.blocks.pool import joined
 
 from .. import frontend
 from ..blocks import NC_BLOCK, BlockBatch
 from ..config import SYNCH, CellConfig, synch_value
 from ..errors import ERRORS, CncError, Place
+from ..frontend.front_end import FrontEnd, Restartable
 from ..frontend.machine import ProgramMachine
 from ..frontend.operator import Operator, read_answers
 from ..frontend.port import ChannelPort, OfflinePort, Wait
@@ -26,10 +28,8 @@ from ..geometry.filters.noise import FineNoise, Noise
 from ..geometry.filters.run_filter import FilterReport, RunFilter
 from ..geometry.filters.short_segments import ShortSegments
 from ..geometry.filters.spline_filter import SplineFilter
-from ..geometry.profiles import Profiles
 from ..geometry.profiles.limits import AxisDynamics
 from ..geometry.profiles.time_filter import ProfileFilter
-from ..geometry.shapes.polynomial import joined
 from ..geometry.stages.axis_limits import AxisLimits
 from ..geometry.stages.contouring import (
     AHEAD,
@@ -45,6 +45,7 @@ from ..geometry.stages.kinematics import KinematicsStage, ProgrammedView
 from ..geometry.stages.orbit import Orbit
 from ..geometry.stages.parameter_feed import ParameterFeed
 from ..geometry.stages.path_mode import PathMode
+from ..geometry.stages.profiles import Profiles
 from ..geometry.stages.radius_compensation import RadiusCompensation
 from ..geometry.stages.smoothing import Smoothing, SmoothingMachine
 from ..geometry.stages.spline import Spline
@@ -123,16 +124,6 @@ class Approach:
     rest: BlockBatch
 
 
-class FrontEnd(Protocol):
-    """A dialect's reader; None at the program's end."""
-
-    errors: list[CncError]
-    warnings: list[CncError]
-    files: list[Path]
-
-    def read(self, rows: int) -> BlockBatch | Wait | None: ...
-
-
 def source_place(path: Path, line: int) -> Place:
     """Place of a line of a program file, with its text."""
     text = ""
@@ -171,7 +162,7 @@ class Program:
     ``answers``: file with answers to the program's dialogs, if no ``port`` is
     given. ``reader``: makes the front end, in place of that of the dialect.
     ``restart``: where to take the program up; everything before is executed
-    without motion (``isons``). ``tolerance``: mm by which the path may leave
+    without motion, where the dialect can be taken up. ``tolerance``: mm by which the path may leave
     the contour where the program says nothing about it.
     """
 
@@ -198,12 +189,6 @@ class Program:
         self.dialect = dialect or frontend.detect(self.path)
         self._start, self._restart = machine.start, restart
         if restart is not None:
-            if self.dialect != "isons":
-                raise CncError(
-                    900003,
-                    f"restart is not supported in the dialect {self.dialect}",
-                    Place(str(path)),
-                )
             self.port = self._searching = SearchingPort(self.port)
         self.reader: FrontEnd = (
             reader(machine)
@@ -217,6 +202,12 @@ class Program:
                 lenient=lenient,
             )
         )
+        if restart is not None and self.reader.restartable is None:
+            raise CncError(
+                900003,
+                f"restart is not supported in the dialect {self.dialect}",
+                Place(str(path)),
+            )
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
         # of a restart: rows ahead of the place are left out
@@ -309,7 +300,13 @@ class Program:
             self._place,
             lambda: smoothing.carried or CARRY_TOLERANCE,
         )
-        self.limits = AxisLimits(cell, self._place)
+        self.limits = AxisLimits(
+            cell.axis_names,
+            cell.main_axes,
+            (cell.axis_values("min_mm"), cell.axis_values("max_mm")),
+            cell.axis_values("start_mm"),
+            self._place,
+        )
         parameter = ParameterFeed(len(machine.axes), machine.main)
         return Pipeline(
             [
@@ -393,15 +390,22 @@ class Program:
         """Everything up to the place, without motion; then the way there."""
         self._restart = None
         try:
-            self._search(restart, self.reader)
+            self._search(restart, self._restartable)
         except RefusedRow as refused:
-            self.reader.flow.close()  # type: ignore[attr-defined]
+            self.reader.close()
             raise refused.error from None
         except CncError:
-            self.reader.flow.close()  # type: ignore[attr-defined]
+            self.reader.close()
             raise
 
-    def _search(self, restart: Restart, reader: Any) -> None:
+    @property
+    def _restartable(self) -> Restartable:
+        """The reader of a dialect with macros for restarts."""
+        reader = self.reader.restartable
+        assert reader is not None
+        return reader
+
+    def _search(self, restart: Restart, reader: Restartable) -> None:
         search = reader.search
         search.search(
             restart.line, restart.passes, restart.marker, restart.value
@@ -429,7 +433,7 @@ class Program:
         search.take_up(self._start)
 
     def _go_on_in_path(
-        self, reader: Any, passed: Passed, restart: Restart
+        self, reader: Restartable, passed: Passed, restart: Restart
     ) -> None:
         """The path behind the place depends on blocks before it: the stages
         keep what they hold.
@@ -451,16 +455,26 @@ class Program:
         if item is not None and not len(rest):
             return rest
         self._passed = None
-        reader: Any = self.reader
+        reader, place = self._restartable, passed.place
         macro = reader.search.go_block_macro
         if macro is None:
             begin = self._from(self._start, passed.place, rest, self._again)
             return begin if len(begin) else item
+
+        def macro_reader(machine: ProgramMachine) -> FrontEnd:
+            return reader.macro_reader(
+                macro, machine, place, run_type=reader.SEARCHING
+            )
+
         before = Program(
-            macro, self.cell, self.dialect, self.port, start=self._start,
-            reader=lambda machine: reader.macro_reader(macro, machine, passed.place, run_type=reader.SEARCHING),
-        )  # fmt: skip
-        self._approach = Approach(before, passed.place, rest)
+            macro,
+            self.cell,
+            self.dialect,
+            self.port,
+            start=self._start,
+            reader=macro_reader,
+        )
+        self._approach = Approach(before, place, rest)
         return self._again if len(self._again) else self.read()
 
     def _approaching(
@@ -490,7 +504,7 @@ class Program:
     ) -> BlockBatch:
         """``ahead``, the way from ``here`` to the place, the rest of the path."""
         like = rest.rows[0] if len(rest) else np.zeros(1, NC_BLOCK)[0]
-        speed = self.reader.return_speed()  # type: ignore[attr-defined]
+        speed = self._restartable.return_speed()
         return joined(
             [
                 part
@@ -511,7 +525,8 @@ class Program:
 
     @property
     def _compensated(self) -> bool:
-        return bool(getattr(self.reader, "compensated", False))
+        reader = self.reader.restartable
+        return reader is not None and reader.compensated
 
     def _place(self, file: int, line: int) -> Place:
         return source_place(self.reader.files[file], line)
@@ -530,10 +545,7 @@ class Program:
             raise item
         assert item is not None
         self._next = None
-        # of a channel without a machine, a search around it or not
-        moved = getattr(self.port, "moved", None)
-        if moved is not None:
-            moved(self.limits.last)
+        self.port.moved(self.limits.last)
         return item
 
     def begin_stop(self, position: npt.NDArray[np.float64]) -> None:
@@ -543,7 +555,7 @@ class Program:
         self._next = None
         self.pipeline.drain()
         self.pipeline.resync(position)
-        self.reader.begin_stop(position)  # type: ignore[attr-defined]
+        self._restartable.begin_stop(position)
 
     def resync(self, position: npt.NDArray[np.float64]) -> None:
         """The path goes on from ``position`` (axes,)."""

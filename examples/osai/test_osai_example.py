@@ -6,7 +6,7 @@ import numpy as np
 
 from cnc_core import Cell
 from cnc_core.config import load_config
-from cnc_core.geometry.profiles import machine_of
+from cnc_core.geometry.profiles.machine import machine_of
 from cnc_core.optimize import optimize
 from cnc_core.planning import plan_program
 from cnc_core.program import Program

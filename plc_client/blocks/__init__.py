@@ -1,4 +1,4 @@
-"""Function blocks on the HLI, one or more for every control unit; docs/plc.md
+"""Function blocks on the HLI, one or more for every control unit; docs/reference/plc.md
 draws their states.
 """
 

@@ -59,7 +59,7 @@ class FunctionBlock:
 
 
 class State(Enum):
-    """States of the blocks with an ``execute`` input (docs/plc.md draws them)."""
+    """States of the blocks with an ``execute`` input (docs/reference/plc.md draws them)."""
 
     IDLE = "idle"
     # another command is still in the unit, or another block's turn

@@ -16,7 +16,7 @@ from .contour_lookahead import ContourLookahead
 
 
 class AheadState(Enum):
-    """States of the block (docs/plc.md draws them)."""
+    """States of the block (docs/reference/plc.md draws them)."""
 
     EMPTY = "empty"  # nothing known in front of the tool
     FOLLOWING = "following"  # more is known than was fetched

@@ -20,7 +20,7 @@ ERROR_REQUEST = 1
 
 
 class LookaheadState(Enum):
-    """States of the block (docs/plc.md draws them)."""
+    """States of the block (docs/reference/plc.md draws them)."""
 
     IDLE = "idle"
     QUEUED = "queued"

@@ -88,7 +88,7 @@ class _Reach:
 
 
 class SwitchState(Enum):
-    """States of a distance switch (docs/plc.md draws them)."""
+    """States of a distance switch (docs/reference/plc.md draws them)."""
 
     OFF = "off"  # enable FALSE
     BEFORE = "before"

@@ -46,7 +46,7 @@ class HliShape:
 
 
 class InterfaceState(Enum):
-    """States of the block (docs/plc.md draws them)."""
+    """States of the block (docs/reference/plc.md draws them)."""
 
     CHECKING = "checking"
     INITIALIZED = "initialized"

@@ -12,7 +12,7 @@ from .base import ERROR_INPUT, ERROR_NOT_PRESENT, FunctionBlock, present
 
 
 class LevelState(Enum):
-    """States of a level block (docs/plc.md draws them)."""
+    """States of a level block (docs/reference/plc.md draws them)."""
 
     RELEASED = "released"  # enable FALSE: the operator's value counts
     COMMANDED = "commanded"  # command_w is set, the CNC does not show it yet

@@ -12,7 +12,7 @@ from .program_flow import TechnoArray, TechnoFunction, techno_areas
 
 
 class TechnoState(Enum):
-    """States of a ``TechnoBlock`` (docs/plc.md draws them)."""
+    """States of a ``TechnoBlock`` (docs/reference/plc.md draws them)."""
 
     IDLE = "idle"
     EXECUTING = "executing"  # fetched, not acknowledged: the CNC may be waiting

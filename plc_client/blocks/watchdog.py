@@ -23,7 +23,7 @@ DEFAULT_PERIOD_US = 1_000_000
 
 
 class WatchState(Enum):
-    """States of both watchdog blocks (docs/plc.md draws them)."""
+    """States of both watchdog blocks (docs/reference/plc.md draws them)."""
 
     OFF = "off"
     WAITING = "waiting"  # enabled, no sign of life seen yet
@@ -146,7 +146,7 @@ _BODY_NC_PROGRAM = 1
 
 
 class ErrorState(Enum):
-    """States of an ``ErrorReader`` (docs/plc.md draws them)."""
+    """States of an ``ErrorReader`` (docs/reference/plc.md draws them)."""
 
     FREE = "free"
     STANDING = "standing"  # a record waits for its acknowledgement

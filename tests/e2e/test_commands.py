@@ -1,4 +1,6 @@
-"""Every command as a user calls it: help with an example, JSON alone on standard output, usage errors."""
+"""Every command as a user calls it: help with an example, JSON alone on
+standard output, usage errors.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import T1, Outcome
+
+from support.command_line import T1, Outcome
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
@@ -39,15 +42,28 @@ def test_help_has_an_example(cli: Cli, name: str) -> None:
 
 @pytest.mark.parametrize(
     "arguments",
-    [("nothing",), ("run",), ("plan", "x.nc", "--lookahead", "5"), ("lookahead", "x.nc"), ("types",), ("bench",)],
+    [
+        ("nothing",),
+        ("run",),
+        ("plan", "x.nc", "--lookahead", "5"),
+        ("lookahead", "x.nc"),
+        ("types",),
+        ("bench",),
+    ],
 )
-def test_wrong_usage_ends_with_status_2(cli: Cli, arguments: tuple[str, ...]) -> None:
+def test_wrong_usage_ends_with_status_2(
+    cli: Cli, arguments: tuple[str, ...]
+) -> None:
     """Wrong usage is told apart from a wrong program."""
     assert cli(*arguments).status == 2
 
 
-@pytest.mark.parametrize("arguments", [("check",), ("plan",), ("run",), ("lookahead", "--index", 0)])
-def test_json_is_one_object_and_nothing_else(cli: Cli, program: Write, arguments: tuple[object, ...]) -> None:
+@pytest.mark.parametrize(
+    "arguments", [("check",), ("plan",), ("run",), ("lookahead", "--index", 0)]
+)
+def test_json_is_one_object_and_nothing_else(
+    cli: Cli, program: Write, arguments: tuple[object, ...]
+) -> None:
     """--json leaves standard output to one JSON object."""
     command, *rest = arguments
     outcome = cli(command, program(T1), *rest, "--json")
@@ -70,42 +86,95 @@ def test_blocks_prints_the_canonical_rows(cli: Cli, program: Write) -> None:
     ]
     arc = rows[3]
     assert arc["center"] == pytest.approx({"X": 10.0, "Y": 40.0})
-    assert (arc["line"], arc["n"], arc["count"], arc["plane"]) == (5, 50, 5, "XY")
+    assert (arc["line"], arc["n"], arc["count"], arc["plane"]) == (
+        5,
+        50,
+        5,
+        "XY",
+    )
     assert rows[0]["action"] == "on"
     assert rows[0]["param"] == 1.0
 
 
-def test_plan_writes_samples_as_the_contract_says(cli: Cli, program: Write, tmp_path: Path) -> None:
+def test_plan_writes_samples_as_the_contract_says(
+    cli: Cli, program: Write, tmp_path: Path
+) -> None:
     """t, pos, axes, s, v, block at the cycle; the last sample is the end point."""
     target = tmp_path / "samples.npz"
-    result = cli("plan", program(T1), "--samples", target, "--picture", tmp_path / "p.png", "--json").json
+    result = cli(
+        "plan",
+        program(T1),
+        "--samples",
+        target,
+        "--picture",
+        tmp_path / "p.png",
+        "--json",
+    ).json
     with np.load(target) as a:
         assert set(a.files) == {"t", "pos", "axes", "s", "v", "block"}
-        assert a["t"] == pytest.approx(np.arange(len(a["t"])) * result["cycle_s"], abs=1e-12)
+        assert a["t"] == pytest.approx(
+            np.arange(len(a["t"])) * result["cycle_s"], abs=1e-12
+        )
         assert a["pos"][-1].tolist() == [-20.0, 70.0, 0.0]
         assert list(a["axes"]) == ["X", "Y", "Z"]
-    assert set(result["max_ratio"]) == {"velocity", "acceleration", "jerk", "feed"}
+    assert set(result["max_ratio"]) == {
+        "velocity",
+        "acceleration",
+        "jerk",
+        "feed",
+    }
     assert result["max_ratio"]["acceleration"] <= 1.02
     assert (tmp_path / "p.png").stat().st_size > 1000
 
 
 def test_types_in_three_languages(cli: Cli, tmp_path: Path) -> None:
-    """The C header compiles with its assertions, the JSON names the look-ahead unit, ST has the pointers."""
+    """The C header compiles with its assertions, the JSON names the look-ahead
+    unit, ST has the pointers.
+    """
     header = tmp_path / "hli.h"
     header.write_text(cli("types", "--c").out)
-    subprocess.run(["gcc", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-x", "c", header], check=True)
-    assert cli("types", "--json").json["structures"]["HLI_CONTOUR_LOOKAHEAD_BLOCK"]["size"] == 72
-    assert "gpCh : ARRAY [0..11] OF POINTER TO HLI_CHANNEL;" in cli("types", "--st").out
+    subprocess.run(
+        [
+            "gcc",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-fsyntax-only",
+            "-x",
+            "c",
+            header,
+        ],
+        check=True,
+    )
+    assert (
+        cli("types", "--json").json["structures"][
+            "HLI_CONTOUR_LOOKAHEAD_BLOCK"
+        ]["size"]
+        == 72
+    )
+    assert (
+        "gpCh : ARRAY [0..11] OF POINTER TO HLI_CHANNEL;"
+        in cli("types", "--st").out
+    )
 
 
 @pytest.mark.parametrize("name", ["handshake", "cycle", "planner", "parser"])
 def test_benchmarks_print_their_object(cli: Cli, name: str) -> None:
-    """Each benchmark runs and prints one JSON object with the contract's names; nothing timed is asserted."""
+    """Each benchmark runs and prints one JSON object with the contract's names;
+    nothing timed is asserted.
+    """
     value = cli("bench", name, "--seconds", 1, "--json").json
     if name == "handshake":
-        assert {"raw_us", "immediate_us", "python_us", "cyclic_us", "period_us", "payload_bytes", "n", "pinned"} <= set(
-            value
-        )
+        assert {
+            "raw_us",
+            "immediate_us",
+            "python_us",
+            "cyclic_us",
+            "period_us",
+            "payload_bytes",
+            "n",
+            "pinned",
+        } <= set(value)
         assert value["torn_reads"] == 0
         assert value["payload_bytes"] >= 50 * 72
     if name == "cycle":
@@ -124,13 +193,28 @@ def test_demo_writes_its_picture(cli: Cli, tmp_path: Path) -> None:
     assert (tmp_path / "d" / "demo.png").stat().st_size > 10_000
 
 
-@pytest.mark.parametrize(("text", "status"), [("G999 F3000\nG1 X100\nM30\n", 1), ("M30\n", 0)])
+@pytest.mark.parametrize(
+    ("text", "status"), [("G999 F3000\nG1 X100\nM30\n", 1), ("M30\n", 0)]
+)
 def test_a_request_at_the_start_of_a_program_that_does_not_move(
     cli: Cli, program: Write, text: str, status: int
 ) -> None:
-    """`lookahead --at start` ends, too, when the program is refused while it is prepared, or has nothing to move."""
+    """`lookahead --at start` ends, too, when the program is refused while it is
+    prepared, or has nothing to move.
+    """
     file = program(text)
-    outcome = cli("lookahead", file, "--distance", "0", "50000", "--at", "start", "--json", "--dialect", "isg")
+    outcome = cli(
+        "lookahead",
+        file,
+        "--distance",
+        "0",
+        "50000",
+        "--at",
+        "start",
+        "--json",
+        "--dialect",
+        "isg",
+    )
     assert outcome.status == status
     assert json.loads(outcome.out)["response"] == []
     assert ("20131" in outcome.err) == (status == 1)

@@ -1,4 +1,6 @@
-"""Two real processes: the new-element rule, bit-identical runs, live commands, deaths, bad input."""
+"""Two real processes: the new-element rule, bit-identical runs, live commands,
+deaths, bad input.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import T1, Outcome, command, wait_for_cycle
-from plc_follow import Follow, FollowByHand
 
 from cnc_core import Cell
+from support.command_line import T1, Outcome, command, wait_for_cycle
+from support.plc.follow import Follow, FollowByHand
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
@@ -26,7 +28,9 @@ def long_program(blocks: int) -> str:
     lines = ["F6000 G1 G90"]
     for i in range(1, blocks + 1):
         lines.append(
-            f"N{i} G3 X{i * 0.2:.1f} Y0 I0.1 J0" if i % 17 == 0 else f"N{i} G1 X{i * 0.2:.1f} Y{(i % 2) * 0.01:.2f}"
+            f"N{i} G3 X{i * 0.2:.1f} Y0 I0.1 J0"
+            if i % 17 == 0
+            else f"N{i} G1 X{i * 0.2:.1f} Y{(i % 2) * 0.01:.2f}"
         )
         if i % 17 == 16:
             lines[-1] = f"N{i} G1 X{i * 0.2:.1f} Y0"
@@ -34,17 +38,26 @@ def long_program(blocks: int) -> str:
 
 
 @pytest.mark.parametrize("plc", [Follow, FollowByHand])
-def test_mode_2_finds_every_element_once(cell: Cell, program: Write, plc: type) -> None:
-    """A program ten times longer than the window: the new-element rule finds each element exactly once."""
+def test_mode_2_finds_every_element_once(
+    cell: Cell, program: Write, plc: type
+) -> None:
+    """A program ten times longer than the window: the new-element rule finds
+    each element exactly once.
+    """
     result = cell.run(program(long_program(1300)), plc=plc)
     assert result.end == "completed", result.errors
     seen = result.plc["result"]
     assert [n for n, _, _ in seen] == list(range(1, 1301))
-    starts, lengths = np.array([s for _, s, _ in seen]), np.array([x for _, _, x in seen])
+    starts, lengths = (
+        np.array([s for _, s, _ in seen]),
+        np.array([x for _, _, x in seen]),
+    )
     assert (starts[1:] == starts[:-1] + lengths[:-1]).all()
 
 
-def test_lockstep_runs_are_bit_identical(cell: Cell, program: Write, tmp_path: Path) -> None:
+def test_lockstep_runs_are_bit_identical(
+    cell: Cell, program: Write, tmp_path: Path
+) -> None:
     """Two runs with a PLC that changes the override give the same samples to the last bit."""
     path, recordings = program(long_program(300)), []
     for i in range(2):
@@ -81,8 +94,12 @@ class Control:
 """
 
 
-def test_override_and_feed_hold_from_the_plc(cell: Cell, program: Write, tmp_path: Path) -> None:
-    """Override 50, 0 and 200 % and feed hold act, inside all limits; the look-ahead stays supplied."""
+def test_override_and_feed_hold_from_the_plc(
+    cell: Cell, program: Write, tmp_path: Path
+) -> None:
+    """Override 50, 0 and 200 % and feed hold act, inside all limits; the
+    look-ahead stays supplied.
+    """
     plc = program(PLC_CONTROL, "control.py")
     target = tmp_path / "run.npz"
     result = cell.run(program("F3000\nG1 X100\nX0\nM30\n"), plc, record=target)
@@ -111,14 +128,18 @@ def test_m00_waits_for_continue(cell: Cell, program: Write) -> None:
 
 def test_freerun_of_100000_lines(cell: Cell, program: Write) -> None:
     """100 000 plain lines run in freerun; the CNC's memory stays bounded (checked by its peak)."""
-    lines = "".join(f"G1X{(i % 1000) * 0.05:.2f}Y{(i // 1000) * 0.1:.2f}\n" for i in range(100_000))
+    lines = "".join(
+        f"G1X{(i % 1000) * 0.05:.2f}Y{(i // 1000) * 0.1:.2f}\n"
+        for i in range(100_000)
+    )
     result = cell.run(program("F60000\n" + lines + "M30\n"), clock="freerun")
     assert result.end == "completed", result.errors
     assert result.blocks >= 100_000
     assert result.peak_mb < 200.0
 
 
-# ------------------------------------------------------------------------------------------------ deaths and bad input
+# ------------------------------------------------------------------------------------------------
+# deaths and bad input
 def wait_for_children(pid: int, count: int) -> list[int]:
     """Process numbers of the two sides of a running ``hli-cosim run``."""
     deadline = time.monotonic() + 90
@@ -133,12 +154,18 @@ def wait_for_children(pid: int, count: int) -> list[int]:
 
 @pytest.mark.parametrize("victim", [0, 1])
 @pytest.mark.parametrize("delay", [0.05, 0.6])
-def test_a_killed_side_ends_the_run(program: Write, tmp_path: Path, victim: int, delay: float) -> None:
-    """kill -9 of CNC or PLC: the run ends `aborted`, exit 1, with its JSON, and what was recorded is kept."""
+def test_a_killed_side_ends_the_run(
+    program: Write, tmp_path: Path, victim: int, delay: float
+) -> None:
+    """kill -9 of CNC or PLC: the run ends `aborted`, exit 1, with its JSON, and
+    what was recorded is kept.
+    """
     path = program("F600\n" + "G1 X50\nX0\n" * 500)
     record = tmp_path / "r.npz"
     process = subprocess.Popen(
-        command("run", path, "--clock", "realtime", "--record", record, "--json"),
+        command(
+            "run", path, "--clock", "realtime", "--record", record, "--json"
+        ),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -154,7 +181,9 @@ def test_a_killed_side_ends_the_run(program: Write, tmp_path: Path, victim: int,
     assert record.exists()
 
 
-def test_interrupt_ends_both_sides_and_keeps_the_recording(program: Write, tmp_path: Path) -> None:
+def test_interrupt_ends_both_sides_and_keeps_the_recording(
+    program: Write, tmp_path: Path
+) -> None:
     """Ctrl-C: exit 130, nothing left, the recording holds what was driven."""
     path, record = program("F600\n" + "G1 X50\nX0\n" * 500), tmp_path / "r.npz"
     process = subprocess.Popen(
@@ -175,13 +204,22 @@ def test_interrupt_ends_both_sides_and_keeps_the_recording(program: Write, tmp_p
 def test_a_second_cnc_on_one_name_is_refused(program: Write) -> None:
     """`cnc` on a name in use ends at once with an error that names the owner."""
     path, name = program(T1), f"hli-test-{os.getpid()}"
-    first = subprocess.Popen(command("cnc", path, "--name", name), stderr=subprocess.PIPE)
+    first = subprocess.Popen(
+        command("cnc", path, "--name", name), stderr=subprocess.PIPE
+    )
     try:
         deadline = time.monotonic() + 90
-        while not Path(f"/dev/shm/{name}").exists() and time.monotonic() < deadline:
+        while (
+            not Path(f"/dev/shm/{name}").exists()
+            and time.monotonic() < deadline
+        ):
             time.sleep(0.01)
         second = subprocess.run(
-            command("cnc", path, "--name", name), capture_output=True, text=True, timeout=90, check=False
+            command("cnc", path, "--name", name),
+            capture_output=True,
+            text=True,
+            timeout=90,
+            check=False,
         )
         assert second.returncode == 1
         assert f"in use by process {first.pid}" in second.stderr
@@ -231,7 +269,9 @@ def test_bad_programs_give_a_numbered_error_with_place(
         ("plan", "nothing.nc"),
     ],
 )
-def test_missing_files_are_named(cli: Cli, program: Write, arguments: tuple[str, ...]) -> None:
+def test_missing_files_are_named(
+    cli: Cli, program: Write, arguments: tuple[str, ...]
+) -> None:
     """A missing file is an error with its name, not a traceback."""
     program(T1)
     outcome = cli(*arguments)
@@ -241,13 +281,19 @@ def test_missing_files_are_named(cli: Cli, program: Write, arguments: tuple[str,
     assert "Traceback" not in outcome.err
 
 
-def test_an_error_in_the_plc_program_is_reported(cli: Cli, program: Write) -> None:
+def test_an_error_in_the_plc_program_is_reported(
+    cli: Cli, program: Write
+) -> None:
     """An exception in user code ends the run with its file and line."""
     plc = program(
-        "from plc_client import task\n\n@task(interval=0.001)\nclass P:\n    def cyclic(self):\n        1 / 0\n",
+        "from plc_client import task\n\n@task(interval=0.001)\nclass P:\n"
+        "    def cyclic(self):\n        1 / 0\n",
         "bad.py",
     )
     outcome = cli("run", program(T1), "--plc", plc, "--json")
     assert outcome.status == 1
     assert outcome.json["end"] in ("error", "aborted")
-    assert any("bad.py" in e["file"] and "ZeroDivisionError" in e["text"] for e in outcome.json["errors"])
+    assert any(
+        "bad.py" in e["file"] and "ZeroDivisionError" in e["text"]
+        for e in outcome.json["errors"]
+    )

@@ -1,4 +1,6 @@
-"""A small sample of the fault matrix (``bench/fault_matrix.py`` runs hundreds), and two CNCs on one name."""
+"""A small sample of the fault matrix (``bench/fault_matrix.py`` runs hundreds),
+and two CNCs on one name.
+"""
 
 from __future__ import annotations
 
@@ -7,17 +9,15 @@ import random
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import T1, command, wait_for_cycle
 
-sys.path.append(str(Path(__file__).resolve().parents[2] / "bench"))
 from fault_matrix import Fault, clean, one
+from support.command_line import T1, command, wait_for_cycle
 
 SAMPLE = [
     Fault("cnc", "KILL", "M pending"),
@@ -28,7 +28,9 @@ SAMPLE = [
 
 
 def test_faults_end_the_run_and_leave_nothing(tmp_path: Path) -> None:
-    """Each fault ends the run within 5 s; behind them a clean run completes and sweeps a killed launcher's folder."""
+    """Each fault ends the run within 5 s; behind them a clean run completes and
+    sweeps a killed launcher's folder.
+    """
     rng = random.Random(5)
     for fault in SAMPLE:
         one(fault, tmp_path, rng)
@@ -38,20 +40,26 @@ def test_faults_end_the_run_and_leave_nothing(tmp_path: Path) -> None:
 def owner_of(name: str) -> int:
     """Process id in the segment's head, 0 while the name is free."""
     try:
-        return int.from_bytes((Path("/dev/shm") / name).read_bytes()[32:40], "little")
+        return int.from_bytes(
+            (Path("/dev/shm") / name).read_bytes()[32:40], "little"
+        )
     except FileNotFoundError:
         return 0
 
 
 def test_second_cnc_of_a_name_is_refused(program: Callable[..., Path]) -> None:
-    """The first goes on, the second says who has the name; when the first is killed, the name is free."""
+    """The first goes on, the second says who has the name; when the first is
+    killed, the name is free.
+    """
     name = f"hli-test-{os.getpid()}"
     start = command("cnc", program(T1), "--name", name, "--clock", "freerun")
     first = subprocess.Popen(start, stderr=subprocess.DEVNULL)
     try:
         while not (Path("/dev/shm") / name).exists():
             time.sleep(0.01)
-        second = subprocess.run(start, capture_output=True, text=True, timeout=60, check=False)
+        second = subprocess.run(
+            start, capture_output=True, text=True, timeout=60, check=False
+        )
         assert second.returncode == 1
         assert f"in use by process {first.pid}" in second.stderr
         first.kill()
@@ -72,19 +80,32 @@ def test_second_cnc_of_a_name_is_refused(program: Callable[..., Path]) -> None:
         first.wait()
 
 
-def test_a_killed_launchers_folder_is_swept(program: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    """kill -9 of the launcher leaves its folder; the next run removes it, and folders of living launchers stay."""
+def test_a_killed_launchers_folder_is_swept(
+    program: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """kill -9 of the launcher leaves its folder; the next run removes it, and
+    folders of living launchers stay.
+    """
     scratch = Path(tempfile.mkdtemp(dir=program("", "x").parent))
     monkeypatch.setenv("TMPDIR", str(scratch))
     part = program(T1)
     foreign = scratch / "hli-cosim-run-of-mine"
     foreign.mkdir()
-    killed = subprocess.Popen(command("run", part), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    killed = subprocess.Popen(
+        command("run", part),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     wait_for_cycle(killed.pid, 1)
     killed.kill()
     killed.wait()
     assert len(list(scratch.iterdir())) == 2
-    assert subprocess.run(command("run", part), capture_output=True, check=False, timeout=100).returncode == 0
+    assert (
+        subprocess.run(
+            command("run", part), capture_output=True, check=False, timeout=100
+        ).returncode
+        == 0
+    )
     assert list(scratch.iterdir()) == [foreign]
 
 
@@ -97,35 +118,53 @@ exit $status
 
 
 @pytest.mark.parametrize("verb", ["run", "cnc"])
-def test_a_full_shared_memory_is_refused(program: Callable[..., Path], verb: str) -> None:
-    """A /dev/shm of 64 KiB: exit 1 with the reason and the bytes needed, and nothing is left in it."""
-    call = command(verb, program(T1), *(["--name", "hli-full"] if verb == "cnc" else []))
+def test_a_full_shared_memory_is_refused(
+    program: Callable[..., Path], verb: str
+) -> None:
+    """A /dev/shm of 64 KiB: exit 1 with the reason and the bytes needed, and
+    nothing is left in it.
+    """
+    call = command(
+        verb, program(T1), *(["--name", "hli-full"] if verb == "cnc" else [])
+    )
     done = in_namespace(FULL, call)
     assert done.returncode == 1, (done.stdout, done.stderr)
-    assert "cannot be created in /dev/shm: No space left on device" in done.stderr
+    assert (
+        "cannot be created in /dev/shm: No space left on device" in done.stderr
+    )
     assert "Traceback" not in done.stderr
     assert not [line for line in done.stdout.splitlines() if "hli-" in line]
 
 
 @pytest.mark.parametrize("verb", ["run", "cnc"])
-def test_a_limit_of_file_size_is_refused(program: Callable[..., Path], verb: str) -> None:
+def test_a_limit_of_file_size_is_refused(
+    program: Callable[..., Path], verb: str
+) -> None:
     """The same where mounting is not permitted: RLIMIT_FSIZE below the segment's size."""
     name = f"hli-test-{os.getpid()}"
-    call = command(verb, program(T1), *(["--name", name] if verb == "cnc" else []))
+    call = command(
+        verb, program(T1), *(["--name", name] if verb == "cnc" else [])
+    )
     limited = ["sh", "-c", 'ulimit -f 100; exec "$@"', "sh", *call]
-    done = subprocess.run(limited, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        limited, capture_output=True, text=True, timeout=60, check=False
+    )
     assert done.returncode == 1, (done.stdout, done.stderr)
     assert "cannot be created in /dev/shm: File too large" in done.stderr
     assert "Traceback" not in done.stderr
     assert not (Path("/dev/shm") / name).exists()
 
 
-def in_namespace(script: str, call: list[str]) -> subprocess.CompletedProcess[str]:
+def in_namespace(
+    script: str, call: list[str]
+) -> subprocess.CompletedProcess[str]:
     """Run a script with a file system table of its own; skips where users may not have one."""
     if shutil.which("unshare") is None:
         pytest.skip("no unshare")
     start = ["unshare", "-Urm", "sh", "-c", script, "sh", *call]
-    done = subprocess.run(start, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        start, capture_output=True, text=True, timeout=60, check=False
+    )
     if done.returncode == 77 or done.stderr.startswith("unshare:"):
         pytest.skip("users may not mount here")
     return done

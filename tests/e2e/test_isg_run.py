@@ -1,4 +1,6 @@
-"""ISG programs in the co-simulation: external variables shared with the PLC, files, lenient mode, endless programs."""
+"""ISG programs in the co-simulation: external variables shared with the PLC,
+files, lenient mode, endless programs.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +11,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-from conftest import command
-from plc_external import Answer
 
 from cnc_core import Cell
+from support.command_line import command
+from support.plc.external import Answer
 
 CELL = '[external.GO]\ntype = "UNS32"\n[external.REQUEST]\n[external.ANSWER]\n'
 PROGRAM = """V.E.REQUEST = 12.5
@@ -30,14 +32,22 @@ M30
 
 
 def test_program_and_plc_share_external_variables(tmp_path: Path) -> None:
-    """The program waits for the PLC's answer, reads it, writes its file; two lockstep runs are the same."""
+    """The program waits for the PLC's answer, reads it, writes its file; two
+    lockstep runs are the same.
+    """
     (tmp_path / "cell.toml").write_text(CELL)
     (tmp_path / "a.nc").write_text(PROGRAM)
     runs = []
     for number in range(2):
         target = tmp_path / f"run{number}.npz"
         with Cell(tmp_path / "cell.toml") as cell:
-            result = cell.run(tmp_path / "a.nc", Answer, out=tmp_path / "out", record=target, lenient=True)
+            result = cell.run(
+                tmp_path / "a.nc",
+                Answer,
+                out=tmp_path / "out",
+                record=target,
+                lenient=True,
+            )
         assert (result.end, result.errors) == ("completed", [])
         assert result.messages[:2] == ["answer 25.000000", "line 5"]
         assert result.files == ["log.txt"]
@@ -64,7 +74,15 @@ def test_an_endless_program_can_be_interrupted(tmp_path: Path) -> None:
     (tmp_path / "a.nc").write_text("$DO\nP1=1\n$ENDDO\n")
     name = f"hli-test-{os.getpid()}"
     process = subprocess.Popen(
-        command("cnc", tmp_path / "a.nc", "--name", name, "--no-wait", "--clock", "freerun"),
+        command(
+            "cnc",
+            tmp_path / "a.nc",
+            "--name",
+            name,
+            "--no-wait",
+            "--clock",
+            "freerun",
+        ),
         stderr=subprocess.PIPE,
         text=True,
     )
@@ -77,7 +95,9 @@ def test_an_endless_program_can_be_interrupted(tmp_path: Path) -> None:
 
 
 def test_warnings_of_the_program_are_no_messages(tmp_path: Path) -> None:
-    """``messages`` are what the program says; what is said about the program stands in ``warnings``, once."""
+    """``messages`` are what the program says; what is said about the program
+    stands in ``warnings``, once.
+    """
     (tmp_path / "a.nc").write_text('G129 50\n#MSG ["a"]\nG00 X1\nM30\n')
     (tmp_path / "cell.toml").write_text(CELL)
     with Cell(tmp_path / "cell.toml") as cell:

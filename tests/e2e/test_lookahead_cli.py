@@ -1,4 +1,6 @@
-"""Both look-ahead modes from the PLC process through the real handshake (specification section 9, T1)."""
+"""Both look-ahead modes from the PLC process through the real handshake
+(specification section 9, T1).
+"""
 
 from __future__ import annotations
 
@@ -9,9 +11,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import T1, Outcome
 
 from cnc_core import Cell
+from support.command_line import T1, Outcome
 
 Cli = Callable[..., Outcome]
 # idx: type, N, start, length, radius, angle, tangent
@@ -30,7 +32,9 @@ EXPECTED = [
 def as_rows(response: list[dict[str, Any]]) -> list[tuple[float, ...]]:
     """(type, N, start, length, radius, angle, tangent) of each element, rounded to 6 decimals."""
     for block in response:
-        assert block["programmed_radius"] == pytest.approx(block["compensated_radius"], abs=1e-6)
+        assert block["programmed_radius"] == pytest.approx(
+            block["compensated_radius"], abs=1e-6
+        )
     keys = (
         "block_type",
         "block_number",
@@ -46,7 +50,9 @@ def as_rows(response: list[dict[str, Any]]) -> list[tuple[float, ...]]:
 @pytest.mark.parametrize("at", ["start", "end"])
 def test_t1_by_index(cli: Cli, program: Callable[..., Path], at: str) -> None:
     """Index 0 gives all eight entries, before any motion and after the end alike."""
-    answer = cli("lookahead", program(T1), "--index", 0, "--at", at, "--json").json
+    answer = cli(
+        "lookahead", program(T1), "--index", 0, "--at", at, "--json"
+    ).json
     assert as_rows(answer["response"]) == EXPECTED
     assert answer["mode"] == 1
     assert answer["state"] == {
@@ -56,9 +62,15 @@ def test_t1_by_index(cli: Cli, program: Callable[..., Path], at: str) -> None:
     }
 
 
-@pytest.mark.parametrize(("index", "first"), [(5, 5), (7, 7), (5.9, 5), (8, 8), (-1, 8), (1e300, 8)])
-def test_t1_from_an_index_on(cli: Cli, program: Callable[..., Path], index: float, first: int) -> None:
-    """The answer runs from the truncated index to the end; an index outside the log gives nothing."""
+@pytest.mark.parametrize(
+    ("index", "first"), [(5, 5), (7, 7), (5.9, 5), (8, 8), (-1, 8), (1e300, 8)]
+)
+def test_t1_from_an_index_on(
+    cli: Cli, program: Callable[..., Path], index: float, first: int
+) -> None:
+    """The answer runs from the truncated index to the end; an index outside the
+    log gives nothing.
+    """
     answer = cli("lookahead", program(T1), "--index", index, "--json").json
     assert as_rows(answer["response"]) == EXPECTED[first:]
 
@@ -75,15 +87,36 @@ def test_t1_from_an_index_on(cli: Cli, program: Callable[..., Path], index: floa
     ],
 )
 def test_t1_by_distance(
-    cli: Cli, program: Callable[..., Path], at: str, start: float, length: float, numbers: list[int]
+    cli: Cli,
+    program: Callable[..., Path],
+    at: str,
+    start: float,
+    length: float,
+    numbers: list[int],
 ) -> None:
     """Mode 2 returns whole motion elements that touch [S, S+L), no markers."""
-    answer = cli("lookahead", program(T1), "--distance", start, length, "--at", at, "--json").json
+    answer = cli(
+        "lookahead",
+        program(T1),
+        "--distance",
+        start,
+        length,
+        "--at",
+        at,
+        "--json",
+    ).json
     assert [b["block_number"] for b in answer["response"]] == numbers
     assert answer["mode"] == 2
 
 
-@pytest.mark.parametrize("request_", [("--distance", "nan", "5"), ("--distance", "0", "inf"), ("--index", "nan")])
+@pytest.mark.parametrize(
+    "request_",
+    [
+        ("--distance", "nan", "5"),
+        ("--distance", "0", "inf"),
+        ("--index", "nan"),
+    ],
+)
 def test_nonsense_on_the_command_line_is_refused(
     cli: Cli, program: Callable[..., Path], request_: tuple[str, ...]
 ) -> None:
@@ -122,8 +155,12 @@ class Raw:
 """
 
 
-def test_nonsense_in_the_request_is_answered_and_counted(cell: Cell, program: Callable[..., Path]) -> None:
-    """Numbers that are no positions get an answer without elements; the CNC counts them and goes on."""
+def test_nonsense_in_the_request_is_answered_and_counted(
+    cell: Cell, program: Callable[..., Path]
+) -> None:
+    """Numbers that are no positions get an answer without elements; the CNC
+    counts them and goes on.
+    """
     result = cell.run(program(T1), program(RAW, "raw.py"))
     assert result.end == "completed", result.errors
     assert [sum(a) for a in result.plc["result"]][:8] == [0] * 8
@@ -132,7 +169,9 @@ def test_nonsense_in_the_request_is_answered_and_counted(cell: Cell, program: Ca
 
 
 def contour(seed: int) -> tuple[str, list[dict[str, float]]]:
-    """A random program of lines, arcs, markers and dwells, and its elements computed with complex numbers."""
+    """A random program of lines, arcs, markers and dwells, and its elements
+    computed with complex numbers.
+    """
     rng = np.random.default_rng(seed)
     lines, elements = (
         ["G17 G90 F6000 G1", "#CONTOUR LOOKAHEAD LOG ON [PARAM=7]"],
@@ -140,7 +179,9 @@ def contour(seed: int) -> tuple[str, list[dict[str, float]]]:
     )
     at, heading, distance = 0j, None, 0.0
     for _ in range(int(rng.integers(5, 60))):
-        kind = rng.choice(["line", "arc", "param", "dwell"], p=[0.5, 0.35, 0.1, 0.05])
+        kind = rng.choice(
+            ["line", "arc", "param", "dwell"], p=[0.5, 0.35, 0.1, 0.05]
+        )
         if kind == "param":
             value = round(float(rng.uniform(-9, 9)), 3)
             lines.append(f"#CONTOUR LOOKAHEAD LOG [PARAM={value}]")
@@ -151,11 +192,21 @@ def contour(seed: int) -> tuple[str, list[dict[str, float]]]:
             continue
         angle, radius = 0.0, 0.0
         if kind == "line":
-            to = complex(round(at.real + rng.uniform(-9, 9), 4), round(at.imag + rng.uniform(-9, 9), 4))
+            to = complex(
+                round(at.real + rng.uniform(-9, 9), 4),
+                round(at.imag + rng.uniform(-9, 9), 4),
+            )
             lines.append(f"G1 X{to.real:.4f} Y{to.imag:.4f}")
-            length, into, out_of = abs(to - at), (to - at) / abs(to - at), (to - at) / abs(to - at)
+            length, into, out_of = (
+                abs(to - at),
+                (to - at) / abs(to - at),
+                (to - at) / abs(to - at),
+            )
         else:
-            centre = complex(round(float(rng.uniform(-8, 8)), 4), round(float(rng.uniform(-8, 8)), 4))
+            centre = complex(
+                round(float(rng.uniform(-8, 8)), 4),
+                round(float(rng.uniform(-8, 8)), 4),
+            )
             quarter, sign = int(rng.integers(1, 5)), int(rng.choice([-1, 1]))
             spoke = -centre
             to = at + centre + spoke * 1j ** (quarter * sign)
@@ -185,29 +236,74 @@ def contour(seed: int) -> tuple[str, list[dict[str, float]]]:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_random_contours_by_index_and_distance(cli: Cli, program: Callable[..., Path], seed: int) -> None:
-    """Random lines, arcs and markers: every fact agrees with an independent construction, in both modes."""
+def test_random_contours_by_index_and_distance(
+    cli: Cli, program: Callable[..., Path], seed: int
+) -> None:
+    """Random lines, arcs and markers: every fact agrees with an independent
+    construction, in both modes.
+    """
     text, expected = contour(seed)
     path = program(text)
-    by_index = cli("lookahead", path, "--index", 0, "--at", ["start", "end"][seed % 2], "--json").json["response"]
+    by_index = cli(
+        "lookahead",
+        path,
+        "--index",
+        0,
+        "--at",
+        ["start", "end"][seed % 2],
+        "--json",
+    ).json["response"]
     assert [b["block_type"] for b in by_index] == [e["type"] for e in expected]
     for block, element in zip(by_index, expected, strict=True):
-        for key, name in (("start_position", "start"), ("length", "length"), ("programmed_radius", "radius")):
+        for key, name in (
+            ("start_position", "start"),
+            ("length", "length"),
+            ("programmed_radius", "radius"),
+        ):
             assert block[key] == pytest.approx(element.get(name, 0.0), abs=1e-3)
-        assert block["circle_angle"] == pytest.approx(element.get("angle", 0.0), abs=1e-9)
-        assert block["tangent_variation"] == pytest.approx(element.get("turn", 0.0), abs=1e-7)
-    by_distance = cli("lookahead", path, "--distance", 0, 1e12, "--at", ["end", "start"][seed % 2], "--json").json[
-        "response"
-    ]
+        assert block["circle_angle"] == pytest.approx(
+            element.get("angle", 0.0), abs=1e-9
+        )
+        assert block["tangent_variation"] == pytest.approx(
+            element.get("turn", 0.0), abs=1e-7
+        )
+    by_distance = cli(
+        "lookahead",
+        path,
+        "--distance",
+        0,
+        1e12,
+        "--at",
+        ["end", "start"][seed % 2],
+        "--json",
+    ).json["response"]
     assert by_distance == [b for b in by_index if b["block_type"] in (1, 2)]
 
 
-def test_answers_longer_than_the_array_are_paged(cli: Cli, program: Callable[..., Path]) -> None:
+def test_answers_longer_than_the_array_are_paged(
+    cli: Cli, program: Callable[..., Path]
+) -> None:
     """300 logged entries come back complete although one answer holds 128."""
-    config = program("[channel]\ncontour_lookahead_log_max = 1000\n", "cell.toml")
+    config = program(
+        "[channel]\ncontour_lookahead_log_max = 1000\n", "cell.toml"
+    )
     lines = [f"N{i} G1 X{i * 0.1:.1f}" for i in range(1, 299)]
-    path = program("\n".join(["F6000", "#CONTOUR LOOKAHEAD LOG ON", *lines, "#CONTOUR LOOKAHEAD LOG OFF", ""]))
-    by_index = cli("lookahead", path, "--index", 0, "--config", config, "--json").json["response"]
+    path = program(
+        "\n".join(
+            [
+                "F6000",
+                "#CONTOUR LOOKAHEAD LOG ON",
+                *lines,
+                "#CONTOUR LOOKAHEAD LOG OFF",
+                "",
+            ]
+        )
+    )
+    by_index = cli(
+        "lookahead", path, "--index", 0, "--config", config, "--json"
+    ).json["response"]
     assert [b["block_number"] for b in by_index[1:-1]] == list(range(1, 299))
-    by_distance = cli("lookahead", path, "--distance", 0, 1e9, "--config", config, "--json").json["response"]
+    by_distance = cli(
+        "lookahead", path, "--distance", 0, 1e9, "--config", config, "--json"
+    ).json["response"]
     assert [b["block_number"] for b in by_distance] == list(range(1, 299))

@@ -1,26 +1,51 @@
-"""Operation modes with real processes: the PLC selects, starts, holds, aborts and restarts programs."""
+"""Operation modes with real processes: the PLC selects, starts, holds, aborts
+and restarts programs.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
 
-from conftest import Outcome
+from support.command_line import Outcome
+from support.paths import PLC_PROGRAMS
 
-PLC = Path(__file__).with_name("plc_modes.py")
+PLC = PLC_PROGRAMS / "modes.py"
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
 
 
 def test_the_plc_runs_the_programs(cli: Cli, program: Write) -> None:
-    """Start, hold, resume, abort, another program, MDI, a missing program, reset: states, distances, errors."""
+    """Start, hold, resume, abort, another program, MDI, a missing program,
+    reset: states, distances, errors.
+    """
     part = program("N10 G1 X50 F6000\nN20 Y20\n")
     program("N10 G1 X5 F6000\n", "second.nc")
     outcome = cli("run", part, "--plc", PLC, "--no-autostart", "--json")
     run = outcome.json
     assert not outcome.err.count("Error"), outcome.err
     states = [state for state, _ in run["plc"]["result"]["log"]]
-    assert states == [3, 11, 4, 13, 5, 4, 7, 12, 2, 11, 4, 2, 11, 4, 2, 9, 2, 15, 2]
+    assert states == [
+        3,
+        11,
+        4,
+        13,
+        5,
+        4,
+        7,
+        12,
+        2,
+        11,
+        4,
+        2,
+        11,
+        4,
+        2,
+        9,
+        2,
+        15,
+        2,
+    ]
     assert run["plc"]["result"]["errors"] == [901001]
     assert run["plc"]["result"]["position"] == 70_000
     assert run["end"] == "completed"
@@ -43,16 +68,23 @@ def test_a_program_aborted_by_the_plc(cli: Cli, program: Write) -> None:
         "            unit.command_semaphor_rw = True\n",
         "abort.py",
     )
-    outcome = cli("run", program("N10 G1 X50 F6000\nN20 X0\n"), "--plc", plc, "--json")
+    outcome = cli(
+        "run", program("N10 G1 X50 F6000\nN20 X0\n"), "--plc", plc, "--json"
+    )
     assert outcome.status == 1
     assert outcome.json["end"] == "aborted"
     assert [e["code"] for e in outcome.json["errors"]] == [905023]
 
 
-def test_runs_with_modes_are_the_same_every_time(cli: Cli, program: Write) -> None:
+def test_runs_with_modes_are_the_same_every_time(
+    cli: Cli, program: Write
+) -> None:
     """Lockstep: two runs under mode control give the same cycles and the same log."""
     part = program("N10 G1 X50 F6000\nN20 Y20\n")
     program("N10 G1 X5 F6000\n", "second.nc")
-    first, second = (cli("run", part, "--plc", PLC, "--no-autostart", "--json").json for _ in range(2))
+    first, second = (
+        cli("run", part, "--plc", PLC, "--no-autostart", "--json").json
+        for _ in range(2)
+    )
     assert first["cycles"] == second["cycles"]
     assert first["plc"]["result"] == second["plc"]["result"]

@@ -40,12 +40,28 @@ class Bench:
     def setup(self, hli: Any) -> None:
         ch = self.ch = hli.gpCh[0]
         self.functions = TechnoServer(hli)
-        self.start, self.stop, self.resume = StartProgram(ch), StopProgram(ch), ResumeProgram(ch)
+        self.start, self.stop, self.resume = (
+            StartProgram(ch),
+            StopProgram(ch),
+            ResumeProgram(ch),
+        )
         self.abort, self.reset = AbortProgram(ch), ResetChannel(ch)
-        self.hold, self.override, self.single = FeedHold(ch), Override(ch), SingleBlock(ch)
-        self.go_on, self.insert, self.delete = ContinueMachining(ch), InsertStop(ch), DeleteDistanceToGo(ch)
+        self.hold, self.override, self.single = (
+            FeedHold(ch),
+            Override(ch),
+            SingleBlock(ch),
+        )
+        self.go_on, self.insert, self.delete = (
+            ContinueMachining(ch),
+            InsertStop(ch),
+            DeleteDistanceToGo(ch),
+        )
         self.direction, self.errors = PathDirection(ch), ErrorReader(ch)
-        self.watchdog, self.cnc, self.interface = Watchdog(ch), CncWatchdog(ch), MCV_HliInterface(hli)
+        self.watchdog, self.cnc, self.interface = (
+            Watchdog(ch),
+            CncWatchdog(ch),
+            MCV_HliInterface(hli),
+        )
         self.calls: dict[str, tuple[Any, ...]] = {}
         self.records: list[int] = []
 
@@ -82,7 +98,10 @@ def test_start_stop_resume_abort(plc: Any, program: Write) -> None:
     until_done(runner, "resume")
     runner.run_to_distance(700_000.0)
     until_done(runner, "abort")
-    assert runner.task.abort.process_state in (ProcessState.SELECTED, ProcessState.READY)
+    assert runner.task.abort.process_state in (
+        ProcessState.SELECTED,
+        ProcessState.READY,
+    )
 
 
 def test_hold_override_and_single_block(plc: Any, program: Write) -> None:
@@ -92,13 +111,19 @@ def test_hold_override_and_single_block(plc: Any, program: Write) -> None:
     task.calls["override"] = (50.0,)
     runner.run_to_distance(100_000.0)
     assert (task.override.effective, task.override.done) == (50.0, True)
-    assert runner.ch._c.bahn_state.active_feed_r == pytest.approx(50_000, rel=0.01)
+    assert runner.ch._c.bahn_state.active_feed_r == pytest.approx(
+        50_000, rel=0.01
+    )
     task.calls["hold"] = (True,)
     runner.run_until(lambda: task.hold.standing, limit_s=5.0)
     here = runner.distance
     runner.step(50)
     assert runner.distance == here
-    task.calls |= {"hold": (False,), "override": (100.0,), "single": (True, False)}
+    task.calls |= {
+        "hold": (False,),
+        "override": (100.0,),
+        "single": (True, False),
+    }
     runner.run_until(lambda: task.single.waiting, limit_s=5.0)
     assert runner.distance == pytest.approx(500_000.0, abs=1.0)
     task.calls["single"] = (True, True)
@@ -144,12 +169,18 @@ def test_deleted_distance_to_go(plc: Any, program: Write) -> None:
 
 
 def test_watchdogs_and_interface(plc: Any, program: Write) -> None:
-    """Both sides see each other; the shapes agree; a PLC that falls silent is noticed, with a record."""
+    """Both sides see each other; the shapes agree; a PLC that falls silent is
+    noticed, with a record.
+    """
     runner = plc(Bench, program(PART))
     task = runner.task
     task.calls |= {"watchdog": (True, 50_000), "cnc": (True,), "interface": ()}
     runner.step(100)
-    assert (task.watchdog.alive, task.cnc.alive, task.interface.Initialized) == (True, True, True)
+    assert (
+        task.watchdog.alive,
+        task.cnc.alive,
+        task.interface.Initialized,
+    ) == (True, True, True)
     del task.calls["watchdog"]
     runner.step(200)
     task.calls["watchdog"] = (True, 50_000)
@@ -158,9 +189,14 @@ def test_watchdogs_and_interface(plc: Any, program: Write) -> None:
     assert 270053 in task.records
 
 
-def test_error_of_the_program_arrives_and_reset_leaves_it(plc: Any, program: Write) -> None:
+def test_error_of_the_program_arrives_and_reset_leaves_it(
+    plc: Any, program: Write
+) -> None:
     """mc_error names the number; the mode is ERROR until the reset."""
     runner = plc(Bench, program("N10 G01 X10 F6000\nN20 G01 X200000\nM30\n"))
     runner.run_until(lambda: runner.task.records, limit_s=5.0)
     until_done(runner, "reset")
-    assert runner.task.reset.process_state in (ProcessState.SELECTED, ProcessState.READY)
+    assert runner.task.reset.process_state in (
+        ProcessState.SELECTED,
+        ProcessState.READY,
+    )

@@ -1,4 +1,6 @@
-"""PLC beside the real CNC: stepped from the test, in every clock, watched, forced, restarted, golden; runaway tasks."""
+"""PLC beside the real CNC: stepped from the test, in every clock, watched,
+forced, restarted, golden; runaway tasks.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +13,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fake_cnc import unique_name
-from plc_same import SameEverywhere
-from processes import end, leftovers, start_cnc, start_plc  # noqa: F401 (leftovers is a fixture)
 
 import hli
 from cnc_core import Cell, CncError
 from plc_client import connect
 from plc_client.golden import GoldenMismatchError, check, compare
 from plc_client.mock import arc, line
+from support.fake_cnc import unique_name
+from support.plc.same_everywhere import SameEverywhere
+from support.processes import end, start_cnc, start_plc
 
 Write = Callable[..., Path]
 PART = """N10 G01 X30 Y0 F6000
@@ -39,7 +41,9 @@ def wait_for(condition: Callable[[], bool], seconds: float = 30.0) -> None:
         time.sleep(0.005)
 
 
-def test_stepping_the_real_cnc_to_cycle_time_distance(plc: Any, program: Write) -> None:
+def test_stepping_the_real_cnc_to_cycle_time_distance(
+    plc: Any, program: Write
+) -> None:
     """The test holds the clock: nothing moves between two steps."""
     runner = plc(SameEverywhere, program(PART))
     runner.run_to_cycle(20)
@@ -62,44 +66,75 @@ def test_same_program_in_every_clock(program: Write, clock: str) -> None:
         result = cell.run(program(PART), SameEverywhere, clock=clock)
     assert result.end == "completed", result.errors
     found = result.plc["result"]
-    if clock == "freerun":  # nobody waits for the PLC there: it may come late, but sees nothing wrong
+    if (
+        clock == "freerun"
+    ):  # nobody waits for the PLC there: it may come late, but sees nothing wrong
         assert set(found["elements"]) <= {10, 20, 30, 40}
     else:
-        assert (found["elements"], found["arcs"], found["commanded"]) == ([10, 20, 30, 40], 1, True)
+        assert (found["elements"], found["arcs"], found["commanded"]) == (
+            [10, 20, 30, 40],
+            1,
+            True,
+        )
     assert result.plc["tasks"]["SameEverywhere"]["scans"] > 10
 
 
 def test_same_program_on_the_mock(plc: Any) -> None:
     """And without any engine."""
-    runner = plc(SameEverywhere, script=[line(30), arc(10, 1.5707963), line(30), line(40)])
+    runner = plc(
+        SameEverywhere,
+        script=[line(30), arc(10, 1.5707963), line(30), line(40)],
+    )
     runner.run_to_end()
     found = runner.task.result()
-    assert (found["elements"], found["arcs"], found["commanded"]) == ([10, 20, 30, 40], 1, True)
+    assert (found["elements"], found["arcs"], found["commanded"]) == (
+        [10, 20, 30, 40],
+        1,
+        True,
+    )
 
 
 def test_watch_and_force_of_a_run(program: Write) -> None:
     """A forced task variable holds the override down; the watch list shows both sides."""
-    watch = (DISTANCE, "SameEverywhere.percent", "gpCh[0]^.bahn_state.override_r")
+    watch = (
+        DISTANCE,
+        "SameEverywhere.percent",
+        "gpCh[0]^.bahn_state.override_r",
+    )
     with Cell() as cell:
-        result = cell.run(program(PART), SameEverywhere, watch=watch, force={"SameEverywhere.slow": 25.0})
+        result = cell.run(
+            program(PART),
+            SameEverywhere,
+            watch=watch,
+            force={"SameEverywhere.slow": 25.0},
+        )
     assert result.end == "completed", result.errors
     found = result.plc["watch"]
     assert set(found) == {"t", *watch}
     assert len(found["t"]) == result.plc["scans"]
     assert min(found["SameEverywhere.percent"]) == 25.0
     assert min(found["gpCh[0]^.bahn_state.override_r"]) == 250.0
-    assert found[DISTANCE][-1] == pytest.approx(300_000 + 157_079.63 + 300_000 + 400_000, abs=1.0)
+    assert found[DISTANCE][-1] == pytest.approx(
+        300_000 + 157_079.63 + 300_000 + 400_000, abs=1.0
+    )
 
 
 def test_wrong_symbol_ends_the_run_with_its_name(program: Write) -> None:
     """No traceback; the text names what there would be."""
     with Cell() as cell:
-        result = cell.run(program(PART), SameEverywhere, watch=["SameEverywhere"])
+        result = cell.run(
+            program(PART), SameEverywhere, watch=["SameEverywhere"]
+        )
     assert result.end != "completed"
-    assert "a variable of task SameEverywhere is needed" in json.dumps(result.errors)
+    assert "a variable of task SameEverywhere is needed" in json.dumps(
+        result.errors
+    )
 
 
-@pytest.mark.parametrize("force", ["gpCh[0]^.bahn_mc_control.override.command_w=70000", "Nothing.table[9]=3"])
+@pytest.mark.parametrize(
+    "force",
+    ["gpCh[0]^.bahn_mc_control.override.command_w=70000", "Nothing.table[9]=3"],
+)
 def test_a_force_that_does_not_fit_ends_the_run_with_its_name(
     program: Write, cli: Callable[..., Any], force: str
 ) -> None:
@@ -113,8 +148,13 @@ def test_a_force_that_does_not_fit_ends_the_run_with_its_name(
 
 
 def test_golden_run_is_compared_with_tolerance(plc: Any, golden: Any) -> None:
-    """The kept run fits; a small change is seen with its place, and passes within a larger tolerance."""
-    runner = plc(SameEverywhere, script=[line(30), arc(10, 1.5707963), line(30), line(40)])
+    """The kept run fits; a small change is seen with its place, and passes
+    within a larger tolerance.
+    """
+    runner = plc(
+        SameEverywhere,
+        script=[line(30), arc(10, 1.5707963), line(30), line(40)],
+    )
     runner.watch("SameEverywhere.percent", DISTANCE)
     runner.run_to_cycle(400)
     columns = {name: values[::20] for name, values in runner.trace().items()}
@@ -122,10 +162,16 @@ def test_golden_run_is_compared_with_tolerance(plc: Any, golden: Any) -> None:
     columns[DISTANCE] = columns[DISTANCE] + (columns["t"] > 0.25) * 5.0
     with pytest.raises(GoldenMismatchError, match=r"row 13 \(t = 0.26 s\)"):
         compare(golden.path("same_everywhere"), columns, tolerance=1.0)
-    compare(golden.path("same_everywhere"), columns, tolerance={DISTANCE: 10.0, "t": 1e-6})
+    compare(
+        golden.path("same_everywhere"),
+        columns,
+        tolerance={DISTANCE: 10.0, "t": 1e-6},
+    )
 
 
-def test_two_runs_beside_the_real_cnc_are_bit_identical(plc: Any, program: Write, tmp_path: Path) -> None:
+def test_two_runs_beside_the_real_cnc_are_bit_identical(
+    plc: Any, program: Write, tmp_path: Path
+) -> None:
     """What a golden run relies on."""
     traces = []
     for _ in range(2):
@@ -157,12 +203,17 @@ def test_runaway_task_ends_the_run_with_an_error(program: Write) -> None:
     with Cell() as cell:
         result = cell.run(program(PART), path)
     assert result.end == "error"
-    assert "task watchdog: cyclic() of Endless did not return within 0.5 s" in result.errors[0]["text"]
+    assert (
+        "task watchdog: cyclic() of Endless did not return within 0.5 s"
+        in result.errors[0]["text"]
+    )
     assert result.errors[0]["line"] in (7, 8)
 
 
 @pytest.mark.usefixtures("leftovers")
-def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> None:
+def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(
+    tmp_path: Path,
+) -> None:
     """SIGUSR1: the file is read anew, setup() runs, the CNC's cycles go on."""
     code = """
         from plc_client import task
@@ -175,7 +226,11 @@ def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> No
             def cyclic(self): pass
             def finished(self): return False
         """
-    name, file, report = unique_name(), tmp_path / "p.py", tmp_path / "report.json"
+    name, file, report = (
+        unique_name(),
+        tmp_path / "p.py",
+        tmp_path / "report.json",
+    )
     file.write_text(textwrap.dedent(code.format(version=1)))
     cnc = start_cnc(name, lengths=[1e9])
     process = start_plc(name, "--file", str(file), "--report", str(report))
@@ -195,8 +250,12 @@ def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> No
 
 
 @pytest.mark.usefixtures("leftovers")
-def test_a_broken_file_is_refused_at_a_restart_and_a_new_text_counts(tmp_path: Path) -> None:
-    """The old tasks run on; then interval, a new task and a task that is gone are taken from the text."""
+def test_a_broken_file_is_refused_at_a_restart_and_a_new_text_counts(
+    tmp_path: Path,
+) -> None:
+    """The old tasks run on; then interval, a new task and a task that is gone
+    are taken from the text.
+    """
     code = """
         from plc_client import task
         @task(interval={interval})
@@ -208,8 +267,14 @@ def test_a_broken_file_is_refused_at_a_restart_and_a_new_text_counts(tmp_path: P
             def setup(self, hli): self.shared = hli.gpVECh[0]
             def cyclic(self): self.shared[0] = {version}
         """
-    name, file, report = unique_name(), tmp_path / "p.py", tmp_path / "report.json"
-    file.write_text(textwrap.dedent(code.format(one="First", interval=0.001, version=1)))
+    name, file, report = (
+        unique_name(),
+        tmp_path / "p.py",
+        tmp_path / "report.json",
+    )
+    file.write_text(
+        textwrap.dedent(code.format(one="First", interval=0.001, version=1))
+    )
     cnc = start_cnc(name, lengths=[1e9])
     process = start_plc(name, "--file", str(file), "--report", str(report))
     with connect(name, role="reader", wait_s=10.0) as reader:
@@ -219,7 +284,11 @@ def test_a_broken_file_is_refused_at_a_restart_and_a_new_text_counts(tmp_path: P
         time.sleep(0.2)
         scans = reader.plc.scans
         wait_for(lambda: reader.plc.scans > scans + 5)
-        file.write_text(textwrap.dedent(code.format(one="Second", interval=0.002, version=2)))
+        file.write_text(
+            textwrap.dedent(
+                code.format(one="Second", interval=0.002, version=2)
+            )
+        )
         process.send_signal(signal.SIGUSR1)
         wait_for(lambda: reader.gpVECh[0][0] == 2)
         scans = reader.plc.scans
@@ -230,7 +299,11 @@ def test_a_broken_file_is_refused_at_a_restart_and_a_new_text_counts(tmp_path: P
     assert "p.py:1: SyntaxError" in said
     tasks = json.loads(report.read_text())["tasks"]
     assert set(tasks) == {"First", "Stays", "Second"}
-    assert (tasks["Second"]["interval_s"], tasks["Stays"]["restarts"], tasks["First"]["restarts"]) == (0.002, 1, 0)
+    assert (
+        tasks["Second"]["interval_s"],
+        tasks["Stays"]["restarts"],
+        tasks["First"]["restarts"],
+    ) == (0.002, 1, 0)
     end(cnc)
     hli.sweep()
 
@@ -244,10 +317,14 @@ def test_run_without_any_plc(program: Write) -> None:
     assert abs(alone.cycles - beside.cycles) <= 30  # the scans behind the end
 
 
-def test_stop_that_nobody_continues_ends_a_run_without_plc(program: Write) -> None:
+def test_stop_that_nobody_continues_ends_a_run_without_plc(
+    program: Write,
+) -> None:
     """Not a hang but an error with its number."""
     with Cell() as cell:
-        result = cell.run(program("N10 G01 X1 F6000\nM0\nN20 X2\nM30\n"), "none")
+        result = cell.run(
+            program("N10 G01 X1 F6000\nM0\nN20 X2\nM30\n"), "none"
+        )
     assert result.end == "error"
     assert result.errors[0]["code"] == 905024
 
@@ -256,7 +333,10 @@ def test_stop_that_nobody_continues_ends_a_run_without_plc(program: Write) -> No
     ("wrong", "text"),
     [
         ({"clock": "slow"}, "clock 'slow': lockstep, freerun, realtime"),
-        ({"force": {"SameEverywhere.slow": [1]}}, r"force SameEverywhere.slow=\[1\]: a number"),
+        (
+            {"force": {"SameEverywhere.slow": [1]}},
+            r"force SameEverywhere.slow=\[1\]: a number",
+        ),
         ({"plc": 5}, "PLC 5: a file, a class of a file"),
         ({"plc": int}, "start_plc runs any class in this process"),
     ],
@@ -269,11 +349,22 @@ def test_wrong_arguments_of_a_run_are_refused_before_anything_starts(
         cell.run(program(PART), **{"plc": SameEverywhere, **wrong})
 
 
-def test_one_symbol_is_a_watch_list_and_a_misspelt_one_ends_the_run(program: Write) -> None:
-    """With the nearest name, before the program begins; results of a task without setup() are not asked for."""
+def test_one_symbol_is_a_watch_list_and_a_misspelt_one_ends_the_run(
+    program: Write,
+) -> None:
+    """With the nearest name, before the program begins; results of a task
+    without setup() are not asked for.
+    """
     with Cell() as cell:
-        result = cell.run(program(PART), SameEverywhere, watch="SameEverywhere.percnt")
-        assert "SameEverywhere has no variable 'percnt'; did you mean percent?" in json.dumps(result.errors)
+        result = cell.run(
+            program(PART), SameEverywhere, watch="SameEverywhere.percnt"
+        )
+        assert (
+            "SameEverywhere has no variable 'percnt'; did you mean percent?"
+            in json.dumps(result.errors)
+        )
         assert (result.end, result.cycles) == ("error", 0)
-        result = cell.run(program(PART), SameEverywhere, watch="SameEverywhere.percent")
+        result = cell.run(
+            program(PART), SameEverywhere, watch="SameEverywhere.percent"
+        )
     assert set(result.plc["watch"]) == {"t", "SameEverywhere.percent"}

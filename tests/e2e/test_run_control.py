@@ -41,8 +41,12 @@ class Control:
 """
 
 
-def run(
-    cell: Cell, program: Write, text: str, commands: dict[str, object], record: Path | None = None
+def stops_of(
+    cell: Cell,
+    program: Write,
+    text: str,
+    commands: dict[str, object],
+    record: Path | None = None,
 ) -> list[list[float]]:
     plc = program(PLC.replace("{commands}", repr(commands)), "control.py")
     result = cell.run(program(text), plc, record=record)
@@ -53,32 +57,62 @@ def run(
 PROGRAM = "F6000 G1\nX10\nX20\nX20 Y10\nM1\nX30\nM0\nM30\n"
 
 
-def test_single_block_stands_before_every_motion_block(cell: Cell, program: Write) -> None:
-    """The first block runs, each further one waits at its start for continue; M00 still waits, M01 does not."""
-    stops = run(cell, program, PROGRAM, {"single_block": True})
-    assert [(d, c) for d, c, _ in stops] == [(100_000.0, 8), (200_000.0, 8), (300_000.0, 8), (400_000.0, 16)]
+def test_single_block_stands_before_every_motion_block(
+    cell: Cell, program: Write
+) -> None:
+    """The first block runs, each further one waits at its start for continue;
+    M00 still waits, M01 does not.
+    """
+    stops = stops_of(cell, program, PROGRAM, {"single_block": True})
+    assert [(d, c) for d, c, _ in stops] == [
+        (100_000.0, 8),
+        (200_000.0, 8),
+        (300_000.0, 8),
+        (400_000.0, 16),
+    ]
     assert all(v == 0 for _, _, v in stops)
 
 
-def test_m01_stops_only_when_enabled(cell: Cell, program: Write, tmp_path: Path) -> None:
+def test_m01_stops_only_when_enabled(
+    cell: Cell, program: Write, tmp_path: Path
+) -> None:
     """Without m01_stop_enable M01 is passed without slowing down; with it the channel waits."""
-    assert [(d, c) for d, c, _ in run(cell, program, PROGRAM, {"m01_stop_enable": True})] == [
+    assert [
+        (d, c)
+        for d, c, _ in stops_of(
+            cell, program, PROGRAM, {"m01_stop_enable": True}
+        )
+    ] == [
         (300_000.0, 32),
         (400_000.0, 16),
     ]
     record = tmp_path / "r.npz"
-    assert run(cell, program, "F6000 G1\nX50\nM1\nX100\nM30\n", {}, record) == []
+    assert (
+        stops_of(cell, program, "F6000 G1\nX50\nM1\nX100\nM30\n", {}, record)
+        == []
+    )
     with np.load(record) as columns:
-        assert columns["v"][(columns["s"] > 5) & (columns["s"] < 95)].min() == pytest.approx(100.0)
+        assert columns["v"][
+            (columns["s"] > 5) & (columns["s"] < 95)
+        ].min() == pytest.approx(100.0)
 
 
-@pytest.mark.parametrize(("mode", "speed"), [(0, 150.0), (1, 75.0), (2, 75.0), (3, 75.0)])
-def test_rapid_override_by_p_chan_00181(program: Write, tmp_path: Path, mode: int, speed: float) -> None:
+@pytest.mark.parametrize(
+    ("mode", "speed"), [(0, 150.0), (1, 75.0), (2, 75.0), (3, 75.0)]
+)
+def test_rapid_override_by_p_chan_00181(
+    program: Write, tmp_path: Path, mode: int, speed: float
+) -> None:
     """Rapid follows the feed override, the smaller one, or the rapid override alone."""
     config = program(f"[channel]\nrapid_override_mode = {mode}\n", "cell.toml")
     record = tmp_path / "r.npz"
-    commands = {"override": 500, "override_valid": True, "rapid_override": 250, "rapid_override_valid": True}
+    commands = {
+        "override": 500,
+        "override_valid": True,
+        "rapid_override": 250,
+        "rapid_override_valid": True,
+    }
     with Cell(config) as cell:
-        run(cell, program, "G0 X100\nM30\n", commands, record)
+        stops_of(cell, program, "G0 X100\nM30\n", commands, record)
     with np.load(record) as columns:
         assert columns["v"].max() == pytest.approx(speed)

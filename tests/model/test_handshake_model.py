@@ -1,4 +1,6 @@
-"""The models of ``docs/model`` hold, and each fence, store order and lock in them is needed (checked by spin)."""
+"""The models of ``docs/explanation/model`` hold, and each fence, store order and lock in
+them is needed (checked by spin).
+"""
 
 from __future__ import annotations
 
@@ -9,32 +11,61 @@ from pathlib import Path
 
 import pytest
 
-FOLDER = Path(__file__).resolve().parents[2] / "docs" / "model"
-MODELS = sorted(path.stem for path in FOLDER.glob("*.pml") if path.stem != "memory")
+FOLDER = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "model"
+MODELS = sorted(
+    path.stem for path in FOLDER.glob("*.pml") if path.stem != "memory"
+)
 DEPTH = 200_000
 
 
 def mutations(model: str) -> list[str]:
     """Names of what the model can be built without."""
-    return sorted(set(re.findall(r"\bMUTATE_\w+", (FOLDER / f"{model}.pml").read_text())))
+    return sorted(
+        set(re.findall(r"\bMUTATE_\w+", (FOLDER / f"{model}.pml").read_text()))
+    )
 
 
 def check(folder: Path, model: str, *defines: str) -> tuple[int, int]:
     """(errors, states stored) of an exhaustive search."""
-    spin = ["spin", "-a", *(f"-D{d}" for d in defines), str(FOLDER / f"{model}.pml")]
+    spin = [
+        "spin",
+        "-a",
+        *(f"-D{d}" for d in defines),
+        str(FOLDER / f"{model}.pml"),
+    ]
     subprocess.run(spin, cwd=folder, check=True, capture_output=True)
-    build = ["cc", "-O0" if defines else "-O1", "-w", "-DSAFETY", "-DVECTORSZ=2048", "-o", "pan", "pan.c"]
+    build = [
+        "cc",
+        "-O0" if defines else "-O1",
+        "-w",
+        "-DSAFETY",
+        "-DVECTORSZ=2048",
+        "-o",
+        "pan",
+        "pan.c",
+    ]
     subprocess.run(build, cwd=folder, check=True, capture_output=True)
-    done = subprocess.run(["./pan", f"-m{DEPTH}"], cwd=folder, check=True, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        ["./pan", f"-m{DEPTH}"],
+        cwd=folder,
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     assert "search depth too small" not in done.stdout
-    errors, states = re.search(r"errors: (\d+)", done.stdout), re.search(r"(\d+) states, stored", done.stdout)
+    errors, states = (
+        re.search(r"errors: (\d+)", done.stdout),
+        re.search(r"(\d+) states, stored", done.stdout),
+    )
     assert errors, done.stdout
     assert states, done.stdout
     return int(errors[1]), int(states[1])
 
 
 pytestmark = pytest.mark.skipif(
-    not (shutil.which("spin") and shutil.which("cc")), reason="spin or a C compiler is not installed"
+    not (shutil.which("spin") and shutil.which("cc")),
+    reason="spin or a C compiler is not installed",
 )
 
 
@@ -47,8 +78,12 @@ def test_a_model_holds(tmp_path: Path, model: str) -> None:
     assert states > 100
 
 
-@pytest.mark.parametrize(("model", "mutation"), [(m, u) for m in MODELS for u in mutations(m)])
-def test_a_mutation_is_caught(tmp_path: Path, model: str, mutation: str) -> None:
+@pytest.mark.parametrize(
+    ("model", "mutation"), [(m, u) for m in MODELS for u in mutations(m)]
+)
+def test_a_mutation_is_caught(
+    tmp_path: Path, model: str, mutation: str
+) -> None:
     """Without this fence, order or lock a property fails."""
     errors, _ = check(tmp_path, model, mutation)
     assert errors

@@ -6,11 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from drive import FloatArray, curve_rows, drive, ratios
-from fake_cnc import unique_name
 from scipy.integrate import quad
-from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
-from scipy.spatial import cKDTree
 
 import hli
 from cnc_core.blocks import BlockBatch, blocks
@@ -21,85 +17,44 @@ from cnc_core.geometry.shapes.polynomial import distance, normalised
 from cnc_core.geometry.stages.axis_limits import AxisLimits
 from cnc_core.geometry.stages.stage import RefusedRow
 from hli import layout
-from hli.view import Areas
+from hli.areas import Areas
+from support.curve_pieces import cell_of, deviation, pieces, spline
+from support.drive import FloatArray, curve_rows, drive
+from support.fake_cnc import unique_name
+from support.limits import ratios
 
-
-def spline(rng: np.random.Generator, axes: int = 3) -> PPoly:
-    """A random C2 cubic or C4 quintic through points at all scales, parameter about the chord length."""
-    n = int(rng.integers(6, 40))
-    scale = rng.lognormal(0.0, 1.2)
-    steps = rng.normal(size=(n, axes)) + np.eye(axes)[0] * rng.uniform(0.0, 3.0)
-    points = np.cumsum(steps * scale, axis=0)
-    points[0] = 0.0
-    t = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    if rng.random() < 0.5:
-        return CubicSpline(t, points)
-    each = [PPoly.from_spline(make_interp_spline(t, column, k=5)) for column in points.T]
-    return PPoly(np.stack([p.c for p in each], axis=2), each[0].x)
-
-
-def pieces(curve: PPoly, main: int = 3) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(coefficients ascending (n, axes, order), parameter ends, lengths by scipy's quadrature) without empty spans."""
-    keep = np.diff(curve.x) > 1e-9
-    coef = np.moveaxis(curve.c[::-1], 0, 2)[keep]
-    ends = np.diff(curve.x)[keep]
-    powers = np.arange(1, coef.shape[2])
-
-    def speed(u: float, c: FloatArray) -> float:
-        return float(np.linalg.norm(((c[:main, 1:] * powers) * u ** (powers - 1)).sum(axis=1)))
-
-    found = [
-        quad(speed, 0.0, u, args=(c,), epsabs=1e-12, epsrel=1e-13, limit=200)[0]
-        for c, u in zip(coef, ends, strict=True)
-    ]
-    return coef, ends, np.array(found)
-
-
-def deviation(coef: FloatArray, ends: FloatArray, pos: FloatArray) -> float:
-    """Largest distance of the positions from the curve: nearest dense samples, then the exact feet on their pieces.
-
-    Where the curve passes twice within the samples' distance the nearest one may be of the other pass: more are tried.
-    """
-    unit = normalised(coef, ends)
-    w = np.linspace(0.0, 1.0, 200)
-    dense = np.einsum("nak,kg->nga", unit, w ** np.arange(coef.shape[2])[:, None])
-    tree = cKDTree(dense.reshape(-1, dense.shape[2]))
-
-    def feet(near: Any, pos: FloatArray) -> FloatArray:
-        candidates = [np.clip(near // len(w) + k, 0, len(unit) - 1) for k in (-1, 0, 1)]
-        return np.asarray(np.min([distance(unit[c], pos) for c in candidates], axis=0))
-
-    far = feet(tree.query(pos)[1], pos)
-    for i in np.flatnonzero(far > 1e-6):
-        near = np.unique(tree.query(pos[i], 40)[1])
-        far[i] = feet(near, np.repeat(pos[i : i + 1], len(near), axis=0)).min()
-    return float(far.max())
-
-
-def cell_of(rng: np.random.Generator, names: str = "XYZ") -> CellConfig:
-    accel = rng.choice([300.0, 3000.0, 20000.0], len(names))
-    return CellConfig(
-        axes={
-            n: AxisConfig(kind="rotary" if n in "ABC" else "linear", a_max_mm_s2=float(a))
-            for n, a in zip(names, accel, strict=True)
-        }
-    )
+pytestmark = pytest.mark.sanitize("curve", "engine")
 
 
 @pytest.mark.parametrize("seed", range(24))
-@pytest.mark.parametrize("live", [False, True], ids=["steady", "override and hold"])
+@pytest.mark.parametrize(
+    "live", [False, True], ids=["steady", "override and hold"]
+)
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "no jerk"])
-def test_random_splines_are_driven_exactly_and_legally(seed: int, live: bool, jerk: bool) -> None:
-    """C2 and C4 splines of all scales: on the path to 1e-6 mm, samples within the limits, to the exact end point."""
+def test_random_splines_are_driven_exactly_and_legally(
+    seed: int, live: bool, jerk: bool
+) -> None:
+    """C2 and C4 splines of all scales: on the path to 1e-6 mm, samples within
+    the limits, to the exact end point.
+    """
     rng = np.random.default_rng(seed)
     coef, ends, lengths = pieces(spline(rng))
     cell, feed = cell_of(rng), float(rng.choice([20.0, 100.0, 2000.0]))
     rows, pool = curve_rows(coef, ends, lengths, feed)
 
     def change(_k: int, engine: Engine) -> None:
-        engine.set_override(float(rng.choice([0.0, 0.3, 1.0, 2.0])), bool(rng.random() < 0.15))
+        engine.set_override(
+            float(rng.choice([0.0, 0.3, 1.0, 2.0])), bool(rng.random() < 0.15)
+        )
 
-    pos, state = drive(rows, cell, int(rng.choice([30, 120])), *((41, change) if live else ()), pool=pool, jerk=jerk)
+    pos, state = drive(
+        rows,
+        cell,
+        int(rng.choice([30, 120])),
+        *((41, change) if live else ()),
+        pool=pool,
+        jerk=jerk,
+    )
     velocity, acceleration = ratios(pos, cell, jerk)
     assert velocity <= (1.001 if jerk else 1.0)
     assert acceleration <= (1.02 if jerk else 1.0)
@@ -138,9 +93,15 @@ def engine_takes(rows: Any, pool: FloatArray) -> None:
     Engine(CellConfig()).push(BlockBatch(rows, pool))
 
 
-@pytest.mark.parametrize("wrong", ["length", "end", "start", "pool", "cusp", "degree", "feed", "nan"])
-def test_rows_that_do_not_fit_their_coefficients_are_refused(wrong: str) -> None:
-    """A piece that would jump, lie about its length or stand still inside is an error, not a motion."""
+@pytest.mark.parametrize(
+    "wrong", ["length", "end", "start", "pool", "cusp", "degree", "feed", "nan"]
+)
+def test_rows_that_do_not_fit_their_coefficients_are_refused(
+    wrong: str,
+) -> None:
+    """A piece that would jump, lie about its length or stand still inside is an
+    error, not a motion.
+    """
     coef = np.zeros((1, 3, 4))
     coef[0, 0, 1:3] = [10.0, 1.0]
     rows, pool = curve_rows(coef, np.array([1.0]), np.array([11.0]), 50.0)
@@ -156,7 +117,9 @@ def test_rows_that_do_not_fit_their_coefficients_are_refused(wrong: str) -> None
         rows["pool"] = 5
     elif wrong == "cusp":
         coef[0, 0], coef[0, 1] = [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]
-        rows, pool = curve_rows(coef, np.array([1.0]), np.array([(13.0**1.5 - 8.0) / 27.0]), 50.0)
+        rows, pool = curve_rows(
+            coef, np.array([1.0]), np.array([(13.0**1.5 - 8.0) / 27.0]), 50.0
+        )
     elif wrong == "degree":
         rows["degree"] = 6
     elif wrong == "feed":
@@ -169,19 +132,31 @@ def test_rows_that_do_not_fit_their_coefficients_are_refused(wrong: str) -> None
 
 
 def test_corners_between_curves_and_lines_are_legal() -> None:
-    """Curves that meet lines and each other at an angle: the jump and the curvature together stay in the limits."""
+    """Curves that meet lines and each other at an angle: the jump and the
+    curvature together stay in the limits.
+    """
     rng = np.random.default_rng(5)
     coef = np.zeros((200, 3, 6))
     at = np.zeros(3)
     for c in coef:
-        c[:, 0], c[:, 1], c[:, 2:] = at, rng.normal(size=3), rng.normal(size=(3, 4)) * rng.choice([0.0, 0.02, 0.1])
+        c[:, 0], c[:, 1], c[:, 2:] = (
+            at,
+            rng.normal(size=3),
+            rng.normal(size=(3, 4)) * rng.choice([0.0, 0.02, 0.1]),
+        )
         at = c.sum(axis=1)
     powers = np.arange(1, 6)
 
     def speed(u: float, c: FloatArray) -> float:
-        return float(np.linalg.norm(((c[:, 1:] * powers) * u ** (powers - 1)).sum(axis=1)))
+        return float(
+            np.linalg.norm(
+                ((c[:, 1:] * powers) * u ** (powers - 1)).sum(axis=1)
+            )
+        )
 
-    lengths = np.array([quad(speed, 0.0, 1.0, args=(c,), epsabs=1e-12)[0] for c in coef])
+    lengths = np.array(
+        [quad(speed, 0.0, 1.0, args=(c,), epsabs=1e-12)[0] for c in coef]
+    )
     rows, pool = curve_rows(coef, np.ones(len(coef)), lengths, 100.0)
     cell = CellConfig()
     pos, state = drive(rows, cell, pool=pool)
@@ -191,13 +166,24 @@ def test_corners_between_curves_and_lines_are_legal() -> None:
 
 
 def test_software_limits_see_the_exact_extremes() -> None:
-    """An arch that ends inside the range but passes above it is refused; one whose control points leave is not."""
-    cell = CellConfig(axes={"X": AxisConfig(), "Y": AxisConfig(max_mm=1.0), "Z": AxisConfig()})
+    """An arch that ends inside the range but passes above it is refused; one
+    whose control points leave is not.
+    """
+    cell = CellConfig(
+        axes={"X": AxisConfig(), "Y": AxisConfig(max_mm=1.0), "Z": AxisConfig()}
+    )
     for height, fits in ((0.999, True), (1.001, False)):
         coef = np.zeros((1, 3, 3))
         coef[0, 0, 1], coef[0, 1] = 10.0, [0.0, 4 * height, -4 * height]
         rows, pool = curve_rows(coef, np.ones(1), np.ones(1), 50.0)
-        stage = AxisLimits(cell, lambda _f, line: Place("p", line))
+        limits = cell.axis_values("min_mm"), cell.axis_values("max_mm")
+        stage = AxisLimits(
+            cell.axis_names,
+            cell.main_axes,
+            limits,
+            np.zeros(3),
+            lambda _f, line: Place("p", line),
+        )
         if fits:
             assert len(stage.push(BlockBatch(rows, pool))) == 1
         else:
@@ -214,7 +200,11 @@ def test_json_of_a_polynomial() -> None:
     value = block.as_json()
     assert value["type"] == "polynomial"
     assert value["s"] == 2.0
-    assert value["coeff"] == {"X": [0.0, 1 / 3, 0.1], "Y": [0.0, 0.0, 2.0], "Z": [0.0, 0.0, 0.0]}
+    assert value["coeff"] == {
+        "X": [0.0, 1 / 3, 0.1],
+        "Y": [0.0, 0.0, 2.0],
+        "Z": [0.0, 0.0, 0.0],
+    }
 
 
 @pytest.mark.parametrize("event", [Event.PROGRAM_END])
@@ -222,7 +212,12 @@ def test_zero_override_then_on(event: Event) -> None:
     """A stop on the middle of a curve comes to rest and goes on."""
     coef = np.zeros((1, 3, 4))
     coef[0, 0, 1], coef[0, 1, 2:] = 50.0, [8.0, -5.0]
-    length = quad(lambda u: float(np.hypot(50.0, 16.0 * u - 15.0 * u * u)), 0, 1, epsabs=1e-12)[0]
+    length = quad(
+        lambda u: float(np.hypot(50.0, 16.0 * u - 15.0 * u * u)),
+        0,
+        1,
+        epsabs=1e-12,
+    )[0]
     rows, pool = curve_rows(coef, np.ones(1), np.array([length]), 100.0)
     engine = Engine(CellConfig(), record_rows=5000)
     engine.push(BlockBatch(rows, pool))
@@ -236,11 +231,15 @@ def test_zero_override_then_on(event: Event) -> None:
 
 
 def test_the_plc_sees_polynomials() -> None:
-    """Type 6, length and kink at the start as the look-ahead specification says; the circle's members are 0."""
+    """Type 6, length and kink at the start as the look-ahead specification
+    says; the circle's members are 0.
+    """
     coef = np.zeros((2, 3, 3))
     coef[0, 0, 1], coef[0, 1, 2] = 10.0, 4.0
     coef[1, :, 0], coef[1, 0, 1] = [10.0, 4.0, 0.0], 10.0
-    length = quad(lambda u: float(np.hypot(10.0, 8.0 * u)), 0, 1, epsabs=1e-12)[0]
+    length = quad(lambda u: float(np.hypot(10.0, 8.0 * u)), 0, 1, epsabs=1e-12)[
+        0
+    ]
     rows, pool = curve_rows(coef, np.ones(2), np.array([length, 10.0]), 50.0)
     segment = hli.create(unique_name(), 1, 3)
     try:
@@ -253,11 +252,19 @@ def test_the_plc_sees_polynomials() -> None:
         unit.semaphor_rw = True
         engine.run(1)
         first, second = unit.response.block[0], unit.response.block[1]
-        assert (first.block_type, second.block_type) == (layout.HLI_CLAH_POLYNOMIAL,) * 2
+        assert (first.block_type, second.block_type) == (
+            layout.HLI_CLAH_POLYNOMIAL,
+        ) * 2
         assert first.length == pytest.approx(length * 1e4, rel=1e-12)
         assert second.start_position == first.length
-        assert second.tangent_variation == pytest.approx(np.arctan2(8.0, 10.0), abs=1e-12)
-        assert (first.compensated_radius, first.programmed_radius, first.circle_angle) == (0.0, 0.0, 0.0)
+        assert second.tangent_variation == pytest.approx(
+            np.arctan2(8.0, 10.0), abs=1e-12
+        )
+        assert (
+            first.compensated_radius,
+            first.programmed_radius,
+            first.circle_angle,
+        ) == (0.0, 0.0, 0.0)
         engine.close()
     finally:
         segment.close()
@@ -266,10 +273,14 @@ def test_the_plc_sees_polynomials() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 1065, 1096, 1204, 1223, 1229, 1247])
 def test_points_of_a_polynomial_have_no_distance_from_it(seed: int) -> None:
-    """Also where it runs at very uneven speed, a millimetre between two chords and a hundred in one."""
+    """Also where it runs at very uneven speed, a millimetre between two chords
+    and a hundred in one.
+    """
     rng = np.random.default_rng(seed)
     coef, ends, _ = pieces(spline(rng))
     unit = normalised(coef, ends)
     for c in unit[:3]:
-        points = (c @ rng.uniform(0.0, 1.0, 4000) ** np.arange(c.shape[1])[:, None]).T
+        points = (
+            c @ rng.uniform(0.0, 1.0, 4000) ** np.arange(c.shape[1])[:, None]
+        ).T
         assert distance(np.repeat(c[None], 4000, axis=0), points).max() <= 1e-9

@@ -23,19 +23,30 @@ def noisy(seed, dimensions, noise):
     centre, radius = rng.uniform(-100, 100, dimensions), rng.uniform(5, 50)
     unit = rng.normal(size=(count, dimensions))
     unit /= np.linalg.norm(unit, axis=1)[:, None]
-    return centre + radius * unit + rng.normal(size=(count, dimensions)) * noise * radius
+    return (
+        centre
+        + radius * unit
+        + rng.normal(size=(count, dimensions)) * noise * radius
+    )
 
 
 def reference(points, start):
     """Centre and radius that scipy finds."""
     d = points.shape[1]
     found = least_squares(
-        lambda q: np.linalg.norm(points - q[:d], axis=1) - q[d], start, xtol=1e-15, ftol=1e-15, gtol=1e-15, method="lm"
+        lambda q: np.linalg.norm(points - q[:d], axis=1) - q[d],
+        start,
+        xtol=1e-15,
+        ftol=1e-15,
+        gtol=1e-15,
+        method="lm",
     )
     return found.x, 2 * found.cost
 
 
-@pytest.mark.parametrize("fit", [fit_circle, fit_sphere], ids=["circle", "sphere"])
+@pytest.mark.parametrize(
+    "fit", [fit_circle, fit_sphere], ids=["circle", "sphere"]
+)
 @pytest.mark.parametrize("seed", range(CASES))
 def test_circles_and_spheres_agree_with_scipy(fit, seed):
     """Radius, centre and cost to 1e-9 of the radius; the cost is never worse."""
@@ -48,8 +59,12 @@ def test_circles_and_spheres_agree_with_scipy(fit, seed):
     assert own <= cost * (1 + 1e-9) + 1e-18
     if abs(own - cost) <= 1e-12 * cost:
         spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-        if spread[-1] > 0.2 * spread[0]:  # else scipy's own end is farther from the minimum than this
-            assert np.abs(np.array([*found.centre, found.radius]) - best).max() <= 1e-9 * (found.radius + 200)
+        if (
+            spread[-1] > 0.2 * spread[0]
+        ):  # else scipy's own end is farther from the minimum than this
+            assert np.abs(
+                np.array([*found.centre, found.radius]) - best
+            ).max() <= 1e-9 * (found.radius + 200)
 
 
 @pytest.mark.parametrize("seed", range(CASES))
@@ -61,14 +76,18 @@ def test_the_gradient_vanishes(seed):
     away = np.linalg.norm(way, axis=1)
     residual = away - found.radius
     assert abs(residual.sum()) <= 1e-9 * found.radius
-    assert np.abs((way / away[:, None]).T @ residual).max() <= 1e-9 * found.radius
+    assert (
+        np.abs((way / away[:, None]).T @ residual).max() <= 1e-9 * found.radius
+    )
 
 
 @pytest.mark.parametrize("seed", range(CASES))
 def test_lines_and_planes_agree_with_scipy(seed):
     """No direction through any point is better than the one found."""
     rng = np.random.default_rng(seed)
-    points = rng.normal(size=(int(rng.integers(4, 11)), 3)) * rng.uniform(0.1, 30, 3) + rng.uniform(-50, 50, 3)
+    points = rng.normal(size=(int(rng.integers(4, 11)), 3)) * rng.uniform(
+        0.1, 30, 3
+    ) + rng.uniform(-50, 50, 3)
     line, plane = fit_line(points), fit_plane(points)
 
     def across(q):
@@ -82,9 +101,19 @@ def test_lines_and_planes_agree_with_scipy(seed):
     noise = rng.normal(size=6) * 0.05
     for residuals, found, own in (
         (across, [*line.support, *line.direction], line.variance * len(points)),
-        (above, [*plane.support, *plane.normal], float((((points - plane.support) @ plane.normal) ** 2).sum())),
+        (
+            above,
+            [*plane.support, *plane.normal],
+            float((((points - plane.support) @ plane.normal) ** 2).sum()),
+        ),
     ):
-        best = least_squares(residuals, np.array(found) + noise, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        best = least_squares(
+            residuals,
+            np.array(found) + noise,
+            xtol=1e-15,
+            ftol=1e-15,
+            gtol=1e-15,
+        )
         assert own <= 2 * best.cost * (1 + 1e-9) + 1e-18
     assert plane.normal[2] > 0
     assert line.direction @ (points[-1] - points[0]) > 0
@@ -99,7 +128,9 @@ def test_circle_in_space_is_the_circle_in_the_fitted_plane(seed):
     shift = rng.uniform(-30, 30, 3)
     found, plain = fit_plane_circle(flat @ base[:2] + shift), fit_circle(flat)
     assert found.radius == pytest.approx(plain.radius, rel=1e-9)
-    assert found.centre == pytest.approx(plain.centre @ base[:2] + shift, abs=1e-9 * plain.radius + 1e-10)
+    assert found.centre == pytest.approx(
+        plain.centre @ base[:2] + shift, abs=1e-9 * plain.radius + 1e-10
+    )
     assert abs(found.normal @ base[2]) == pytest.approx(1.0, abs=1e-12)
     assert found.variance == pytest.approx(plain.variance, rel=1e-7, abs=1e-18)
 
@@ -125,11 +156,17 @@ def test_degenerate_sets_are_refused_at_every_scale(fit, points, scale):
 
 
 def test_signs():
-    """Normals upwards, in a vertical plane along Y, else X; directions from the first point to the last one."""
+    """Normals upwards, in a vertical plane along Y, else X; directions from the
+    first point to the last one.
+    """
     up = fit_plane(np.array([(1.0, 0, 0), (0, 1, 0), (1, 1, 0)])).normal
     assert up == pytest.approx([0, 0, 1])
-    assert fit_plane(np.array([(0.0, 0, 0), (1, 0, 0), (0, 0, 1)])).normal == pytest.approx([0, 1, 0])
-    assert fit_plane(np.array([(0.0, 0, 0), (0, 1, 0), (0, 0, 1)])).normal == pytest.approx([1, 0, 0])
+    assert fit_plane(
+        np.array([(0.0, 0, 0), (1, 0, 0), (0, 0, 1)])
+    ).normal == pytest.approx([0, 1, 0])
+    assert fit_plane(
+        np.array([(0.0, 0, 0), (0, 1, 0), (0, 0, 1)])
+    ).normal == pytest.approx([1, 0, 0])
     there = np.array([(0.0, 0, 0), (1, 0.1, 0), (2, 0, 0)])
     assert fit_line(there).direction[0] > 0
     assert fit_line(there[::-1]).direction[0] < 0

@@ -1,4 +1,6 @@
-"""Random stacks of coordinate systems against products of scipy rotations, random five-axis programs against points."""
+"""Random stacks of coordinate systems against products of scipy rotations,
+random five-axis programs against points.
+"""
 
 from __future__ import annotations
 
@@ -9,30 +11,35 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from cnc_core.blocks import ELEMENT, PIECE, blocks
+from cnc_core.blocks.pool import coefficients
 from cnc_core.config import CellConfig, load_config, parse_config
-from cnc_core.geometry.shapes.polynomial import coefficients
-from cnc_core.kinematics.osai import CHAINS
+from cnc_core.kinematics.machine_types import CHAINS
 from cnc_core.program import Program
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "five_axis"
+from support.paths import FIVE_AXIS
 
 
 def matrix(values: np.ndarray) -> np.ndarray:
     out = np.eye(4)
-    out[:3, :3] = Rotation.from_euler("ZYX", values[:2:-1], degrees=True).as_matrix()
+    out[:3, :3] = Rotation.from_euler(
+        "ZYX", values[:2:-1], degrees=True
+    ).as_matrix()
     out[:3, 3] = values[:3]
     return out
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_random_stacks_of_frames(tmp_path, seed):
-    """#CS and #ACS with offsets and contour rotation, switched in any order: every end is the matrices' product."""
+    """#CS and #ACS with offsets and contour rotation, switched in any order:
+    every end is the matrices' product.
+    """
     rng = np.random.default_rng(seed)
     acs, stack, lines, expected = [], [], [], []
     rotation, g92 = None, np.zeros(3)
     for _ in range(40):
         action = rng.integers(8)
-        values = np.r_[rng.uniform(-50, 50, 3), rng.uniform(-180, 180, 3)].round(3)
+        values = np.r_[
+            rng.uniform(-50, 50, 3), rng.uniform(-180, 180, 3)
+        ].round(3)
         text = ",".join(f"{v:.3f}" for v in values)
         if action == 0 and len(stack) < 4:
             lines.append(f"#CS ON [{text}]")
@@ -48,17 +55,27 @@ def test_random_stacks_of_frames(tmp_path, seed):
             lines.append("#ACS OFF")
             acs.pop()
         elif action == 4:
-            lines.append(f"G92 X{values[0]:.3f} Y{values[1]:.3f} Z{values[2]:.3f}")
+            lines.append(
+                f"G92 X{values[0]:.3f} Y{values[1]:.3f} Z{values[2]:.3f}"
+            )
             g92 = values[:3]
         elif action == 5:
             rotation = None if rotation is not None else values[[3, 0, 1]]
-            words = "OFF" if rotation is None else "ON [ANGLE={:.3f} CENTER1={:.3f} CENTER2={:.3f}]".format(*rotation)
+            words = (
+                "OFF"
+                if rotation is None
+                else "ON [ANGLE={:.3f} CENTER1={:.3f} CENTER2={:.3f}]".format(
+                    *rotation
+                )
+            )
             lines.append(f"#ROTATION {words}")
         p = rng.uniform(-100, 100, 3).round(3)
         lines.append("G00 X{:.3f} Y{:.3f} Z{:.3f}".format(*p))
         if rotation is not None:
             centre = np.array([rotation[1], rotation[2], 0.0])
-            p = centre + Rotation.from_euler("z", rotation[0], degrees=True).apply(p - centre)
+            p = centre + Rotation.from_euler(
+                "z", rotation[0], degrees=True
+            ).apply(p - centre)
         q = np.array([*(p + g92), 1.0])
         for shift, frame in reversed(stack):
             q = frame @ q
@@ -78,18 +95,26 @@ def test_random_stacks_of_frames(tmp_path, seed):
 def test_random_five_axis_programs(tmp_path, name, seed):
     """Every piece stays within 0.1 um of its programmed line or helix, wherever one looks."""
     rng = np.random.default_rng([seed, len(name)])
-    cell = load_config(EXAMPLES / f"{name}.toml")
+    cell = load_config(FIVE_AXIS / f"{name}.toml")
     tilt, last = "A" if name == "table_table" else "B", (0.0, 0.0)
     lines = ["T1 D1", "#TRAFO ON", "G00 X0 Y0 Z90", "F3000"]
     if seed % 2:
         lines.append("#CS ON [5,5,5,10,20,30]")
     for _ in range(25):
         x, y = rng.uniform(-60, 60, 2)
-        z, a, c = rng.uniform(60, 110), rng.uniform(-25, 60), last[1] + rng.uniform(-200, 200)
+        z, a, c = (
+            rng.uniform(60, 110),
+            rng.uniform(-25, 60),
+            last[1] + rng.uniform(-200, 200),
+        )
         last = (a, float(np.clip(c, -350, 350)))
         kind = rng.integers(3)
         words = f"X{x:.4f} Y{y:.4f} Z{z:.4f}"
-        words = f"G0{rng.integers(2, 4)} {words} R{rng.uniform(90, 150):.4f}" if kind == 2 else f"G0{kind} {words}"
+        words = (
+            f"G0{rng.integers(2, 4)} {words} R{rng.uniform(90, 150):.4f}"
+            if kind == 2
+            else f"G0{kind} {words}"
+        )
         if rng.integers(4):
             words += f" {tilt}{last[0]:.3f} C{last[1]:.3f}"
         lines.append(words)
@@ -103,16 +128,37 @@ def test_every_chain_through_the_stage(tmp_path, kind):
     """The same on all eight chains, with pivots and part anywhere and a bed of any kind."""
     rng = np.random.default_rng([7, *map(ord, kind)])
     rotary = ["A", "B"] if kind in ("TC1", "C12") else ["C", "B"]
-    beds = ["WRK", "B12", "B23", "TOL"] + ([] if kind in ("WRK", "MIX", "TOL") else ["BC1", "BC2"])
-    axes = "".join(f"[axes.{a}]\n" + ("kind='rotary'\n" if a in "ABC" else "") for a in ["X", "Y", "Z", *rotary])
+    beds = ["WRK", "B12", "B23", "TOL"] + (
+        [] if kind in ("WRK", "MIX", "TOL") else ["BC1", "BC2"]
+    )
+    axes = "".join(
+        f"[axes.{a}]\n" + ("kind='rotary'\n" if a in "ABC" else "")
+        for a in ["X", "Y", "Z", *rotary]
+    )
     p = rng.uniform(-200, 200, (4, 3)).round(3).tolist()
-    text = f"{axes}[tools.1]\nlength_mm=80.0\n[kinematics.9]\ntype='{kind}'\nbed='{rng.choice(beds)}'\n"
-    text += f"rotary={rotary}\npoints={{{rotary[0]}={p[0]},{rotary[1]}={p[1]}}}\npart={p[2]}\nspindle={p[3]}\n"
-    lines = ["T1 D1", "#TRAFO ON", "G00 X0 Y0 Z90", "F3000", "#CS ON [5,5,5,10,20,30]"]
+    text = (
+        f"{axes}[tools.1]\nlength_mm=80.0\n[kinematics.9]\ntype='{kind}'\n"
+        f"bed='{rng.choice(beds)}'\n"
+    )
+    text += (
+        f"rotary={rotary}\n"
+        f"points={{{rotary[0]}={p[0]},{rotary[1]}={p[1]}}}\npart={p[2]}\n"
+        f"spindle={p[3]}\n"
+    )
+    lines = [
+        "T1 D1",
+        "#TRAFO ON",
+        "G00 X0 Y0 Z90",
+        "F3000",
+        "#CS ON [5,5,5,10,20,30]",
+    ]
     for _ in range(12):
         x, y, z, a, c = (rng.uniform(-1, 1, 5) * [60, 60, 40, 40, 40]).round(4)
         arc = rng.integers(2)
-        lines.append(f"G0{3 if arc else 1} X{x} Y{y} Z{z} {rotary[0]}{c} {rotary[1]}{a}" + (" R150" if arc else ""))
+        lines.append(
+            f"G0{3 if arc else 1} X{x} Y{y} Z{z} {rotary[0]}{c} {rotary[1]}{a}"
+            + (" R150" if arc else "")
+        )
     path = tmp_path / "a.nc"
     path.write_text("\n".join(lines))
     check_pieces(path, parse_config(text), 80.0)
@@ -131,7 +177,14 @@ def check_pieces(path: Path, cell: CellConfig, length: float) -> None:
                 w = np.linspace(0, 1, 21)
                 if row["type"] == 3:
                     coef = coefficients(np.array([row]), batch.pool, 5)[0]
-                    q = (coef[:, :, None] * (w * row["angle"]) ** np.arange(6)[:, None]).sum(axis=1).T
+                    q = (
+                        (
+                            coef[:, :, None]
+                            * (w * row["angle"]) ** np.arange(6)[:, None]
+                        )
+                        .sum(axis=1)
+                        .T
+                    )
                 else:
                     q = position + w[:, None] * (row["end"][:5] - position)
                 tip = kin.forward(q, length).tip
@@ -150,16 +203,28 @@ def programmed(path: Path, cell: CellConfig) -> dict[int, np.ndarray]:
             value = block.as_json()
             if "end" not in value:
                 continue
-            a, b = (np.array([value[k][axis] for axis in "XYZ"]) for k in ("start", "end"))
+            a, b = (
+                np.array([value[k][axis] for axis in "XYZ"])
+                for k in ("start", "end")
+            )
             w = np.linspace(0, 1, 4001)[:, None]
             points = a + w * (b - a)
             if value["type"] == "circular":
                 c = np.array([value["center"]["X"], value["center"]["Y"]])
-                angle = np.arctan2(*(a[:2] - c)[::-1]) + w[:, 0] * value["angle"]
-                points[:, :2] = c + value["radius"] * np.column_stack([np.cos(angle), np.sin(angle)])
+                angle = (
+                    np.arctan2(*(a[:2] - c)[::-1]) + w[:, 0] * value["angle"]
+                )
+                points[:, :2] = c + value["radius"] * np.column_stack(
+                    [np.cos(angle), np.sin(angle)]
+                )
             if value["type"] == "polynomial":
                 s = w[:, 0] * value["s"]
-                points = np.column_stack([np.polynomial.polynomial.polyval(s, value["coeff"][x]) for x in "XYZ"])
+                points = np.column_stack(
+                    [
+                        np.polynomial.polynomial.polyval(s, value["coeff"][x])
+                        for x in "XYZ"
+                    ]
+                )
             out.setdefault(value["line"], []).append(points)
     return {line: np.vstack(parts) for line, parts in out.items()}
 
@@ -170,7 +235,10 @@ def distance(points: np.ndarray, path: np.ndarray) -> np.ndarray:
     for p in points:
         i = int(np.argmin(((path - p) ** 2).sum(axis=1)))
         best = np.inf
-        for a, b in ((path[max(i - 1, 0)], path[i]), (path[i], path[min(i + 1, len(path) - 1)])):
+        for a, b in (
+            (path[max(i - 1, 0)], path[i]),
+            (path[i], path[min(i + 1, len(path) - 1)]),
+        ):
             d = b - a
             t = np.clip((p - a) @ d / max(d @ d, 1e-30), 0, 1)
             best = min(best, float(np.linalg.norm(p - a - t * d)))

@@ -1,4 +1,6 @@
-"""Kinematic chains against a construction of their own: 4x4 matrices of scipy rotations, multiplied one by one."""
+"""Kinematic chains against a construction of their own: 4x4 matrices of scipy
+rotations, multiplied one by one.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,12 @@ from cnc_core.errors import CncError
 from cnc_core.kinematics import inverse
 from cnc_core.kinematics.chain import SingularMachine, Step
 from cnc_core.kinematics.machine import Kinematics
-from cnc_core.kinematics.osai import CHAINS, CUTS, Element, machine_chain
+from cnc_core.kinematics.machine_types import (
+    CHAINS,
+    CUTS,
+    Element,
+    machine_chain,
+)
 
 NAMES = ("LI1", "LI2", "LI3", "WRK", "TOL")
 TYPES = list(itertools.product(CHAINS, CUTS))
@@ -41,20 +48,42 @@ def joint(name: str, value: float) -> np.ndarray:
     return out
 
 
-def part_to_tool(mac: str, bed: str, steps: dict[str, tuple[float, ...]], q: dict[str, float]) -> np.ndarray:
+def part_to_tool(
+    mac: str, bed: str, steps: dict[str, tuple[float, ...]], q: dict[str, float]
+) -> np.ndarray:
     """inv(bed to part) (bed to tool), from the texts of sections 9.3 and 10.2 alone."""
-    order = "T LI3 LI2 LI1 TOL WRK P|T TOL LI3 LI2 LI1 WRK P|T TOL WRK LI3 LI2 LI1 P|T LI3 LI2 TOL LI1 WRK P"
-    order += "|T LI3 TOL LI2 LI1 WRK P|T TOL LI3 LI2 WRK LI1 P|T TOL LI3 WRK LI2 LI1 P|T LI3 TOL LI2 WRK LI1 P"
-    listed = dict(zip(["WRK", "MIX", "TOL", "WC1", "WC2", "TC1", "TC2", "C12"], order.split("|"), strict=True))
+    order = (
+        "T LI3 LI2 LI1 TOL WRK P|T TOL LI3 LI2 LI1 WRK P|T TOL WRK LI3 "
+        "LI2 LI1 P|T LI3 LI2 TOL LI1 WRK P"
+    )
+    order += (
+        "|T LI3 TOL LI2 LI1 WRK P|T TOL LI3 LI2 WRK LI1 P|T TOL LI3 WRK "
+        "LI2 LI1 P|T LI3 TOL LI2 WRK LI1 P"
+    )
+    listed = dict(
+        zip(
+            ["WRK", "MIX", "TOL", "WC1", "WC2", "TC1", "TC2", "C12"],
+            order.split("|"),
+            strict=True,
+        )
+    )
     from_part = listed[mac].split()[::-1][1:-1]
-    cut = {"WRK": ("LI1", 0), "B12": ("LI1", 1), "BC1": ("LI2", 0), "B23": ("LI2", 1), "BC2": ("LI3", 0)}
+    cut = {
+        "WRK": ("LI1", 0),
+        "B12": ("LI1", 1),
+        "BC1": ("LI2", 0),
+        "B23": ("LI2", 1),
+        "BC2": ("LI3", 0),
+    }
     element, behind = {**cut, "TOL": ("LI3", 1)}[bed]
     at = from_part.index(element) + behind
     sides = []
     for side in ([*from_part[:at][::-1], "w"], [*from_part[at:], "t"]):
         product = np.eye(4)
         for name in side:
-            product = product @ matrix(steps[name]) @ joint(name, q.get(name, 0.0))
+            product = (
+                product @ matrix(steps[name]) @ joint(name, q.get(name, 0.0))
+            )
         sides.append(product)
     return np.linalg.inv(sides[0]) @ sides[1]
 
@@ -73,25 +102,44 @@ def test_forward_is_the_product_of_the_steps(mac, bed):
     rng = np.random.default_rng([1, *map(ord, mac + bed)])
     for _ in range(5):
         steps, kin = random_machine(rng, mac, bed)
-        q, length = np.r_[rng.uniform(-500, 500, 3), rng.uniform(-400, 400, 2)], rng.uniform(0, 200)
-        expected = part_to_tool(mac, bed, steps, dict(zip(NAMES, q, strict=True)))
+        q, length = (
+            np.r_[rng.uniform(-500, 500, 3), rng.uniform(-400, 400, 2)],
+            rng.uniform(0, 200),
+        )
+        expected = part_to_tool(
+            mac, bed, steps, dict(zip(NAMES, q, strict=True))
+        )
         pose = kin.forward(q, length)
         assert np.abs(pose.rotation[0] - expected[:3, :3]).max() < 1e-12
-        assert np.abs(pose.tip[0] - (expected @ [0, 0, -length, 1])[:3]).max() < 1e-9
+        assert (
+            np.abs(pose.tip[0] - (expected @ [0, 0, -length, 1])[:3]).max()
+            < 1e-9
+        )
         assert np.abs(pose.direction[0] - expected[:3, 2]).max() < 1e-12
 
 
 @pytest.mark.parametrize(("mac", "bed"), TYPES)
 def test_inverse_brings_back_pose_and_position(mac, bed):
-    """Every branch points the tool into the direction and holds the tip; the nearest one to a position is it."""
+    """Every branch points the tool into the direction and holds the tip; the
+    nearest one to a position is it.
+    """
     rng = np.random.default_rng([2, *map(ord, mac + bed)])
     done = 0
     while done < 8:
         _, kin = random_machine(rng, mac, bed)
-        q, length = np.r_[rng.uniform(-500, 500, 3), rng.uniform(-400, 400, 2)], rng.uniform(0, 200)
+        q, length = (
+            np.r_[rng.uniform(-500, 500, 3), rng.uniform(-400, 400, 2)],
+            rng.uniform(0, 200),
+        )
         pose = kin.forward(q, length)
         found = inverse.branches(kin.chain, pose.direction[0])
-        if len(found) < 2 or abs(np.sin(np.radians(found[0].angles[1] - found[1].angles[1]) / 2)) < 0.02:
+        if (
+            len(found) < 2
+            or abs(
+                np.sin(np.radians(found[0].angles[1] - found[1].angles[1]) / 2)
+            )
+            < 0.02
+        ):
             continue  # where the branches meet, angles are as good as the square root of rounding
         try:
             for branch in found:
@@ -105,7 +153,10 @@ def test_inverse_brings_back_pose_and_position(mac, bed):
             continue
         back = kin.inverse(pose.tip, pose.direction, q, length)[0]
         assert np.abs(back - q).max() < 1e-8 * max(1.0, np.abs(q).max())
-        assert np.abs(kin.driven(kin.programmed(q, length), length)[0] - q).max() < 1e-8
+        assert (
+            np.abs(kin.driven(kin.programmed(q, length), length)[0] - q).max()
+            < 1e-8
+        )
         done += 1
 
 
@@ -121,15 +172,25 @@ def test_derivatives_are_those_of_the_inverse(mac):
     def at(s: float) -> np.ndarray:
         return kin.driven(a + s * (b - a) + s * s * bend, 120.0)[0]
 
-    jets = np.stack([a + 0.3 * (b - a) + 0.09 * bend, (b - a) + 0.6 * bend, 2 * bend])[None]
+    jets = np.stack(
+        [a + 0.3 * (b - a) + 0.09 * bend, (b - a) + 0.6 * bend, 2 * bend]
+    )[None]
     h = 1e-4
     found = kin.driven_jets(jets, 120.0)[0]
     assert np.allclose(found[0], at(0.3), atol=1e-9)
-    assert np.allclose(found[1], (at(0.3 + h) - at(0.3 - h)) / (2 * h), rtol=1e-5, atol=1e-3)
-    assert np.allclose(found[2], (at(0.3 + h) - 2 * at(0.3) + at(0.3 - h)) / h**2, rtol=1e-3, atol=1.0)
+    assert np.allclose(
+        found[1], (at(0.3 + h) - at(0.3 - h)) / (2 * h), rtol=1e-5, atol=1e-3
+    )
+    assert np.allclose(
+        found[2],
+        (at(0.3 + h) - 2 * at(0.3) + at(0.3 - h)) / h**2,
+        rtol=1e-3,
+        atol=1.0,
+    )
 
 
-# ------------------------------------------------------------------------------------------------ the manual's machine
+# ------------------------------------------------------------------------------------------------
+# the manual's machine
 K = 246.5
 
 
@@ -142,7 +203,13 @@ def sample_machine(low=-WIDE, high=WIDE) -> Kinematics:
         "WRK": Element(3, Step()),
         "TOL": Element(4, Step(turns=(-90, 0, 0))),
     }
-    chain = machine_chain("TOL", "B12", elements, Step(turns=(90, 0, 180)), Step((0, K, 0), (90, 0, 0)))
+    chain = machine_chain(
+        "TOL",
+        "B12",
+        elements,
+        Step(turns=(90, 0, 180)),
+        Step((0, K, 0), (90, 0, 0)),
+    )
     return Kinematics(chain, (0, 1, 2), low, high)
 
 
@@ -153,9 +220,24 @@ def sample_machine(low=-WIDE, high=WIDE) -> Kinematics:
         ((1, 2, 3, 0, 0), 100, (1, 2, -343.5), (0, 0, 1)),
         ((1, 2, 3, 0, 90), 100, (-345.5, 2, 3), (1, 0, 0)),
         ((1, 2, 3, 90, 90), 100, (1, -344.5, 3), (0, 1, 0)),
-        ((100, 50, 400, 30, 20), 100, (-2.632652991, -9.254989831, 74.396506898), (.296198133, .171010072, .939692621)),
-        ((100, 50, 400, -90, 45), 100, (100, 295.012499681, 154.987500319), (0, -0.707106781, 0.707106781)),
-        ((10, 20, 30, 180, -30), 0, (-113.25, 20, -183.475262033), (0.5, 0, 0.866025404)),
+        (
+            (100, 50, 400, 30, 20),
+            100,
+            (-2.632652991, -9.254989831, 74.396506898),
+            (0.296198133, 0.171010072, 0.939692621),
+        ),
+        (
+            (100, 50, 400, -90, 45),
+            100,
+            (100, 295.012499681, 154.987500319),
+            (0, -0.707106781, 0.707106781),
+        ),
+        (
+            (10, 20, 30, 180, -30),
+            0,
+            (-113.25, 20, -183.475262033),
+            (0.5, 0, 0.866025404),
+        ),
     ],
 )
 def test_worked_machine(q, length, tip, d):
@@ -169,11 +251,19 @@ def test_branches_of_the_worked_machine():
     """Section 10.4: A30 B20 or A-150 B-20."""
     kin = sample_machine()
     pose = kin.forward(np.array([100, 50, 400, 30.0, 20]), 100)
-    found = sorted(b.angles for b in inverse.branches(kin.chain, pose.direction[0]))
+    found = sorted(
+        b.angles for b in inverse.branches(kin.chain, pose.direction[0])
+    )
     assert np.allclose(found, [(-150, -20), (30, 20)], atol=1e-9)
-    for near, expected in ((np.zeros(5), (30, 20)), (np.array([0, 0, 0, -140, -10.0]), (-150, -20))):
+    for near, expected in (
+        (np.zeros(5), (30, 20)),
+        (np.array([0, 0, 0, -140, -10.0]), (-150, -20)),
+    ):
         assert np.allclose(kin.orient(pose.direction[0], near)[3:], expected)
-        assert np.allclose(kin.inverse(pose.tip, pose.direction, near, 100)[0, :3], (100, 50, 400))
+        assert np.allclose(
+            kin.inverse(pose.tip, pose.direction, near, 100)[0, :3],
+            (100, 50, 400),
+        )
 
 
 def test_constructed_part_side_machine():
@@ -185,10 +275,25 @@ def test_constructed_part_side_machine():
         "TOL": Element(3, Step(turns=(0, 90, 0))),
         "WRK": Element(4, Step(turns=(0, -90, 0))),
     }
-    kin = Kinematics(machine_chain("WRK", "WRK", elements, Step(), Step()), (0, 1, 2), -WIDE, WIDE)
+    kin = Kinematics(
+        machine_chain("WRK", "WRK", elements, Step(), Step()),
+        (0, 1, 2),
+        -WIDE,
+        WIDE,
+    )
     pose = kin.forward(np.array([100, 50, 400, 30, 20.0]), 100)
-    assert np.abs(pose.tip[0] - (160.082190214, 147.441762853, 234.807621135)).max() < 1e-8
-    assert np.abs(pose.direction[0] - (0.171010072, 0.469846310, 0.866025404)).max() < 1e-9
+    assert (
+        np.abs(
+            pose.tip[0] - (160.082190214, 147.441762853, 234.807621135)
+        ).max()
+        < 1e-8
+    )
+    assert (
+        np.abs(
+            pose.direction[0] - (0.171010072, 0.469846310, 0.866025404)
+        ).max()
+        < 1e-9
+    )
 
 
 def test_singular_direction_keeps_the_axis_that_may_stand_anywhere():
@@ -204,9 +309,17 @@ def test_turns_and_limits():
     d = sample_machine().forward(np.array([0, 0, 0, 170.0, 30])).direction[0]
     near = np.array([0, 0, 0, -185.0, 28])
     assert np.allclose(sample_machine().orient(d, near)[3:], (-190, 30))
-    low, high = np.array([-1e5, -1e5, -1e5, -180, -90]), np.array([1e5, 1e5, 1e5, 180, 90.0])
-    assert np.allclose(sample_machine(low, high).orient(d, near)[3:], (-10, -30))
-    assert np.allclose(sample_machine(low, high * [1, 1, 1, 1, 0.1]).orient(d, near)[3:], (-10, -30))
+    low, high = (
+        np.array([-1e5, -1e5, -1e5, -180, -90]),
+        np.array([1e5, 1e5, 1e5, 180, 90.0]),
+    )
+    assert np.allclose(
+        sample_machine(low, high).orient(d, near)[3:], (-10, -30)
+    )
+    assert np.allclose(
+        sample_machine(low, high * [1, 1, 1, 1, 0.1]).orient(d, near)[3:],
+        (-10, -30),
+    )
     narrow = np.array([1e5, 1e5, 1e5, 180, 10.0])
     with pytest.raises(CncError) as wrong:
         sample_machine(-narrow, narrow).orient(d, near)
@@ -215,10 +328,24 @@ def test_turns_and_limits():
 
 def test_unreachable_direction():
     """A 45 degree head cannot point the tool down; a direction needs a length."""
-    elements = {n: Element(i, Step(turns=t)) for i, (n, t) in enumerate(
-        [("LI1", (0, 90, 0)), ("LI2", (-90, 0, -90)), ("LI3", (90, 0, 0)), ("WRK", (0, 0, 0)), ("TOL", (30, 0, 0))]
-    )}  # fmt: skip
-    kin = Kinematics(machine_chain("TOL", "WRK", elements, Step(), Step(turns=(-30, 0, 0))), (0, 1, 2), -WIDE, WIDE)
+    elements = {
+        n: Element(i, Step(turns=t))
+        for i, (n, t) in enumerate(
+            [
+                ("LI1", (0, 90, 0)),
+                ("LI2", (-90, 0, -90)),
+                ("LI3", (90, 0, 0)),
+                ("WRK", (0, 0, 0)),
+                ("TOL", (30, 0, 0)),
+            ]
+        )
+    }
+    kin = Kinematics(
+        machine_chain("TOL", "WRK", elements, Step(), Step(turns=(-30, 0, 0))),
+        (0, 1, 2),
+        -WIDE,
+        WIDE,
+    )
     for direction in ((0, 0, -1), (0, 0, 0), (np.nan, 0, 1)):
         with pytest.raises(CncError) as wrong:
             kin.orient(direction, np.zeros(5))

@@ -1,4 +1,6 @@
-"""What a real-time GEO rehearses ahead of a cycle changes neither the motion nor what the PLC sees at the cycles."""
+"""What a real-time GEO rehearses ahead of a cycle changes neither the motion
+nor what the PLC sees at the cycles.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cnc_core._engine import lib
-from commanded import config, drive, program
-from inside import FloatArray, Inside
 
 from cnc_core.engine import Event
+from support.commanded import config, drive, program
+from support.inside import FloatArray, Inside
 
 
 def _memory(cnc: Inside) -> bytes:
@@ -22,8 +24,12 @@ def _memory(cnc: Inside) -> bytes:
     return bytes(channel) + b"".join(map(bytes, cnc.axes))
 
 
-def _run(folder: Path, seed: int, options: str, rehearse: bool) -> tuple[FloatArray, list[int]]:
-    """Positions at the cycle; hashes of the channel and the axes as a PLC would find them after each cycle."""
+def _run(
+    folder: Path, seed: int, options: str, rehearse: bool
+) -> tuple[FloatArray, list[int]]:
+    """Positions at the cycle; hashes of the channel and the axes as a PLC would
+    find them after each cycle.
+    """
     rng = np.random.default_rng(seed)
     seen: list[int] = []
     with Inside(folder, program(rng), config(rng, options)) as cnc:
@@ -43,8 +49,12 @@ def _run(folder: Path, seed: int, options: str, rehearse: bool) -> tuple[FloatAr
     return pos, seen
 
 
-@pytest.mark.parametrize(("seed", "options"), [(0, ""), (1, "n"), (2, "f"), (3, "nc")])
-def test_a_rehearsal_changes_nothing(tmp_path: Path, seed: int, options: str) -> None:
+@pytest.mark.parametrize(
+    ("seed", "options"), [(0, ""), (1, "n"), (2, "f"), (3, "nc")]
+)
+def test_a_rehearsal_changes_nothing(
+    tmp_path: Path, seed: int, options: str
+) -> None:
     """Random commands with and without: the same motion, the same memory after every cycle."""
     plain, seen = _run(tmp_path, seed, options, rehearse=False)
     rehearsed, again = _run(tmp_path, seed, options, rehearse=True)

@@ -5,22 +5,12 @@
 #include "engine/accel/conditions.h"
 #include "engine/accel/lookahead.h"
 #include "engine/accel/profile.h"
+#include "engine/accel/tuning.h"
 #include "engine/commit/commit.h"
 #include "engine/commit/planner.h"
-#include "engine/run/dispatch.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "jerk/planner.h"
-
-#define MOVES                                                                  \
-    3 /* the window is moved on so often while it is driven through            \
-       */
-#define QUICK_MARGIN_S                                                         \
-    0.004 /* a place to rejoin at is so far ahead of GEO: plans take little    \
-             time */
-#define LEAST_CYCLES 1.0 /* ... and that is at least so many */
-#define FEASIBLE_BENT                                                          \
-    1.002 /* ... inside a curved stretch by what the chord of its limits is    \
-             off */
 
 /* Stopping tail: brake to rest from the end of the commit. False if that is not
  * legal. */
@@ -28,26 +18,26 @@ static bool write_tail(struct engine *engine,
                        struct tail *tail,
                        const struct writer *from,
                        uint64_t end) {
-    struct writer writer = {.e = engine,
+    struct writer writer = {.engine = engine,
                             .out = tail->phases,
-                            .max = engine->plan.tail_max,
+                            .max = engine->commit.tail_max,
                             .piece = from->piece,
                             .s = from->s,
                             .v = from->v,
                             .budget = NEVER};
     while (writer.v > 0.0 && writer.piece < end && !writer_full(&writer)) {
-        if (!is_motion(piece_at(engine, writer.piece))) {
+        if (!is_motion(piece_at(&engine->run, writer.piece))) {
             pass_event(&writer);
             continue;
         }
         stretch st = stretch_at(engine, writer.piece, end, writer.s);
-        bool ends = st.to >= piece_at(engine, writer.piece)->length;
+        bool ends = st.to >= piece_at(&engine->run, writer.piece)->length;
         if (st.span->rows) {
-            drive_bent(&writer, &st, ends, true);
+            drive_curved(&writer, &st, ends, true);
         } else {
             brake_to(&writer, &st, 0.0, ends);
         }
-        if (writer.s >= piece_at(engine, writer.piece)->length) {
+        if (writer.s >= piece_at(&engine->run, writer.piece)->length) {
             leave_motion(&writer, end);
         }
     }
@@ -62,15 +52,16 @@ static bool write_tail(struct engine *engine,
  * outrun the planner: there it is written when somebody asks for it, or when
  * too little is committed for one more cycle. */
 static void store_tail(struct engine *engine) {
-    engine->plan.tail_due = false;
-    const struct writer from = {.e = engine,
-                                .piece = engine->plan.piece,
-                                .s = engine->plan.s,
-                                .v = engine->plan.v};
-    write_tail(engine,
-               &engine->plan.tails[(ATOMIC_GET(engine->commit) >> 1) & 1],
-               &from,
-               engine->plan.tail_end);
+    engine->commit.tail_due = false;
+    const struct writer from = {.engine = engine,
+                                .piece = engine->commit.piece,
+                                .s = engine->commit.s,
+                                .v = engine->commit.v};
+    write_tail(
+        engine,
+        &engine->commit.tails[(ATOMIC_GET(engine->commit.word) >> 1) & 1],
+        &from,
+        engine->commit.tail_end);
 }
 
 /* Where nothing has changed, the last window does as long as the path does not
@@ -78,23 +69,23 @@ static void store_tail(struct engine *engine) {
  * without looking at every window between. */
 static bool drive_last_window(struct engine *engine, struct writer *writer) {
     uint64_t driven =
-        engine->plan.piece
-        - engine->plan.passed_at; /* the window is moved on in parts that take
+        engine->commit.piece
+        - engine->accel.passed_at; /* the window is moved on in parts that take
                                      little time each */
-    if (engine->foresight || driven * MOVES > engine->cfg.window
-        || engine->plan.piece >= engine->plan.fixed_to || !needs_hold(engine)
+    if (engine->prediction || driven * MOVES > engine->cfg.window
+        || engine->commit.piece >= engine->accel.fixed_to || !needs_hold(engine)
         || !conditions_hold(engine)) {
         return false;
     }
-    uint64_t written = engine->plan.written;
-    run_on(writer, engine->plan.need_end);
-    drive_window(writer, engine->plan.need_end);
+    uint64_t written = engine->commit.written;
+    run_on(writer, engine->accel.need_end);
+    drive_window(writer, engine->accel.need_end);
     if (!writer->refused
-        && (writer->piece < engine->plan.fixed_to
-            || (writer->piece == engine->plan.fixed_to && writer->s <= 0.0))) {
+        && (writer->piece < engine->accel.fixed_to
+            || (writer->piece == engine->accel.fixed_to && writer->s <= 0.0))) {
         return true;
     }
-    engine->plan.written = written;
+    engine->commit.written = written;
     return false;
 }
 
@@ -103,27 +94,28 @@ static bool drive_last_window(struct engine *engine, struct writer *writer) {
 static void begin_commit(struct engine *engine,
                          struct writer *writer,
                          double ahead) {
-    writer->e = engine;
+    writer->engine = engine;
     writer->out = NULL;
     writer->count = writer->max = 0;
-    writer->piece = engine->plan.piece;
-    writer->s = engine->plan.s;
-    writer->v = engine->plan.v;
+    writer->piece = engine->commit.piece;
+    writer->s = engine->commit.s;
+    writer->v = engine->commit.v;
     writer->seconds = writer->motion = 0.0;
-    writer->budget = commit_high(engine) - ahead;
+    writer->budget = commit_high(&engine->cfg) - ahead;
     writer->least =
         commit_low(engine) + LEAST_CYCLES * engine->cfg.cycle_s - ahead;
     writer->too_fast = 0;
     writer->refused = false;
-    writer->left = engine->plan.left;
+    writer->left = engine->accel.left;
 }
 
 static void commit(struct engine *engine) {
     struct writer writer;
     double ahead = ahead_s(engine);
-    uint64_t word = ATOMIC_GET(engine->commit), before = engine->plan.written;
+    uint64_t word = ATOMIC_GET(engine->commit.word),
+             before = engine->commit.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
-    uint64_t end = engine->plan.need_end;
+    uint64_t end = engine->accel.need_end;
     begin_commit(engine, &writer, ahead);
     if (!drive_last_window(engine, &writer)) {
         end = choose_window(engine);
@@ -132,63 +124,66 @@ static void commit(struct engine *engine) {
                      ahead); /* its stretch may be cut anew now */
         drive_window(&writer, end);
     }
-    bool due = !ATOMIC_GET(engine->run_running) && !engine->plan.fed_anew;
+    bool due = !ATOMIC_GET(engine->threads.running) && !engine->commit.fed_anew;
     bool legal =
         !writer.refused
-        && (due || write_tail(engine, &engine->plan.tails[next], &writer, end));
-    engine->plan.fed_anew = false;
+        && (due
+            || write_tail(engine, &engine->commit.tails[next], &writer, end));
+    engine->commit.fed_anew = false;
     if (!legal
-        && engine->plan.v > GEO_MOVES) { /* the stored tail is: GEO takes it,
+        && engine->commit.v > GEO_MOVES) { /* the stored tail is: GEO takes it,
                                             and the path goes on from there */
-        engine->plan.written = before;
-        engine->plan.late = true;
+        engine->commit.written = before;
+        engine->commit.late = true;
         return;
     }
     if ((word & 1)
-        || !__atomic_compare_exchange_n(&engine->commit,
+        || !__atomic_compare_exchange_n(&engine->commit.word,
                                         &word,
-                                        engine->plan.written << 2 | next << 1,
+                                        engine->commit.written << 2 | next << 1,
                                         false,
                                         __ATOMIC_ACQ_REL,
                                         __ATOMIC_ACQUIRE)) {
-        engine->plan.written = before;
+        engine->commit.written = before;
         return;
     }
-    engine->plan.infeasible += writer.too_fast;
-    engine->plan.phases += engine->plan.written - before;
-    engine->plan.piece = writer.piece;
-    engine->plan.s = writer.s;
-    engine->plan.v = writer.v;
-    engine->plan.left = writer.left;
-    engine->plan.tail_due = due;
-    engine->plan.tail_end = end;
-    engine->plan.committed_s += writer.seconds;
+    engine->commit.infeasible += writer.too_fast;
+    engine->commit.phases += engine->commit.written - before;
+    engine->commit.piece = writer.piece;
+    engine->commit.s = writer.s;
+    engine->commit.v = writer.v;
+    engine->accel.left = writer.left;
+    engine->commit.tail_due = due;
+    engine->commit.tail_end = end;
+    engine->commit.committed_s += writer.seconds;
 }
 
 /* Motion from a place of the tail on, where the planner is (rejoin.c), and the
  * tail behind it. False: what lies ahead cannot be met from there. */
-static bool write_from_tail(struct engine *e,
-                            struct writer *w,
-                            struct tail *t) {
-    uint64_t end = choose_window(e);
-    if (!state_feasible(e, end, FEASIBLE_BENT)) {
+static bool write_from_tail(struct engine *engine,
+                            struct writer *writer,
+                            struct tail *tail) {
+    uint64_t end = choose_window(engine);
+    if (!state_feasible(engine, end, FEASIBLE_CURVED)) {
         return false;
     }
-    w->least = lesser(w->budget, commit_low(e) + LEAST_CYCLES * e->cfg.cycle_s);
-    drive_window(w, end);
-    if (w->refused || !write_tail(e, t, w, end)) {
+    writer->least =
+        lesser(writer->budget,
+               commit_low(engine) + LEAST_CYCLES * engine->cfg.cycle_s);
+    drive_window(writer, end);
+    if (writer->refused || !write_tail(engine, tail, writer, end)) {
         return false;
     }
-    e->plan.fed_anew = e->plan.tail_due = false;
-    e->plan.infeasible += w->too_fast;
+    engine->commit.fed_anew = engine->commit.tail_due = false;
+    engine->commit.infeasible += writer->too_fast;
     return true;
 }
 
 /* Committed motion ends where the writer is. */
-static void end_at(struct engine *engine, const struct writer *writer) {
-    engine->plan.piece = writer->piece;
-    engine->plan.s = writer->s;
-    engine->plan.v = writer->v;
+static void end_at(struct commit_state *commit, const struct writer *writer) {
+    commit->piece = writer->piece;
+    commit->s = writer->s;
+    commit->v = writer->v;
 }
 
 /* Any place of the tail will do: all that lies ahead can be met from where it
@@ -197,25 +192,25 @@ static bool write_behind(struct engine *engine,
                          double at_s,
                          struct writer *writer,
                          struct tail *tail) {
-    end_at(engine, writer);
-    engine->plan.committed_s += at_s;
+    end_at(&engine->commit, writer);
+    engine->commit.committed_s += at_s;
     if (!write_from_tail(engine, writer, tail)) {
         return false;
     }
-    end_at(engine, writer);
-    engine->plan.left = writer->left;
-    engine->plan.committed_s += writer->seconds;
+    end_at(&engine->commit, writer);
+    engine->accel.left = writer->left;
+    engine->commit.committed_s += writer->seconds;
     return true;
 }
 
 /* No plan is stored: the window once more, to where the last backward pass
  * began. */
-static void rest_of_plan(struct engine *engine, struct writer *writer) {
-    uint64_t end = engine->plan.need_end;
-    if (engine->plan.capped < end) {
+static void remainder_of_plan(struct engine *engine, struct writer *writer) {
+    uint64_t end = engine->accel.need_end;
+    if (engine->accel.capped < end) {
         return; /* pieces have come anew since */
     }
-    writer->left = engine->plan.left;
+    writer->left = engine->accel.left;
     drive_window(writer, end);
 }
 
@@ -223,26 +218,26 @@ static void rest_of_plan(struct engine *engine, struct writer *writer) {
 static double tail_way(struct engine *engine) {
     planner_store_tail(engine);
     const struct tail *tail =
-        &engine->plan.tails[(ATOMIC_GET(engine->commit) >> 1) & 1];
-    double sum = -engine->plan.s;
-    for (uint64_t i = engine->plan.piece; i < tail->piece; i++) {
-        if (is_motion(piece_at(engine, i))) {
-            sum += piece_at(engine, i)->length;
+        &engine->commit.tails[(ATOMIC_GET(engine->commit.word) >> 1) & 1];
+    double sum = -engine->commit.s;
+    for (uint64_t i = engine->commit.piece; i < tail->piece; i++) {
+        if (is_motion(piece_at(&engine->run, i))) {
+            sum += piece_at(&engine->run, i)->length;
         }
     }
-    return fmax(0.0, sum + (tail->piece < engine->piece_head ? tail->s : 0.0));
+    return fmax(0.0, sum + (tail->piece < engine->run.head ? tail->s : 0.0));
 }
 
-static void ways_to_rest(struct engine *engine,
-                         struct rest_search *search,
-                         double way[2]) {
+static void ways_to_standstill(struct engine *engine,
+                               struct standstill_search *search,
+                               double way[2]) {
     (void)search;
-    way[0] = way[1] = engine->plan.v > 0.0 ? tail_way(engine) : 0.0;
+    way[0] = way[1] = engine->commit.v > 0.0 ? tail_way(engine) : 0.0;
 }
 
 /* Corner limits of the pieces that are fed anew are not known. */
 static void cap_anew(struct engine *engine) {
-    engine->plan.capped = engine->plan.piece;
+    engine->accel.capped = engine->commit.piece;
 }
 
 static void cut(struct engine *engine, uint64_t head) {
@@ -310,12 +305,12 @@ const struct planner_ops accel_planner = {
     .may_rejoin = may_rejoin,
     .follow = follow,
     .give_up_rejoin = give_up_rejoin,
-    .rest_of_plan = rest_of_plan,
-    .ways_to_rest = ways_to_rest,
+    .remainder_of_plan = remainder_of_plan,
+    .ways_to_standstill = ways_to_standstill,
     .spare = no_spare,
     .traits =
         {
-            .rejoin_margin_s = QUICK_MARGIN_S,
+            .rejoin_margin_s = REJOIN_QUICK_MARGIN_S,
             .fed_ahead = FED_NEAR,
             .feeds_in_batches = true,
             .uses_spans = true,

@@ -3,15 +3,11 @@
 #include "engine/accel/corner_limits.h"
 #include "engine/accel/lookahead.h"
 #include "engine/accel/profile.h"
+#include "engine/accel/tuning.h"
 #include "engine/commit/cpu_clock.h"
 #include "engine/path/technology_counts.h"
 #include "engine/run/dispatch.h"
 #include "engine/state/state.h"
-
-#define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
-#define FEASIBLE_BENT                                                          \
-    1.002 /* ... inside a curved stretch by what the chord of its limits is    \
-             off */
 
 /* What the corner limits depend on besides the path: the override that zones
  * are sized for, and which gates are open. */
@@ -22,20 +18,20 @@ typedef struct conditions {
     uint32_t held_axes;
 } conditions;
 
-bool state_feasible(struct engine *engine, uint64_t end, double bent) {
-    if (engine->plan.v <= 0.0) {
+bool state_feasible(struct engine *engine, uint64_t end, double curved) {
+    if (engine->commit.v <= 0.0) {
         return true;
     }
-    if (engine->plan.piece >= end) {
+    if (engine->commit.piece >= end) {
         return false;
     }
-    return !is_motion(piece_at(engine, engine->plan.piece))
+    return !is_motion(piece_at(&engine->run, engine->commit.piece))
            || meets_all(engine,
-                        engine->plan.piece,
+                        engine->commit.piece,
                         end,
-                        engine->plan.s,
-                        engine->plan.v,
-                        bent);
+                        engine->commit.s,
+                        engine->commit.v,
+                        curved);
 }
 
 static uint64_t plan_under(struct engine *engine,
@@ -46,17 +42,15 @@ static uint64_t plan_under(struct engine *engine,
     engine->plan.single = conditions->single;
     engine->plan.m01 = conditions->m01;
     engine->plan.held_axes = conditions->held_axes;
-    engine->plan.capped = engine->plan.piece;
+    engine->accel.capped = engine->commit.piece;
     corner_caps(engine);
     uint64_t end = window_end(engine);
     backward_pass(engine, end);
     return end;
 }
 
-static double reserve_wanted(const struct engine *engine) {
-    return engine->plan.ext_speed < NEVER ? NEVER
-           : engine->plan.override > 1.0  ? 2.0
-                                          : 1.0;
+static double reserve_wanted(const struct plan_conditions *plan) {
+    return plan->ext_speed < NEVER ? NEVER : plan->override > 1.0 ? 2.0 : 1.0;
 }
 
 static bool same_counts(const struct techno_counts *now,
@@ -70,17 +64,16 @@ static bool same_counts(const struct techno_counts *now,
 
 /* The last plan was made under the present conditions. */
 bool conditions_hold(struct engine *engine) {
-    const planner *plan = &engine->plan;
-    return reserve_wanted(engine) == plan->reserve_override
-           && ATOMIC_GET(engine->single_now) == plan->single
-           && ATOMIC_GET(engine->m01_now) == plan->m01
-           && ATOMIC_GET(engine->held_axes) == plan->held_axes
-           && same_counts(&engine->done, &plan->done)
-           && same_counts(&engine->done_again, &plan->done_again);
+    return reserve_wanted(&engine->plan) == engine->plan.reserve_override
+           && ATOMIC_GET(engine->orders.single) == engine->plan.single
+           && ATOMIC_GET(engine->orders.m01) == engine->plan.m01
+           && ATOMIC_GET(engine->orders.held_axes) == engine->plan.held_axes
+           && same_counts(&engine->technology.done, &engine->plan.done)
+           && same_counts(&engine->technology.done_again,
+                          &engine->plan.done_again);
 }
 
-static struct conditions conditions_now(const struct engine *engine) {
-    const planner *plan = &engine->plan;
+static struct conditions conditions_now(const struct plan_conditions *plan) {
     return (struct conditions){plan->reserve_override,
                                plan->done,
                                plan->done_again,
@@ -90,12 +83,12 @@ static struct conditions conditions_now(const struct engine *engine) {
 }
 
 static struct conditions conditions_wanted(struct engine *engine) {
-    return (struct conditions){reserve_wanted(engine),
-                               techno_done(&engine->done),
-                               techno_done(&engine->done_again),
-                               ATOMIC_GET(engine->single_now),
-                               ATOMIC_GET(engine->m01_now),
-                               ATOMIC_GET(engine->held_axes)};
+    return (struct conditions){reserve_wanted(&engine->plan),
+                               techno_done(&engine->technology.done),
+                               techno_done(&engine->technology.done_again),
+                               ATOMIC_GET(engine->orders.single),
+                               ATOMIC_GET(engine->orders.m01),
+                               ATOMIC_GET(engine->orders.held_axes)};
 }
 
 /* New conditions are taken over where the present state can be continued
@@ -109,13 +102,13 @@ static uint64_t choose_conditions(struct engine *engine) {
         backward_pass(engine, end);
         return end;
     }
-    struct conditions old = conditions_now(engine),
+    struct conditions old = conditions_now(&engine->plan),
                       want = conditions_wanted(engine);
     uint64_t end = plan_under(engine, &want);
     if (state_feasible(engine,
                        end,
                        want.reserve_override == old.reserve_override
-                           ? FEASIBLE_BENT
+                           ? FEASIBLE_CURVED
                            : FEASIBLE)) {
         return end; /* else cut anew */
     }
@@ -125,7 +118,7 @@ static uint64_t choose_conditions(struct engine *engine) {
     }
     want.reserve_override = old.reserve_override;
     end = plan_under(engine, &want);
-    return state_feasible(engine, end, FEASIBLE_BENT)
+    return state_feasible(engine, end, FEASIBLE_CURVED)
                ? end
                : plan_under(engine, &old);
 }
@@ -135,9 +128,9 @@ static uint64_t choose_conditions(struct engine *engine) {
 uint64_t choose_window(struct engine *engine) {
     watch_window(engine);
     uint64_t end = choose_conditions(engine);
-    bool wants = (engine->plan.window_motions <= engine->cfg.window
-                      ? engine->plan.capped < engine->piece_head
-                      : engine->plan.unsettled < end)
-                 && !engine->feed.final;
-    return wants && feed_further(engine) ? choose_conditions(engine) : end;
+    bool wants = (engine->accel.window_motions <= engine->cfg.window
+                      ? engine->accel.capped < engine->run.head
+                      : engine->accel.unsettled < end)
+                 && !engine->dispatch.final;
+    return wants && dispatch_further(engine) ? choose_conditions(engine) : end;
 }

@@ -22,15 +22,11 @@
 #include <string.h>
 #include "engine/accel/corner_limits.h"
 #include "engine/accel/corner_zones.h"
+#include "engine/accel/tuning.h"
 #include "engine/path/speed_caps.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
-
-#define CORNER 0.7 /* share of the acceleration limit that jumps may use */
-#define SLACK 0.3
-#define NEGLIGIBLE 0.01 /* reserves below this share need no zone */
-#define NO_CORNER 1e-6  /* a jump below this share is rounding */
 
 typedef struct walk {
     uint64_t i;   /* piece whose start is the next corner on this side */
@@ -54,31 +50,30 @@ typedef struct load {
 
 /* Pieces this far behind committed motion are still in the ring (push.c keeps
  * KEPT_BEHIND slots). */
-static uint64_t left_floor(const struct engine *engine) {
-    return engine->plan.piece > CORNERS_BEHIND
-               ? engine->plan.piece - CORNERS_BEHIND
-               : 0;
+static uint64_t left_floor(const struct commit_state *commit) {
+    return commit->piece > CORNERS_BEHIND ? commit->piece - CORNERS_BEHIND : 0;
 }
 
 static bool previous_motion(struct engine *engine, uint64_t *i) {
-    uint64_t floor = left_floor(engine);
+    uint64_t floor = left_floor(&engine->commit);
     do {
         if (*i <= floor) {
             return false;
         }
         (*i)--;
-    } while (!is_motion(piece_at(engine, *i)));
+    } while (!is_motion(piece_at(&engine->run, *i)));
     return true;
 }
 
 static void add_curvature(const struct engine *engine,
                           const struct piece *piece,
                           struct load *load) {
-    const double *bend =
-        piece->kind == PIECE_CURVE ? curve_of(engine, piece)->bend : NULL;
+    const double *bend = piece->kind == PIECE_CURVE
+                             ? curve_of(&engine->store, piece)->bend
+                             : NULL;
     for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
-        load->axis[axis].most =
-            lesser(load->axis[axis].most, piece_a_max(engine, piece, axis));
+        load->axis[axis].most = lesser(load->axis[axis].most,
+                                       piece_a_max(&engine->cfg, piece, axis));
         if (bend) {
             load->axis[axis].curvature =
                 greater(load->axis[axis].curvature, bend[axis]);
@@ -104,14 +99,14 @@ static void add_curvature(const struct engine *engine,
 static void step_left(struct engine *engine,
                       struct walk *walk,
                       struct load *load) {
-    bool stop = stands_before(engine, piece_at(engine, walk->i));
+    bool stop = stands_before(&engine->plan, piece_at(&engine->run, walk->i));
     if (stop || walk->budget-- == 0 || !previous_motion(engine, &walk->i)) {
         walk->known = stop || walk->i == 0 ? NEVER : walk->d;
         walk->d = NEVER;
         return;
     }
-    walk->d += piece_at(engine, walk->i)->length;
-    add_curvature(engine, piece_at(engine, walk->i), load);
+    walk->d += piece_at(&engine->run, walk->i)->length;
+    add_curvature(engine, piece_at(&engine->run, walk->i), load);
 }
 
 static void step_right(struct engine *engine,
@@ -119,14 +114,16 @@ static void step_right(struct engine *engine,
                        struct load *load,
                        uint64_t head,
                        bool finished) {
-    double d = walk->d + piece_at(engine, walk->i)->length;
-    add_curvature(engine, piece_at(engine, walk->i), load);
-    if (piece_at(engine, walk->i)->stop_after) {
+    double d = walk->d + piece_at(&engine->run, walk->i)->length;
+    add_curvature(engine, piece_at(&engine->run, walk->i), load);
+    if (piece_at(&engine->run, walk->i)->stop_after) {
         walk->known = walk->d = NEVER;
         return;
     }
-    bool found = walk->budget-- > 0 && next_motion(engine, &walk->i, head);
-    if (found && !stands_before(engine, piece_at(engine, walk->i))) {
+    bool found =
+        walk->budget-- > 0 && next_motion(&engine->run, &walk->i, head);
+    if (found
+        && !stands_before(&engine->plan, piece_at(&engine->run, walk->i))) {
         walk->d = d;
         return;
     }
@@ -134,24 +131,24 @@ static void step_right(struct engine *engine,
     walk->d = NEVER;
 }
 
-static void add_corner(const struct engine *engine,
+static void add_corner(const engine_config *cfg,
                        const struct piece *piece,
                        double d,
                        struct load *load) {
     load->farthest = d; /* they are taken in by distance */
-    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
         load->axis[axis].sum += piece->jump[axis];
-        load->axis[axis].moment += d * piece->jump[axis] / engine->cfg.cycle_s;
+        load->axis[axis].moment += d * piece->jump[axis] / cfg->cycle_s;
     }
 }
 
 /* Largest v with (sum v - moment)/dt <= CORNER (a - curvature v^2) on every
  * axis, `v` at the most. */
-static double load_speed(const struct engine *engine,
+static double load_speed(const engine_config *cfg,
                          const struct load *load,
                          double v) {
-    double inv_dt = 1.0 / engine->cfg.cycle_s;
-    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+    double inv_dt = 1.0 / cfg->cycle_s;
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
         const axis_load *at = &load->axis[axis];
         if (at->sum < 1e-13) {
             continue;
@@ -165,24 +162,24 @@ static double load_speed(const struct engine *engine,
     return v;
 }
 
-static double jumps_at(const struct engine *engine,
+static double jumps_at(const engine_config *cfg,
                        const struct load *load,
                        int axis,
                        double v) {
     return load->axis[axis].sum < 1e-13
                ? 0.0
                : (load->axis[axis].sum * v - load->axis[axis].moment)
-                     / engine->cfg.cycle_s;
+                     / cfg->cycle_s;
 }
 
 /* The curvature is in the rows of curved stretches. False: there is none. */
-static bool set_reserve(struct engine *engine,
+static bool set_reserve(engine_config *cfg,
                         struct piece *piece,
                         const struct load *load,
                         double v) {
     bool some = false;
-    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
-        double jumps = jumps_at(engine, load, axis, v);
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
+        double jumps = jumps_at(cfg, load, axis, v);
         piece->reserve[axis] =
             jumps < NEGLIGIBLE * load->axis[axis].most ? 0.0 : jumps;
         some |= piece->reserve[axis] > 0.0;
@@ -194,7 +191,8 @@ static bool set_reserve(struct engine *engine,
 static void load_corner(struct engine *engine, uint64_t i, struct load *load) {
     for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
         load->axis[axis] =
-            (axis_load){.sum = piece_at(engine, i)->jump[axis], .most = NEVER};
+            (axis_load){.sum = piece_at(&engine->run, i)->jump[axis],
+                        .most = NEVER};
     }
     load->left = load->right =
         (struct walk){i, 0.0, NEVER, (int)CORNERS_BEHIND};
@@ -202,8 +200,8 @@ static void load_corner(struct engine *engine, uint64_t i, struct load *load) {
     step_right(engine,
                &load->right,
                load,
-               engine->piece_head,
-               engine->feed.final);
+               engine->run.head,
+               engine->dispatch.final);
 }
 
 /* From the corner alone, take in neighbours until `v` does not reach the next
@@ -224,21 +222,24 @@ static bool gather(struct engine *engine,
     }
     for (;;) {
         if (solve) {
-            *v = load_speed(engine, load, limit);
+            *v = load_speed(&engine->cfg, load, limit);
         }
         struct walk *next = left->d <= right->d ? left : right;
         if (*v * dt <= next->d) {
             break;
         }
-        add_corner(engine, piece_at(engine, next->i), next->d, load);
+        add_corner(&engine->cfg,
+                   piece_at(&engine->run, next->i),
+                   next->d,
+                   load);
         if (next == left) {
             step_left(engine, next, load);
         } else {
             step_right(engine,
                        next,
                        load,
-                       engine->piece_head,
-                       engine->feed.final);
+                       engine->run.head,
+                       engine->dispatch.final);
         }
     }
     if (left->known < *v * dt) {
@@ -255,11 +256,11 @@ static bool gather(struct engine *engine,
     return true;
 }
 
-static bool jumps_are_negligible(const struct engine *engine,
+static bool jumps_are_negligible(const engine_config *cfg,
                                  const struct load *load,
                                  double v) {
-    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
-        if (jumps_at(engine, load, axis, v)
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
+        if (jumps_at(cfg, load, axis, v)
             >= NEGLIGIBLE * load->axis[axis].most) {
             return false;
         }
@@ -267,25 +268,25 @@ static bool jumps_are_negligible(const struct engine *engine,
     return true;
 }
 
-static double speed_slack(const struct engine *engine) {
+static double speed_slack(const engine_config *cfg) {
     double a = 0.0;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
-        a = greater(a, engine->cfg.a_max[i]);
+    for (int i = 0; i < cfg->axis_count; i++) {
+        a = greater(a, cfg->a_max[i]);
     }
-    return SLACK * a * engine->cfg.cycle_s;
+    return SLACK * a * cfg->cycle_s;
 }
 
 /* Acceleration along p that the axes have, and that they are left with beside
  * `reserve`; bends aside. */
-static void left_along(const struct engine *engine,
+static void left_along(const engine_config *cfg,
                        const struct piece *piece,
                        const double *reserve,
                        double *full,
                        double *left) {
     *full = *left = NEVER;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         double share = piece->kind == PIECE_LINE ? fabs(piece->slope[i]) : 1.0,
-               a = piece_a_max(engine, piece, i);
+               a = piece_a_max(cfg, piece, i);
         if (!(piece->moving >> i & 1) || !(share > 0.0)) {
             continue;
         }
@@ -302,13 +303,13 @@ static void left_along(const struct engine *engine,
 /* Time that is lost on p by its corner being passed at v with that reserve in
  * the zone, less what standing there loses; both against driving on at the
  * highest speed that p would reach between two standstills. */
-static double loses_more(const struct engine *engine,
+static double loses_more(const engine_config *cfg,
                          const struct piece *piece,
                          double v,
                          const double *reserve) {
     double full, left;
-    left_along(engine, piece, reserve, &full, &left);
-    double zone = lesser(corner_zone(engine, v, piece), 0.5 * piece->whole),
+    left_along(cfg, piece, reserve, &full, &left);
+    double zone = lesser(corner_zone(cfg, v, piece), 0.5 * piece->whole),
            out2 = v * v + 2.0 * left * zone, out = sqrt(out2);
     double top =
         greater(lesser(reachable(piece, 1.0), sqrt(full * piece->whole)), out);
@@ -322,32 +323,32 @@ static double loses_more(const struct engine *engine,
 /* A jump at the speed that the corner allows costs more than it saves. Judged
  * at override 1 and by whole pieces, so that it stays so wherever stops are
  * inserted. */
-static bool stand_is_faster(const struct engine *engine,
+static bool stand_is_faster(const engine_config *cfg,
                             const struct piece *before,
                             const struct piece *piece,
                             const struct load *load,
                             double v,
                             double slack) {
     double reserve[NC_AXES];
-    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
-        reserve[axis] = greater(0.0, jumps_at(engine, load, axis, v));
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
+        reserve[axis] = greater(0.0, jumps_at(cfg, load, axis, v));
     }
-    return loses_more(engine, before, v - slack, reserve)
-               + loses_more(engine, piece, v - slack, reserve)
+    return loses_more(cfg, before, v - slack, reserve)
+               + loses_more(cfg, piece, v - slack, reserve)
            > 0.0;
 }
 
 /* No jump but rounding: what neighbours add up to is bounded at them. */
-static bool is_no_corner(const struct engine *engine,
+static bool is_no_corner(const engine_config *cfg,
                          const struct piece *before,
                          const struct piece *piece,
                          double v) {
-    double most = NO_CORNER * engine->cfg.cycle_s;
-    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+    double most = NO_CORNER * cfg->cycle_s;
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
         if (piece->jump[axis] * v
             > most
-                  * lesser(piece_a_max(engine, before, axis),
-                           piece_a_max(engine, piece, axis))) {
+                  * lesser(piece_a_max(cfg, before, axis),
+                           piece_a_max(cfg, piece, axis))) {
             return false;
         }
     }
@@ -361,27 +362,27 @@ static bool cap_corner(struct engine *engine,
                        uint64_t i,
                        const struct piece **behind,
                        double *fastest) {
-    struct piece *piece = piece_at(engine, i);
+    struct piece *piece = piece_at(&engine->run, i);
     *fastest = -1.0;
     memset(piece->reserve, 0, sizeof piece->reserve);
     piece->corner_v = 0.0;
-    if (stands_before(engine, piece)) {
+    if (stands_before(&engine->plan, piece)) {
         return true;
     }
     uint64_t b = i;
     if (!previous_motion(engine, &b)) {
         return true;
     }
-    const struct piece *before = *behind = piece_at(engine, b);
+    const struct piece *before = *behind = piece_at(&engine->run, b);
     struct load corner, load;
-    double slack = speed_slack(engine),
+    double slack = speed_slack(&engine->cfg),
            hard = lesser(piece->entry_speed,
                          lesser(before->v_hard, piece->v_hard)),
            v = hard + slack;
     double occurs = slack
                     + greater(reachable(before, engine->plan.reserve_override),
                               reachable(piece, engine->plan.reserve_override));
-    if (is_no_corner(engine, before, piece, lesser(v, occurs))) {
+    if (is_no_corner(&engine->cfg, before, piece, lesser(v, occurs))) {
         piece->corner_v = hard;
         return true;
     }
@@ -392,14 +393,14 @@ static bool cap_corner(struct engine *engine,
         v = lesser(v, occurs);
         piece->corner_v = v - slack;
         if (jumps_are_negligible(
-                engine,
+                &engine->cfg,
                 &corner,
                 v)) { /* else those of neighbours need not be looked at */
             if (!gather(engine, &corner, false, &v, &load)) {
                 return false;
             }
             if (v >= piece->corner_v + slack
-                && jumps_are_negligible(engine, &load, v)) {
+                && jumps_are_negligible(&engine->cfg, &load, v)) {
                 return true;
             }
         }
@@ -415,7 +416,8 @@ static bool cap_corner(struct engine *engine,
     }
     double usual =
         slack + greater(reachable(before, 1.0), reachable(piece, 1.0));
-    if (usual >= v && stand_is_faster(engine, before, piece, &load, v, slack)) {
+    if (usual >= v
+        && stand_is_faster(&engine->cfg, before, piece, &load, v, slack)) {
         piece->corner_v = 0.0;
         return true;
     }
@@ -425,7 +427,7 @@ static bool cap_corner(struct engine *engine,
             return false;
         }
     }
-    if (set_reserve(engine, piece, &load, v)) {
+    if (set_reserve(&engine->cfg, piece, &load, v)) {
         *fastest = lesser(piece->corner_v, greater(0.0, v - slack));
     }
     return true;
@@ -433,29 +435,29 @@ static bool cap_corner(struct engine *engine,
 
 /* Finish the corner limits of all pieces up to the end of what is known. */
 void corner_caps(struct engine *engine) {
-    uint64_t head = engine->piece_head;
-    if (engine->plan.capped < engine->plan.piece) {
-        engine->plan.capped = engine->plan.piece;
+    uint64_t head = engine->run.head;
+    if (engine->accel.capped < engine->commit.piece) {
+        engine->accel.capped = engine->commit.piece;
     }
-    if (engine->plan.capped < engine->plan.need_end) {
-        engine->plan.need_end = 0; /* pieces are capped anew */
+    if (engine->accel.capped < engine->accel.need_end) {
+        engine->accel.need_end = 0; /* pieces are capped anew */
     }
-    if (engine->plan.capped < engine->plan.window_to) {
-        engine->plan.window_to = engine->plan.window_from = 0;
+    if (engine->accel.capped < engine->accel.window_to) {
+        engine->accel.window_to = engine->accel.window_from = 0;
     }
-    zones_follow(engine, engine->plan.capped);
-    while (engine->plan.capped < head) {
-        struct piece *piece = piece_at(engine, engine->plan.capped);
+    corner_zones_follow(engine, engine->accel.capped);
+    while (engine->accel.capped < head) {
+        struct piece *piece = piece_at(&engine->run, engine->accel.capped);
         const struct piece *before = piece;
         double fastest = -1.0;
         if (is_motion(piece)
-            && !cap_corner(engine, engine->plan.capped, &before, &fastest)) {
+            && !cap_corner(engine, engine->accel.capped, &before, &fastest)) {
             return;
         }
-        zones_note(engine, engine->plan.capped, before, fastest);
+        corner_zones_note(engine, engine->accel.capped, before, fastest);
         piece->capped = true;
         piece->spanned = piece->settled = false;
         piece->cruise2 = -1.0;
-        engine->plan.capped++;
+        engine->accel.capped++;
     }
 }

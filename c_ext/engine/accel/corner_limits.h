@@ -6,7 +6,7 @@
 
 void corner_caps(struct engine *engine);
 
-static inline bool next_motion(struct engine *engine,
+static inline bool next_motion(struct run_ring *run,
                                uint64_t *i,
                                uint64_t head) {
     do {
@@ -14,7 +14,7 @@ static inline bool next_motion(struct engine *engine,
         if (*i >= head) {
             return false;
         }
-    } while (!is_motion(piece_at(engine, *i)));
+    } while (!is_motion(piece_at(run, *i)));
     return true;
 }
 

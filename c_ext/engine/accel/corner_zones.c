@@ -12,79 +12,78 @@
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
 
-bool zones_new(struct engine *e) {
-    e->plan.corners = calloc(e->piece_mask + 1, sizeof(struct used_corner));
-    return e->plan.corners != NULL;
+bool corner_zones_new(struct engine *engine) {
+    engine->accel.corners =
+        calloc(engine->run.mask + 1, sizeof(struct used_corner));
+    return engine->accel.corners != NULL;
 }
 
 static struct used_corner *corner_at(const struct engine *engine,
                                      uint64_t count) {
-    return &engine->plan.corners[count & engine->piece_mask];
+    return &engine->accel.corners[count & engine->run.mask];
 }
 
 /* What is driven in a cycle that begins or ends with a speed, at the most. */
-static double zone_of(const struct engine *engine, double v, double accel) {
-    return (v + 0.5 * accel * engine->cfg.cycle_s) * engine->cfg.cycle_s;
+static double zone_of(const engine_config *cfg, double v, double accel) {
+    return (v + 0.5 * accel * cfg->cycle_s) * cfg->cycle_s;
 }
 
-double corner_zone(const struct engine *engine,
+double corner_zone(const engine_config *cfg,
                    double v,
                    const struct piece *piece) {
-    return zone_of(engine, v, piece->accel);
+    return zone_of(cfg, v, piece->accel);
 }
 
 /* Piece i is the next one that is capped: behind the one capped last, or again
  * behind one that has been. */
-void zones_follow(struct engine *engine, uint64_t i) {
-    planner *plan = &engine->plan;
-    if (i == plan->zones_to) {
+void corner_zones_follow(struct engine *engine, uint64_t i) {
+    if (i == engine->accel.zones_to) {
         return;
     }
-    plan->corners_head = plan->corners_first;
-    plan->capped_at = 0.0;
-    if (i > plan->zones_from && i < plan->zones_to) {
-        const struct piece *before = piece_at(engine, i - 1);
-        plan->corners_head = before->corners;
-        plan->capped_at =
+    engine->accel.corners_head = engine->accel.corners_first;
+    engine->accel.capped_at = 0.0;
+    if (i > engine->accel.zones_from && i < engine->accel.zones_to) {
+        const struct piece *before = piece_at(&engine->run, i - 1);
+        engine->accel.corners_head = before->corners;
+        engine->accel.capped_at =
             before->at + (is_motion(before) ? before->length : 0.0);
     } else {
-        plan->zones_from = i;
+        engine->accel.zones_from = i;
     }
-    plan->zones_to = i;
+    engine->accel.zones_to = i;
 }
 
 /* Piece i has been capped. `v`: fastest at its start if its jumps use up
  * acceleration, else below 0. */
-void zones_note(struct engine *engine,
-                uint64_t i,
-                const struct piece *before,
-                double v) {
-    planner *plan = &engine->plan;
-    struct piece *piece = piece_at(engine, i);
-    piece->at = plan->capped_at;
+void corner_zones_note(struct engine *engine,
+                       uint64_t i,
+                       const struct piece *before,
+                       double v) {
+    struct piece *piece = piece_at(&engine->run, i);
+    piece->at = engine->accel.capped_at;
     if (v >= 0.0) {
         double accel = greater(before->accel, piece->accel);
-        *corner_at(engine, plan->corners_head++) =
+        *corner_at(engine, engine->accel.corners_head++) =
             (struct used_corner){i,
                                  piece->at,
-                                 zone_of(engine, v, accel),
+                                 zone_of(&engine->cfg, v, accel),
                                  accel};
     }
-    piece->corners = plan->corners_head;
+    piece->corners = engine->accel.corners_head;
     if (is_motion(piece)) {
-        plan->capped_at += piece->length;
+        engine->accel.capped_at += piece->length;
     }
-    plan->zones_to = i + 1;
+    engine->accel.zones_to = i + 1;
 }
 
 /* How far a corner reaches on p, which begins or ends `distance` mm from it. */
-static inline double reach_of(const struct engine *engine,
+static inline double reach_of(const engine_config *cfg,
                               const struct used_corner *used_corner,
                               const struct piece *piece,
                               double distance) {
     double quicker = piece->accel - used_corner->accel,
            reach = used_corner->zone - distance;
-    return quicker > 0.0 ? reach + zone_of(engine, 0.0, quicker) : reach;
+    return quicker > 0.0 ? reach + zone_of(cfg, 0.0, quicker) : reach;
 }
 
 /* The first corner that reaches a piece; `reach`: at the most what is left of a
@@ -96,14 +95,14 @@ static void take(struct engine *engine,
                  const struct piece *piece,
                  zone_use *use) {
     use->reach =
-        stands ? lesser(reach, corner_zone(engine, 0.0, piece)) : reach;
-    use->reserve = piece_at(engine, used_corner->piece)->reserve;
+        stands ? lesser(reach, corner_zone(&engine->cfg, 0.0, piece)) : reach;
+    use->reserve = piece_at(&engine->run, used_corner->piece)->reserve;
 }
 
 static void take_too(struct engine *engine,
                      const struct used_corner *used_corner,
                      zone_use *use) {
-    const double *reserve = piece_at(engine, used_corner->piece)->reserve;
+    const double *reserve = piece_at(&engine->run, used_corner->piece)->reserve;
     for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
         use->sum[axis] = greater(use->reserve[axis], reserve[axis]);
     }
@@ -115,15 +114,18 @@ static void take_too(struct engine *engine,
 static void used_ahead(struct engine *engine,
                        const struct piece *piece,
                        zone_use *use) {
-    const planner *plan = &engine->plan;
     double left = NEVER;
     use->reach = 0.0;
-    for (uint64_t count = piece->corners; count-- > plan->corners_first;) {
+    for (uint64_t count = piece->corners;
+         count-- > engine->accel.corners_first;) {
         const struct used_corner *used_corner = corner_at(engine, count);
-        left = lesser(
-            left,
-            reach_of(engine, used_corner, piece, piece->at - used_corner->at));
-        if (left <= 0.0 || used_corner->piece + CORNERS_BEHIND < plan->piece) {
+        left = lesser(left,
+                      reach_of(&engine->cfg,
+                               used_corner,
+                               piece,
+                               piece->at - used_corner->at));
+        if (left <= 0.0
+            || used_corner->piece + CORNERS_BEHIND < engine->commit.piece) {
             return;
         }
         if (use->reach > 0.0) {
@@ -131,7 +133,7 @@ static void used_ahead(struct engine *engine,
         } else {
             take(engine,
                  used_corner,
-                 stands_before(engine, piece),
+                 stands_before(&engine->plan, piece),
                  left,
                  piece,
                  use);
@@ -146,12 +148,12 @@ static void used_behind(struct engine *engine,
                         zone_use *use) {
     double end = piece->at + piece->length, left = NEVER;
     use->reach = 0.0;
-    for (uint64_t count = piece->corners; count < engine->plan.corners_head;
+    for (uint64_t count = piece->corners; count < engine->accel.corners_head;
          count++) {
         const struct used_corner *used_corner = corner_at(engine, count);
-        left =
-            lesser(left,
-                   reach_of(engine, used_corner, piece, used_corner->at - end));
+        left = lesser(
+            left,
+            reach_of(&engine->cfg, used_corner, piece, used_corner->at - end));
         if (left <= 0.0) {
             return;
         }
@@ -160,7 +162,7 @@ static void used_behind(struct engine *engine,
         } else {
             take(engine,
                  used_corner,
-                 !next || stands_before(engine, next),
+                 !next || stands_before(&engine->plan, next),
                  left,
                  piece,
                  use);
@@ -170,30 +172,32 @@ static void used_behind(struct engine *engine,
 
 /* What jumps use up at both ends of p. `next`: the motion behind it, NULL where
  * that ends in a standstill or is not known. */
-void zones_use(struct engine *engine,
-               const struct piece *piece,
-               const struct piece *next,
-               zone_use *first,
-               zone_use *last) {
+void corner_zones_use(struct engine *engine,
+                      const struct piece *piece,
+                      const struct piece *next,
+                      zone_use *first,
+                      zone_use *last) {
     used_ahead(engine, piece, first);
     used_behind(engine, piece, next, last);
 }
 
-/* Whether all corners are known that can use up acceleration on p. Nobody waits
- * for what lies behind a standstill. */
-bool zones_known(struct engine *e,
-                 const struct piece *p,
-                 const struct piece *next) {
+/* Whether all corners are known that can use up acceleration on piece. Nobody
+ * waits for what lies behind a standstill. */
+bool corner_zones_known(struct engine *engine,
+                        const struct piece *piece,
+                        const struct piece *next) {
     if (!next) {
-        return p->stop_after;
+        return piece->stop_after;
     }
-    double known = e->plan.capped_at - (p->at + p->length);
-    if (known >= corner_zone(e, next->corner_v, p) || stands_before(e, next)
-        || (e->feed.final && e->plan.capped == e->piece_head)) {
+    double known = engine->accel.capped_at - (piece->at + piece->length);
+    if (known >= corner_zone(&engine->cfg, next->corner_v, piece)
+        || stands_before(&engine->plan, next)
+        || (engine->dispatch.final
+            && engine->accel.capped == engine->run.head)) {
         return true;
     }
     double v = lesser(next->corner_v,
-                      greater(reachable(p, e->plan.reserve_override),
-                              reachable(next, e->plan.reserve_override)));
-    return known >= corner_zone(e, v, p);
+                      greater(reachable(piece, engine->plan.reserve_override),
+                              reachable(next, engine->plan.reserve_override)));
+    return known >= corner_zone(&engine->cfg, v, piece);
 }

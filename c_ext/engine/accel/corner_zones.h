@@ -14,21 +14,21 @@ typedef struct zone_use {
     double sum[NC_AXES];
 } zone_use;
 
-bool zones_new(struct engine *e);
-double corner_zone(const struct engine *engine,
+bool corner_zones_new(struct engine *engine);
+double corner_zone(const engine_config *cfg,
                    double v,
                    const struct piece *piece);
-void zones_follow(struct engine *engine, uint64_t i);
-void zones_note(struct engine *engine,
-                uint64_t i,
-                const struct piece *before,
-                double v);
-void zones_use(struct engine *engine,
-               const struct piece *piece,
-               const struct piece *next,
-               zone_use *first,
-               zone_use *last);
-bool zones_known(struct engine *e,
-                 const struct piece *p,
-                 const struct piece *next);
+void corner_zones_follow(struct engine *engine, uint64_t i);
+void corner_zones_note(struct engine *engine,
+                       uint64_t i,
+                       const struct piece *before,
+                       double v);
+void corner_zones_use(struct engine *engine,
+                      const struct piece *piece,
+                      const struct piece *next,
+                      zone_use *first,
+                      zone_use *last);
+bool corner_zones_known(struct engine *engine,
+                        const struct piece *piece,
+                        const struct piece *next);
 #endif

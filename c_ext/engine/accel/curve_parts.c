@@ -19,35 +19,16 @@
 #include "engine/accel/curve_parts.h"
 #include "curve/curve.h"
 #include "engine/accel/curved_span.h"
+#include "engine/accel/tuning.h"
 #include "engine/path/piece_curve.h"
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-#define USABLE                                                                 \
-    0.999           /* share of the acceleration limit that is planned with    \
-                     */
-#define LITTLE 0.02 /* share of the limit that may be taken off */
-#define GIVEN_UP                                                               \
-    0.3 /* from which on constant bounds are better, if there is no room for   \
-           more rows */
-#define SIGNS 4 /* rows of an axis that carry along what they lose */
-#define AT_ONCE                                                                \
-    12 /* stretches that a certificate of a whole piece is cut into ... */
-#define OF_PART 4 /* ... and one of a part */
-#define CLEARLY                                                                \
-    2 /* so many times that: it is cut in halves without being looked at */
-#define TIGHTER                                                                \
-    4 /* about how many times fewer stretches a half needs by its own          \
-         certificate */
-#define HALVINGS 8
-#define SHORTEST_MM 1e-5
-#define ROUNDING 1e-9
-#define TINY_MM 1e-9
-
 void set_axes(struct builder *builder) {
     for (int i = 0; i < builder->c->axes; i++) {
-        double v = piece_v_max(builder->e, builder->p, i);
-        builder->usable[i] = USABLE * piece_a_max(builder->e, builder->p, i);
+        double v = piece_v_max(&builder->engine->cfg, builder->piece, i);
+        builder->usable[i] =
+            USABLE * piece_a_max(&builder->engine->cfg, builder->piece, i);
         builder->v2[i] = v * v;
     }
 }
@@ -56,7 +37,7 @@ void set_axes(struct builder *builder) {
  * together bound both, one axis the one by the other. */
 struct extent extent_at(const struct builder *builder,
                         const struct knot *knot) {
-    const struct piece *piece = builder->p;
+    const struct piece *piece = builder->piece;
     double u = piece->limits.path_acceleration > 0
                    ? (double)piece->limits.path_acceleration
                    : NEVER,
@@ -104,7 +85,7 @@ void knot_at(const struct builder *builder,
     double bend2 = 0.0;
     curve_derivatives(builder->c, w, knot->d1, knot->d2);
     for (int i = 0; i < builder->c->axes; i++) {
-        if (builder->p->dir < 0) {
+        if (builder->piece->dir < 0) {
             knot->d1[i] = -knot->d1[i];
         }
         if (builder->c->metric >> i & 1) {
@@ -142,9 +123,9 @@ static void place_at(const struct builder *builder,
 void knot_inside(const struct builder *builder, double w, struct knot *knot) {
     knot_at(builder,
             w,
-            builder->p->dir
+            builder->piece->dir
                 * (curve_length_to(builder->c, w) * builder->scale
-                   - builder->p->from),
+                   - builder->piece->from),
             knot);
 }
 
@@ -155,13 +136,13 @@ static void place_inside(const struct builder *builder, double w, place *out) {
 
 double parameter_behind(const struct builder *builder, double s) {
     return curve_parameter(builder->c,
-                           (builder->p->from + builder->p->dir * s)
+                           (builder->piece->from + builder->piece->dir * s)
                                / builder->scale);
 }
 
 /* s mm behind the start of the piece. */
 void place_behind(const struct builder *builder, double s, place *out) {
-    if (s <= 0.0 || s >= builder->p->length) {
+    if (s <= 0.0 || s >= builder->piece->length) {
         out->at = builder->ends[s > 0.0];
         reach_at(builder, out);
         return;
@@ -183,10 +164,11 @@ static void add_constant(struct builder *builder, double from, double to) {
     for (double at = from; at < to;) {
         int cell;
         double end =
-            lesser(to, curve_cell_behind(builder->c, builder->p, at, &cell));
-        struct span *span = &builder->spans[builder->p->span_count++];
-        curve_cell_span(builder->e,
-                        builder->p,
+            lesser(to,
+                   curve_cell_behind(builder->c, builder->piece, at, &cell));
+        struct span *span = &builder->spans[builder->piece->span_count++];
+        curve_cell_span(builder->engine,
+                        builder->piece,
                         cell,
                         builder->reserve,
                         end - at,
@@ -200,7 +182,8 @@ static void add_constant(struct builder *builder, double from, double to) {
 static bool has_more_rows(const struct builder *builder) {
     int64_t left = builder->has->row_numbers
                    - (builder->rows - builder->has->rows),
-            behind = (int64_t)builder->has->count - builder->p->span_count - 1;
+            behind =
+                (int64_t)builder->has->count - builder->piece->span_count - 1;
     return left >= (SIGNS + behind) * SPAN_ROW * builder->c->axes;
 }
 
@@ -216,7 +199,7 @@ static void add_stretch(struct builder *builder,
     if (h < TINY_MM) {
         return;
     }
-    bent_loss lost;
+    chord_loss lost;
     struct extent most = extent_between(&from->most, &to->most, h);
     bool more_rows = has_more_rows(builder);
     for (int i = 0; i < builder->c->axes; i++) {
@@ -242,17 +225,17 @@ static void add_stretch(struct builder *builder,
     }
     struct knot knot = from->at, knot_z = to->at;
     knot.bend = knot_z.bend = greater(knot.bend, knot_z.bend) + sqrt(turn2);
-    struct span *span = &builder->spans[builder->p->span_count++];
-    builder->rows += bent_rows(builder->e,
-                               builder->p,
-                               &knot,
-                               &knot_z,
-                               room,
-                               &lost,
-                               span,
-                               builder->rows);
+    struct span *span = &builder->spans[builder->piece->span_count++];
+    builder->rows += curved_rows(&builder->engine->cfg,
+                                 builder->piece,
+                                 &knot,
+                                 &knot_z,
+                                 room,
+                                 &lost,
+                                 span,
+                                 builder->rows);
     for (int k = 0; k < 2; k++) {
-        span->cap2[k] = lesser(span->cap2[k], builder->fast2);
+        span->v2_limit[k] = lesser(span->v2_limit[k], builder->fast2);
     }
 }
 
@@ -318,8 +301,8 @@ static void add_stretches(struct builder *builder,
 int most_constant(const struct builder *builder, double w) {
     int cells = 0;
     for (int k = 0; k < builder->c->cells; k++) {
-        cells += builder->p->dir > 0 ? builder->c->w[k + 1] > w
-                                     : builder->c->w[k] < w;
+        cells += builder->piece->dir > 0 ? builder->c->w[k + 1] > w
+                                         : builder->c->w[k] < w;
     }
     return cells + builder->strips + HALVINGS;
 }
@@ -331,7 +314,7 @@ static bool cut_in_halves(struct builder *builder,
                           int least,
                           int about) {
     place middle;
-    if (to->at.s - from->at.s < SHORTEST_MM) {
+    if (to->at.s - from->at.s < SHORTEST_PART_MM) {
         return false;
     }
     place_inside(builder, 0.5 * (from->at.w + to->at.w), &middle);
@@ -358,14 +341,14 @@ void refine(struct builder *builder,
     }
     int left = builder->counting
                    ? INT_MAX
-                   : (int)builder->has->count - (int)builder->p->span_count
+                   : (int)builder->has->count - (int)builder->piece->span_count
                          - most_constant(builder, from->at.w);
     bool clearly = about > CLEARLY * OF_PART && halvings > 0 && left > 1;
     if (clearly && cut_in_halves(builder, from, to, halvings, least, about)) {
         return;
     }
     bool whole = builder->certified && from->at.s <= 0.0
-                 && to->at.s >= builder->p->length;
+                 && to->at.s >= builder->piece->length;
     bool sure =
         whole
         || curve_certify(builder->c, from->at.w, to->at.w, parts[0], parts[1]);

@@ -7,8 +7,8 @@
 #include "rows/nc_block.h"
 
 typedef struct builder {
-    struct engine *e;
-    struct piece *p;
+    struct engine *engine;
+    struct piece *piece;
     const struct curve *c;
     struct span *spans;
     double *rows, scale, room[NC_AXES];

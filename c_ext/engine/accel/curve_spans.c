@@ -6,36 +6,11 @@
 #include "curve/curve.h"
 #include "engine/accel/curve_parts.h"
 #include "engine/accel/span_store.h"
+#include "engine/accel/tuning.h"
 #include "engine/path/speed_caps.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "rows/nc_block.h"
-
-#define LOSS                                                                   \
-    0.01 /* share of it that a stretch may lose before it is cut, more where   \
-            there would be too many, ... */
-#define LOSS_LONG                                                              \
-    0.003 /* the same of pieces that take so long that stretches cost nothing  \
-           */
-#define LONG_S 0.02
-#define MORE_LOSS 1.5 /* ... by so much each time ... */
-#define MOST_LOSS 1.0 /* ... up to that */
-#define SIGNS 4       /* rows of an axis that carry along what they lose */
-#define HALVINGS 8
-#define STOP_HALVINGS 3 /* at least, between two standstills */
-#define GENTLE_ACCEL                                                           \
-    0.1 /* share of the acceleration that constant bounds may lose ... */
-#define GENTLE_RAMP 0.03 /* ... where a ramp takes many pieces ... */
-#define MANY_PIECES 8.0
-#define GENTLE_SPEED 0.01 /* ... and of speeds squared, if no more */
-#define KEPT_ACCEL 0.97   /* share of the acceleration, ... */
-#define KEPT_SPEED                                                             \
-    0.75 /* ... of squares of speeds that may be kept: the rows of the piece   \
-            let that pass */
-#define KEPT_PARTS 4 /* that a piece is looked at in, for that: 1, 2, 4 */
-#define OVER_FEED                                                              \
-    2.0 /* the largest override: what is planned under a lower one must hold   \
-           when it comes */
-#define ROUNDING 1e-9
 
 /* Largest |q'|, |q''| of an axis over a piece, and |q'| at its ends. */
 typedef struct swing {
@@ -47,7 +22,7 @@ typedef struct swing {
 static bool add_strips(struct builder *builder,
                        const strip *strips,
                        bool stands) {
-    struct piece *piece = builder->p;
+    struct piece *piece = builder->piece;
     double *rows = builder->rows;
     place from = {0}, to;
     piece->span_count = 0;
@@ -82,8 +57,8 @@ static void make_room(struct builder *builder,
     builder->counting = true;
     add_strips(builder, strips, stands);
     builder->counting = false;
-    double extra = most_constant(builder, builder->p->dir > 0 ? 0.0 : 1.0);
-    spans_grow(builder->e, has, builder->count + extra, SIGNS);
+    double extra = most_constant(builder, builder->piece->dir > 0 ? 0.0 : 1.0);
+    spans_grow(&builder->engine->cfg, has, builder->count + extra, SIGNS);
     builder->has = has;
     builder->spans = has->spans;
     builder->rows = has->rows;
@@ -97,12 +72,12 @@ static void make_room(struct builder *builder,
 
 /* About how long the piece takes: at the programmed feed, or up to full speed
  * and down again with the slowest axis alone. */
-static double seconds_about(const struct engine *engine,
+static double seconds_about(const engine_config *cfg,
                             const struct piece *piece) {
     double a = NEVER;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         if (piece->moving >> i & 1) {
-            a = lesser(a, piece_a_max(engine, piece, i));
+            a = lesser(a, piece_a_max(cfg, piece, i));
         }
     }
     return greater(piece->length / reachable(piece, 1.0),
@@ -112,7 +87,7 @@ static double seconds_about(const struct engine *engine,
 /* What constant bounds may lose of the path acceleration that the axes have: on
  * a ramp over many pieces it adds up. */
 static double gentle_loss(const struct builder *builder, double free) {
-    return builder->fast2 > 2.0 * free * MANY_PIECES * builder->p->length
+    return builder->fast2 > 2.0 * free * MANY_PIECES * builder->piece->length
                ? GENTLE_RAMP
                : GENTLE_ACCEL;
 }
@@ -143,8 +118,8 @@ static bool gentle_strip(const struct builder *builder,
             return false;
         }
     }
-    if (builder->p->limits.path_acceleration > 0) {
-        accel = lesser(accel, (double)builder->p->limits.path_acceleration);
+    if (builder->piece->limits.path_acceleration > 0) {
+        accel = lesser(accel, (double)builder->piece->limits.path_acceleration);
     }
     *out = (struct span){.length = length, .accel = accel, .v_hard = sqrt(x)};
     return true;
@@ -194,7 +169,7 @@ static bool gentle_ends(const struct builder *builder) {
 /* The bounds of its derivatives all over the piece, or a part of it between
  * `ends`; the speed squared that its axes and the program allow on it. */
 static double swings_of(const struct builder *builder, struct swing *swing) {
-    const struct piece *piece = builder->p;
+    const struct piece *piece = builder->piece;
     double h = builder->ends[1].s - builder->ends[0].s, bend = 0.0,
            x = builder->fast2, h2 = 0.125 * h * h;
     for (int i = 0; i < builder->c->axes; i++) {
@@ -226,8 +201,8 @@ static double swings_of(const struct builder *builder, struct swing *swing) {
 
 /* More than can be reached at either end: what the axes allow one by one. */
 static struct extent reach_bound(const struct builder *builder) {
-    double u = builder->p->limits.path_acceleration > 0
-                   ? (double)builder->p->limits.path_acceleration
+    double u = builder->piece->limits.path_acceleration > 0
+                   ? (double)builder->piece->limits.path_acceleration
                    : NEVER;
     for (int i = 0; i < builder->c->axes; i++) {
         double d1 = fabs(builder->ends[0].d1[i]),
@@ -294,11 +269,11 @@ double curve_cruise2(struct engine *engine,
                      struct piece *piece,
                      const double *reserve,
                      double wanted) {
-    const struct curve *curve = curve_of(engine, piece);
+    const struct curve *curve = curve_of(&engine->store, piece);
     double top = reachable(piece, OVER_FEED), x = 0.0;
     struct builder builder; /* of which little is of use here: not cleared */
-    builder.e = engine;
-    builder.p = piece;
+    builder.engine = engine;
+    builder.piece = piece;
     builder.c = curve;
     builder.scale = piece->whole / curve_length(curve);
     builder.fast2 = top * top;
@@ -335,7 +310,7 @@ double curve_cruise2(struct engine *engine,
  * let the speed rise and fall on one stretch, which a constant path
  * acceleration between two knots does not. */
 static bool add_gentle(struct builder *builder, const strip *strips) {
-    const struct piece *piece = builder->p;
+    const struct piece *piece = builder->piece;
     struct swing swing[NC_AXES];
     if (!gentle_ends(builder)) {
         return false;
@@ -369,7 +344,7 @@ static bool add_gentle(struct builder *builder, const strip *strips) {
         }
         at = end;
     }
-    builder->p->span_count = (uint32_t)count;
+    builder->piece->span_count = (uint32_t)count;
     return true;
 }
 
@@ -381,13 +356,13 @@ void curve_piece_spans(struct engine *engine,
                        const strip *strips,
                        int count,
                        bool stands) {
-    const struct curve *curve = curve_of(engine, piece);
+    const struct curve *curve = curve_of(&engine->store, piece);
     double top =
         reachable(piece, greater(engine->plan.reserve_override, OVER_FEED));
-    span_room first = spans_first(engine, has);
+    span_room first = spans_first(&engine->cfg, has);
     struct builder builder = {
-        .e = engine,
-        .p = piece,
+        .engine = engine,
+        .piece = piece,
         .c = curve,
         .spans = has->spans,
         .rows = has->rows,
@@ -395,7 +370,7 @@ void curve_piece_spans(struct engine *engine,
         .scale = piece->whole / curve_length(curve),
         .fast2 = top * top,
         .strips = count,
-        .loss = seconds_about(engine, piece) > LONG_S ? LOSS_LONG : LOSS};
+        .loss = seconds_about(&engine->cfg, piece) > LONG_S ? LOSS_LONG : LOSS};
     set_axes(&builder);
     knot_at(&builder, parameter_behind(&builder, 0.0), 0.0, &builder.ends[0]);
     knot_at(&builder,

@@ -9,36 +9,9 @@
  */
 #include <math.h>
 #include "engine/accel/curved_span.h"
+#include "engine/accel/tuning.h"
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
-
-#define NEAR_REST                                                              \
-    5e-4 /* of the speed squared at the start of a brake: the rest is that of  \
-            rows on chords, and braked too */
-#define ROW SPAN_ROW
-#define MOST_ROWS (4 * NC_AXES)
-#define STANDS 1e-12 /* speeds squared */
-#define SHORTEST_MM 1e-12
-#define INSIDE                                                                 \
-    0.0005 /* of the limits: what the chord of a row over a part of a stretch  \
-              may miss */
-#define TANGENT_SHARE 0.5 /* change of q' up to which that tangent is taken */
-#define HOLD_PARTS                                                             \
-    6.0 /* of a stretch that a feed hold brakes over, each as hard as its own  \
-           limits allow */
-#define HOP                                                                    \
-    0.5 /* share of the limits used between two standstills without a knot     \
-           between */
-#define LONG                                                                   \
-    0.5 /* stretches longer than this share of the way of a ramp may need more \
-           than one u */
-#define WORTH                                                                  \
-    0.8 /* they do if what one u reaches is below this share of what is        \
-           possible where they begin */
-#define NEAR 0.95 /* speeds squared that are nearly the same */
-#define PARTS 12  /* lengths tried */
-#define SHORT_MM 1e-3
-#define ROUNDING 1.0000001 /* speeds squared may miss by rounding */
 
 /* Rows of a stretch while they are written; largest |r0|, |r2|, and |r1|, |r3|
  * of them. */
@@ -48,7 +21,7 @@ typedef struct row_writer {
 
 /* The stretch from s (mm behind its start) on: bounds of u over x at s. */
 typedef struct part {
-    double h, cap2, end_cap2, accel;
+    double h, v2_limit, end_cap2, accel;
     const struct span *span;
     const double *bounds; /* two per axis, four numbers, `step` apart */
     int n, step;
@@ -61,7 +34,7 @@ typedef struct range {
 } range;
 
 /* Largest x at a knot: acceleration at constant speed, limits of the path. */
-static double knot_cap2(const struct engine *engine,
+static double knot_cap2(const engine_config *cfg,
                         const struct piece *piece,
                         const struct knot *knot,
                         const double *room) {
@@ -69,7 +42,7 @@ static double knot_cap2(const struct engine *engine,
            radial = piece->limits.radial_acceleration;
     /* |q' u + q'' x| <= A can be met at a larger x where the path acceleration
      * helps, but only while x changes */
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         if (fabs(knot->d1[i]) < 1e-6 && fabs(knot->d2[i]) * x > room[i]) {
             x = room[i] / fabs(knot->d2[i]);
         }
@@ -86,15 +59,15 @@ static double knot_cap2(const struct engine *engine,
 /* Speeds of the axes: V^2 / q'^2 is convex where q' does not change its sign,
  * so its tangent in the middle stays below. `slack`: by how much q' can be
  * above its chord. */
-static void add_axis_speeds(const struct engine *engine,
+static void add_axis_speeds(const engine_config *cfg,
                             const struct piece *piece,
                             const struct knot *knot,
                             const struct knot *knot_b,
                             const double *slack,
-                            double *cap2) {
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+                            double *v2_limit) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         double above = slack ? slack[i] : 0.0, first = fabs(knot->d1[i]),
-               last = fabs(knot_b->d1[i]), v = piece_v_max(engine, piece, i);
+               last = fabs(knot_b->d1[i]), v = piece_v_max(cfg, piece, i);
         double most = greater(first, last) + above;
         if (most < 1e-12) {
             continue;
@@ -104,8 +77,10 @@ static void add_axis_speeds(const struct engine *engine,
                share = turns ? 1.0 : (last - first) / middle;
         double top2 = v * v / (middle * middle), least2 = v * v / (most * most);
         bool tangent = fabs(share) < TANGENT_SHARE;
-        cap2[0] = lesser(cap2[0], tangent ? top2 * (1.0 + share) : least2);
-        cap2[1] = lesser(cap2[1], tangent ? top2 * (1.0 - share) : least2);
+        v2_limit[0] =
+            lesser(v2_limit[0], tangent ? top2 * (1.0 + share) : least2);
+        v2_limit[1] =
+            lesser(v2_limit[1], tangent ? top2 * (1.0 - share) : least2);
     }
 }
 
@@ -142,7 +117,7 @@ static inline void add_row(struct row_writer *row_writer,
         greater(row_writer->most, greater(fabs(r[0]), fabs(r[2])));
     row_writer->bend =
         greater(row_writer->bend, lesser(fabs(r[1]), fabs(r[3])));
-    row_writer->at += ROW;
+    row_writer->at += SPAN_ROW;
 }
 
 /* |q' u + q'' x| + lost_u |u| + lost_x x <= room: rows for every sign of the
@@ -173,31 +148,31 @@ static void add_lossy_rows(struct row_writer *row_writer,
 
 /* `room`: acceleration of every axis that is left; `lost`: what is certified,
  * NULL: nothing. Per axis: the rows at both knots, then their bounds. */
-uint32_t bent_rows(const struct engine *engine,
-                   const struct piece *piece,
-                   const struct knot *knot,
-                   const struct knot *knot_b,
-                   const double *room,
-                   const bent_loss *lost,
-                   struct span *out,
-                   double *rows) {
+uint32_t curved_rows(const engine_config *cfg,
+                     const struct piece *piece,
+                     const struct knot *knot,
+                     const struct knot *knot_b,
+                     const double *room,
+                     const chord_loss *lost,
+                     struct span *out,
+                     double *rows) {
     out->rows = rows;
     out->accel = piece->limits.path_acceleration > 0
                      ? (double)piece->limits.path_acceleration
                      : NEVER;
     out->length = knot_b->s - knot->s;
-    out->cap2[0] = knot_cap2(engine, piece, knot, room);
-    out->cap2[1] = knot_cap2(engine, piece, knot_b, room);
-    add_axis_speeds(engine,
+    out->v2_limit[0] = knot_cap2(cfg, piece, knot, room);
+    out->v2_limit[1] = knot_cap2(cfg, piece, knot_b, room);
+    add_axis_speeds(cfg,
                     piece,
                     knot,
                     knot_b,
                     lost ? lost->above : NULL,
-                    out->cap2);
+                    out->v2_limit);
     struct row_writer row_writer = {.at = rows,
                                     .length = out->length,
                                     .most = 1.0 / out->accel};
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         if (fabs(knot->d1[i]) + fabs(knot_b->d1[i]) + fabs(knot->d2[i])
                 + fabs(knot_b->d2[i])
             < 1e-12) {
@@ -222,8 +197,8 @@ uint32_t bent_rows(const struct engine *engine,
     }
     out->stand = 1.0 / greater(row_writer.most, 1e-30);
     out->bend = (float)row_writer.bend;
-    out->n_rows = (uint8_t)((row_writer.at - rows) / ROW);
-    return ROW * out->n_rows;
+    out->n_rows = (uint8_t)((row_writer.at - rows) / SPAN_ROW);
+    return SPAN_ROW * out->n_rows;
 }
 
 static double between(double a, double b, double t) {
@@ -241,26 +216,26 @@ static double row_u(const struct span *sp, const double *r, double t) {
 
 static void part_from(const struct span *sp, double s, struct part *part) {
     part->span = sp;
-    part->end_cap2 = sp->cap2[1];
+    part->end_cap2 = sp->v2_limit[1];
     part->accel = sp->accel;
     part->n = sp->n_rows;
     if (s <= 0.0) {
         part->h = sp->length;
-        part->cap2 = sp->cap2[0];
+        part->v2_limit = sp->v2_limit[0];
         part->bounds = sp->rows + 4;
-        part->step = ROW;
+        part->step = SPAN_ROW;
         part->t = 0.0;
         return;
     }
     part->t = lesser(1.0, s / sp->length);
-    part->h = greater(sp->length - s, SHORTEST_MM);
-    part->cap2 = greater(sp->cap2[0], sp->cap2[1]) < NEVER
-                     ? between(sp->cap2[0], sp->cap2[1], part->t)
-                     : lesser(sp->cap2[0], sp->cap2[1]);
+    part->h = greater(sp->length - s, SHORTEST_STEP_MM);
+    part->v2_limit = greater(sp->v2_limit[0], sp->v2_limit[1]) < NEVER
+                         ? between(sp->v2_limit[0], sp->v2_limit[1], part->t)
+                         : lesser(sp->v2_limit[0], sp->v2_limit[1]);
     part->bounds = part->local;
     part->step = 4;
     for (int i = 0; i < part->n; i++) {
-        const double *r = sp->rows + ROW * (uint32_t)i;
+        const double *r = sp->rows + SPAN_ROW * (uint32_t)i;
         set_bound(row_u(sp, r, part->t),
                   between(r[1], r[3], part->t),
                   part->local + 4 * i);
@@ -300,7 +275,7 @@ static struct range range_at(const struct part *part,
 }
 
 static double controllable(const struct part *part, double soft2, double next) {
-    double x = lesser(soft2, part->cap2),
+    double x = lesser(soft2, part->v2_limit),
            end = lesser(lesser(next, soft2), part->end_cap2);
     for (int k = 0; k < 8 * NC_AXES; k++) {
         struct range range = range_at(part, x, 0.0, end);
@@ -318,7 +293,10 @@ static double controllable(const struct part *part, double soft2, double next) {
 }
 
 /* Largest x at s of the stretch from which `next` can be met at its end. */
-double bent_need(const struct span *sp, double s, double soft2, double next) {
+double curved_controllable_v2(const struct span *sp,
+                              double s,
+                              double soft2,
+                              double next) {
     struct part part;
     part_from(sp, s, &part);
     return controllable(&part, soft2, next);
@@ -331,7 +309,7 @@ static double standing(const struct part *part) {
     }
     double most = 1.0 / part->accel;
     for (int i = 0; i < part->n; i++) {
-        const double *r = part->span->rows + ROW * (uint32_t)i;
+        const double *r = part->span->rows + SPAN_ROW * (uint32_t)i;
         most = greater(most,
                        greater(fabs(between(r[0], r[2], part->t)), fabs(r[2])));
     }
@@ -339,7 +317,7 @@ static double standing(const struct part *part) {
 }
 
 /* As hard as the limits allow: to rest inside, or over the whole stretch. */
-static bent_step brake_over(const struct part *part, double x) {
+static curved_step brake_over(const struct part *part, double x) {
     struct range range = range_at(part, x, -NEVER, NEVER);
     double u =
         range.low <= range.high ? range.low : 0.5 * (range.low + range.high);
@@ -349,31 +327,33 @@ static bent_step brake_over(const struct part *part, double x) {
     if (u < 0.0 && x + 2.0 * part->h * u <= 0.0) {
         double h = -x / (2.0 * u);
         if (h < part->h) {
-            return (bent_step){u, h, 0.0};
+            return (curved_step){u, h, 0.0};
         }
-        return (bent_step){-x / (2.0 * part->h), part->h, 0.0};
+        return (curved_step){-x / (2.0 * part->h), part->h, 0.0};
     }
     double left = x + 2.0 * part->h * u;
     return left <= NEAR_REST * x
-               ? (bent_step){-x / (2.0 * part->h), part->h, 0.0}
-               : (bent_step){u, part->h, left};
+               ? (curved_step){-x / (2.0 * part->h), part->h, 0.0}
+               : (curved_step){u, part->h, left};
 }
 
 /* From rest to rest: up over the first half, down over the second; the way up.
  */
-static bent_step hop(const struct part *part, double soft2) {
+static curved_step hop(const struct part *part, double soft2) {
     double half = 0.5 * part->h, bend = 0.0, u = HOP * standing(part);
     for (int i = 0; i < part->n; i++) {
-        bend = greater(bend,
-                       greater(fabs(part->span->rows[ROW * (uint32_t)i + 1]),
-                               fabs(part->span->rows[ROW * (uint32_t)i + 3])));
+        bend = greater(
+            bend,
+            greater(fabs(part->span->rows[SPAN_ROW * (uint32_t)i + 1]),
+                    fabs(part->span->rows[SPAN_ROW * (uint32_t)i + 3])));
     }
-    double peak2 = lesser(2.0 * half * u,
-                          lesser(soft2, lesser(part->cap2, part->end_cap2)));
+    double peak2 =
+        lesser(2.0 * half * u,
+               lesser(soft2, lesser(part->v2_limit, part->end_cap2)));
     if (bend * peak2 > HOP) {
         peak2 = HOP / bend;
     }
-    return (bent_step){peak2 / (2.0 * half), half, peak2};
+    return (curved_step){peak2 / (2.0 * half), half, peak2};
 }
 
 /* Part of a stretch from s0 to s1, its rows on the chord. */
@@ -383,26 +363,26 @@ static void sub_span(const struct span *sp,
                      struct span *out,
                      double *rows) {
     double t0 = s0 / sp->length, t1 = s1 / sp->length;
-    bool bounded = greater(sp->cap2[0], sp->cap2[1]) < NEVER;
+    bool bounded = greater(sp->v2_limit[0], sp->v2_limit[1]) < NEVER;
     double most = 1.0 / sp->accel;
     *out = (struct span){.length = s1 - s0,
                          .accel = sp->accel,
                          .rows = rows,
                          .n_rows = sp->n_rows,
                          .bend = sp->bend};
-    out->cap2[0] = bounded ? between(sp->cap2[0], sp->cap2[1], t0)
-                           : lesser(sp->cap2[0], sp->cap2[1]);
-    out->cap2[1] = bounded ? between(sp->cap2[0], sp->cap2[1], t1)
-                           : lesser(sp->cap2[0], sp->cap2[1]);
+    out->v2_limit[0] = bounded ? between(sp->v2_limit[0], sp->v2_limit[1], t0)
+                               : lesser(sp->v2_limit[0], sp->v2_limit[1]);
+    out->v2_limit[1] = bounded ? between(sp->v2_limit[0], sp->v2_limit[1], t1)
+                               : lesser(sp->v2_limit[0], sp->v2_limit[1]);
     if (s0 <= 0.0) {
-        out->cap2[0] = sp->cap2[0];
+        out->v2_limit[0] = sp->v2_limit[0];
     }
     if (s1 >= sp->length) {
-        out->cap2[1] = sp->cap2[1];
+        out->v2_limit[1] = sp->v2_limit[1];
     }
     for (uint32_t i = 0; i < sp->n_rows; i++) {
-        const double *from = sp->rows + ROW * i;
-        double *r = rows + ROW * i;
+        const double *from = sp->rows + SPAN_ROW * i;
+        double *r = rows + SPAN_ROW * i;
         r[0] = row_u(sp, from, t0);
         r[1] = between(from[1], from[3], t0);
         r[2] = row_u(sp, from, t1);
@@ -429,7 +409,7 @@ static struct range range_here(const struct part *part, double x) {
 static bool rows_allow(const struct span *sp, double s, double x, double u) {
     double t = s / sp->length;
     for (uint32_t i = 0; i < sp->n_rows; i++) {
-        const double *r = sp->rows + ROW * i;
+        const double *r = sp->rows + SPAN_ROW * i;
         if (fabs(row_u(sp, r, t) * u + between(r[1], r[3], t) * x)
             > 1.0 + INSIDE) {
             return false;
@@ -441,12 +421,12 @@ static bool rows_allow(const struct span *sp, double s, double x, double u) {
 /* Only a part of a long stretch, from whose end one u still meets everything:
  * as far as the u is good that the beginning allows. No step (h = 0) where even
  * the shortest part is too long. */
-static bent_step fine_forward(const struct span *sp,
-                              const struct part *part,
-                              double s,
-                              double x,
-                              double soft2,
-                              double end) {
+static curved_step fine_forward(const struct span *sp,
+                                const struct part *part,
+                                double s,
+                                double x,
+                                double soft2,
+                                double end) {
     static const double at[PARTS] = {1.0 / 1024,
                                      1.0 / 256,
                                      1.0 / 64,
@@ -460,9 +440,10 @@ static bent_step fine_forward(const struct span *sp,
                                      15.0 / 16,
                                      63.0 / 64};
     struct range here = range_here(part, x);
-    bent_step best = {0};
+    curved_step best = {0};
     for (int k = 0; k < PARTS; k++) {
-        double h = at[k] * part->h, top = bent_need(sp, s + h, soft2, end),
+        double h = at[k] * part->h,
+               top = curved_controllable_v2(sp, s + h, soft2, end),
                u = lesser(here.high, (top - x) / (2.0 * h));
         double x1 = u < here.high ? top : x + 2.0 * h * u;
         bool good = u >= here.low && x1 >= 0.0 && x + x1 > STANDS
@@ -472,23 +453,23 @@ static bent_step fine_forward(const struct span *sp,
                 && u < best.u - (1.0 - WORTH) * fabs(best.u) - 1e-9)) {
             break;
         }
-        best = (bent_step){u, h, x1};
+        best = (curved_step){u, h, x1};
     }
     return best;
 }
 
 /* As hard down as the limits allow over the next `way` mm, not as at the far
  * end of the stretch. */
-static bent_step brake_near(const struct span *sp,
-                            double s,
-                            double x,
-                            double way) {
+static curved_step brake_near(const struct span *sp,
+                              double s,
+                              double x,
+                              double way) {
     struct span near;
-    double rows[ROW * MOST_ROWS];
+    double rows[SPAN_ROW * MOST_ROWS];
     struct part first;
     sub_span(sp,
              s,
-             lesser(sp->length, s + greater(way, SHORT_MM)),
+             lesser(sp->length, s + greater(way, SHORT_STRETCH_MM)),
              &near,
              rows);
     part_from(&near, 0.0, &first);
@@ -497,19 +478,19 @@ static bent_step brake_near(const struct span *sp,
 
 /* As hard down as the limits allow. The stored tail takes whole stretches, a
  * hold parts of them. */
-static bent_step brake(const struct span *sp,
-                       double s,
-                       double x,
-                       const struct part *part,
-                       bool is_long,
-                       bool tail) {
+static curved_step brake(const struct span *sp,
+                         double s,
+                         double x,
+                         const struct part *part,
+                         bool is_long,
+                         bool tail) {
     if (tail && !is_long) {
         return brake_over(part, x);
     }
     double low = -range_here(part, x).low,
            way = low > 0.0 ? 1.05 * x / (2.0 * low) : part->h;
     if (!tail) {
-        way = lesser(way, greater(sp->length / HOLD_PARTS, SHORT_MM));
+        way = lesser(way, greater(sp->length / HOLD_PARTS, SHORT_STRETCH_MM));
     }
     return way >= part->h ? brake_over(part, x) : brake_near(sp, s, x, way);
 }
@@ -521,7 +502,7 @@ static bool wants_parts(const struct part *part,
                         double end,
                         double soft2) {
     struct range here = range_here(part, x);
-    double top = lesser(soft2, part->cap2);
+    double top = lesser(soft2, part->v2_limit);
     if (x < NEAR * top && u < WORTH * here.high) {
         return true;
     }
@@ -530,19 +511,19 @@ static bool wants_parts(const struct part *part,
 
 /* From x at s of the stretch: as fast as `next` allows at its end, or as hard
  * down as the limits allow. */
-bent_step bent_forward(const struct span *sp,
-                       double s,
-                       double x,
-                       double soft2,
-                       double next,
-                       bool braking) {
+curved_step curved_forward(const struct span *sp,
+                           double s,
+                           double x,
+                           double soft2,
+                           double next,
+                           bool braking) {
     struct part this_part;
     part_from(sp, s, &this_part);
     double stand = standing(&this_part), ramp2 = this_part.h * 2.0 * stand;
     if (braking || soft2 <= 0.0) {
         return brake(sp, s, x, &this_part, ramp2 > LONG * x, braking);
     }
-    double top = lesser(soft2, this_part.cap2);
+    double top = lesser(soft2, this_part.v2_limit);
     if ((double)sp->bend * top > 1.0) {
         top = 1.0 / (double)sp->bend;
     }
@@ -557,10 +538,10 @@ bent_step bent_forward(const struct span *sp,
                                               ? 0.5 * (range.high + range.low)
                                               : range.high;
     bool near = meets >= range.low - INSIDE * (fabs(range.low) + fabs(meets))
-                || x + 2.0 * this_part.h * range.low <= end * ROUNDING + 1e-9;
-    if (is_long && this_part.h > SHORT_MM
+                || x + 2.0 * this_part.h * range.low <= end * FEASIBLE + 1e-9;
+    if (is_long && this_part.h > SHORT_STRETCH_MM
         && wants_parts(&this_part, x, lesser(u, meets), end, soft2)) {
-        bent_step part = fine_forward(sp, &this_part, s, x, soft2, end);
+        curved_step part = fine_forward(sp, &this_part, s, x, soft2, end);
         if (part.h > 0.0) {
             return part;
         }
@@ -569,11 +550,11 @@ bent_step bent_forward(const struct span *sp,
         return hop(&this_part, soft2);
     }
     if (meets <= u) {
-        return near ? (bent_step){meets, this_part.h, end}
+        return near ? (curved_step){meets, this_part.h, end}
                     : brake_over(&this_part, x);
     }
     if (x + 2.0 * this_part.h * u <= 0.0) {
-        return (bent_step){-x * inv_h, this_part.h, 0.0};
+        return (curved_step){-x * inv_h, this_part.h, 0.0};
     }
-    return (bent_step){u, this_part.h, x + 2.0 * this_part.h * u};
+    return (curved_step){u, this_part.h, x + 2.0 * this_part.h * u};
 }

@@ -8,23 +8,26 @@
 /* curved_span.c */
 /* What is driven over a stretch may differ from the chord of its rows: q' of an
  * axis by `above`, its acceleration by u |u| + x x. */
-typedef struct bent_loss {
+typedef struct chord_loss {
     double above[NC_AXES], u[NC_AXES], x[NC_AXES];
-} bent_loss;
+} chord_loss;
 
-uint32_t bent_rows(const struct engine *engine,
-                   const struct piece *piece,
-                   const struct knot *knot,
-                   const struct knot *knot_b,
-                   const double *room,
-                   const bent_loss *lost,
-                   struct span *out,
-                   double *rows);
-double bent_need(const struct span *sp, double s, double soft2, double next);
-bent_step bent_forward(const struct span *sp,
-                       double s,
-                       double x,
-                       double soft2,
-                       double next,
-                       bool braking);
+uint32_t curved_rows(const engine_config *cfg,
+                     const struct piece *piece,
+                     const struct knot *knot,
+                     const struct knot *knot_b,
+                     const double *room,
+                     const chord_loss *lost,
+                     struct span *out,
+                     double *rows);
+double curved_controllable_v2(const struct span *sp,
+                              double s,
+                              double soft2,
+                              double next);
+curved_step curved_forward(const struct span *sp,
+                           double s,
+                           double x,
+                           double soft2,
+                           double next,
+                           bool braking);
 #endif

@@ -5,7 +5,7 @@
 #include "engine/state/state.h"
 
 uint64_t window_end(struct engine *engine);
-void settle_spans(struct engine *engine, uint64_t i, double need2);
-bool needs_hold(const struct engine *e);
+void settle_spans(struct engine *engine, uint64_t i, double controllable_v2);
+bool needs_hold(const struct engine *engine);
 void backward_pass(struct engine *engine, uint64_t end);
 #endif

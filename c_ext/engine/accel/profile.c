@@ -10,35 +10,30 @@
 #include "engine/accel/curved_span.h"
 #include "engine/accel/lookahead.h"
 #include "engine/accel/span_store.h"
+#include "engine/accel/tuning.h"
 #include "engine/commit/commit.h"
 #include "engine/path/speed_caps.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
-
-#define TINY_MM 1e-12
-#define SAME_SPEED 1e-12   /* relative */
-#define SAME_TIME 1e-9     /* s */
-#define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
-#define REFUSED_FROM                                                           \
-    1.01 /* times the speed that a corner or stand allows, and ... */
-#define REFUSED_MM_S 0.01 /* ... so much more: no commit does that */
+#include "engine/state/tuning.h"
 
 /* Speed squared to be met at the end of piece i. */
-static double need_behind(struct engine *engine, uint64_t i, uint64_t end) {
-    const struct piece *piece = piece_at(engine, i);
-    return piece->stop_after || i + 1 >= end ? 0.0
-                                             : piece_at(engine, i + 1)->need2;
+static double need_behind(struct run_ring *run, uint64_t i, uint64_t end) {
+    const struct piece *piece = piece_at(run, i);
+    return piece->stop_after || i + 1 >= end
+               ? 0.0
+               : piece_at(run, i + 1)->controllable_v2;
 }
 
 /* The stretch of piece i that holds s, s < length; its needs are those of the
  * last backward pass. */
 stretch stretch_at(struct engine *engine, uint64_t i, uint64_t end, double s) {
-    const struct piece *piece = piece_at(engine, i);
+    const struct piece *piece = piece_at(&engine->run, i);
     if (piece->cruises || !spans_known(engine, i)) {
-        settle_spans(engine, i, need_behind(engine, i, end));
+        settle_spans(engine, i, need_behind(&engine->run, i, end));
     }
-    const struct span *spans = spans_of(engine, i);
-    span_cursor *at = &engine->plan.cursor;
+    const struct span *spans = spans_of(&engine->accel, i);
+    span_cursor *at = &engine->accel.cursor;
     uint32_t last = piece->span_count - 1;
     if (at->piece != i || s < at->from) {
         *at = (span_cursor){.piece = i};
@@ -48,8 +43,9 @@ stretch stretch_at(struct engine *engine, uint64_t i, uint64_t end, double s) {
     }
     uint32_t k = at->k;
     double from = at->from;
-    double soft = soft_cap(engine, piece),
-           need = k < last ? spans[k + 1].need2 : need_behind(engine, i, end);
+    double soft = soft_cap(&engine->plan, piece),
+           need = k < last ? spans[k + 1].controllable_v2
+                           : need_behind(&engine->run, i, end);
     return (stretch){&spans[k],
                      from,
                      k < last ? from + spans[k].length : piece->length,
@@ -65,13 +61,15 @@ bool meets_all(struct engine *engine,
                uint64_t end,
                double s,
                double v,
-               double bent) {
+               double curved) {
     stretch st = stretch_at(engine, i, end, s);
     if (st.span->rows) {
-        return v * v
-               <= bent_need(st.span, s - st.from, st.soft * st.soft, st.end2)
-                          * bent
-                      + 1e-12;
+        return v * v <= curved_controllable_v2(st.span,
+                                               s - st.from,
+                                               st.soft * st.soft,
+                                               st.end2)
+                                * curved
+                            + 1e-12;
     }
     return v * v <= lesser(st.cap * st.cap,
                            lesser(st.end2, st.cap * st.cap)
@@ -100,22 +98,23 @@ static void run(struct writer *writer,
     writer->s += writer->v * room + 0.5 * a * room * room;
     writer->v = greater(0.0, writer->v + a * room);
     if (!writer->out) {
-        writer->e->plan.rest = (run_left){writer->piece,
-                                          writer->e->plan.passes,
-                                          writer->s,
-                                          writer->v,
-                                          a,
-                                          time - room,
-                                          s1,
-                                          v1,
-                                          last};
+        writer->engine->accel.remainder =
+            (run_remainder){writer->piece,
+                            writer->engine->accel.passes,
+                            writer->s,
+                            writer->v,
+                            a,
+                            time - room,
+                            s1,
+                            v1,
+                            last};
     }
 }
 
 void brake_to(struct writer *writer, const stretch *st, double v1, bool ends) {
     double d = (writer->v * writer->v - v1 * v1) / (2.0 * st->accel),
            room = st->to - writer->s;
-    if (d < room - TINY_MM) {
+    if (d < room - TINY_STEP_MM) {
         run(writer,
             -st->accel,
             (writer->v - v1) / st->accel,
@@ -170,27 +169,27 @@ static void brake(struct writer *writer,
 
 /* One step over a curved stretch with constant acceleration along the path, cut
  * at the budget. */
-void drive_bent(struct writer *writer,
-                const stretch *st,
-                bool ends,
-                bool brake) {
+void drive_curved(struct writer *writer,
+                  const stretch *st,
+                  bool ends,
+                  bool brake) {
     double at = writer->s - st->from, room = st->to - writer->s;
-    const bent_left *left = &writer->left;
-    uint64_t made = piece_at(writer->e, writer->piece)->spans_made;
+    const curved_remainder *left = &writer->left;
+    uint64_t made = piece_at(&writer->engine->run, writer->piece)->spans_made;
     bool goes_on = !brake && left->to > writer->s
                    && left->piece == writer->piece && left->made == made
                    && left->s == writer->s && left->v == writer->v
                    && left->soft == st->soft && left->end2 == st->end2;
-    bent_step step =
-        goes_on ? (bent_step){.h = left->to - writer->s, .x1 = left->x1}
-                : bent_forward(st->span,
-                               at,
-                               writer->v * writer->v,
-                               st->soft * st->soft,
-                               st->end2,
-                               brake);
+    curved_step step =
+        goes_on ? (curved_step){.h = left->to - writer->s, .x1 = left->x1}
+                : curved_forward(st->span,
+                                 at,
+                                 writer->v * writer->v,
+                                 st->soft * st->soft,
+                                 st->end2,
+                                 brake);
     double to = writer->s + step.h;
-    bool whole = step.h >= room - TINY_MM;
+    bool whole = step.h >= room - TINY_STEP_MM;
     double v1 = sqrt(step.x1), time = 2.0 * (whole ? room : step.h)
                                       / greater(writer->v + v1, 1e-30);
     if (whole && writer->v + v1 <= 1e-9) { /* what is left is rounding */
@@ -205,21 +204,22 @@ void drive_bent(struct writer *writer,
         whole ? st->to : to,
         v1,
         whole && ends);
-    writer->left = (bent_left){writer->piece,
-                               made,
-                               writer->s,
-                               writer->v,
-                               to,
-                               step.x1,
-                               st->soft,
-                               st->end2}; /* of use if the budget has cut it */
+    writer->left =
+        (curved_remainder){writer->piece,
+                           made,
+                           writer->s,
+                           writer->v,
+                           to,
+                           step.x1,
+                           st->soft,
+                           st->end2}; /* of use if the budget has cut it */
 }
 
 /* One step over the stretch: accelerate, cruise or brake, each cut at the
  * budget. */
 static void drive_stretch(struct writer *writer, const stretch *st, bool ends) {
     if (st->span->rows) {
-        drive_bent(writer, st, ends, false);
+        drive_curved(writer, st, ends, false);
         return;
     }
     double room = st->to - writer->s, v = writer->v, a = st->accel,
@@ -238,22 +238,22 @@ static void drive_stretch(struct writer *writer, const stretch *st, bool ends) {
     double up = (peak * peak - v * v) / (2.0 * a),
            down = (peak * peak - out2) / (2.0 * a);
     double flat = room - up - down;
-    if (up > TINY_MM) {
-        bool whole = flat <= TINY_MM && down <= TINY_MM;
+    if (up > TINY_STEP_MM) {
+        bool whole = flat <= TINY_STEP_MM && down <= TINY_STEP_MM;
         run(writer,
             a,
             (peak - v) / a,
             whole ? st->to : writer->s + up,
             peak,
             whole && ends);
-    } else if (flat > TINY_MM) {
+    } else if (flat > TINY_STEP_MM) {
         writer->v = peak > 0 ? peak : v;
         run(writer,
             0.0,
             flat / writer->v,
-            down <= TINY_MM ? st->to : writer->s + flat,
+            down <= TINY_STEP_MM ? st->to : writer->s + flat,
             writer->v,
-            down <= TINY_MM && ends);
+            down <= TINY_STEP_MM && ends);
     } else {
         run_out(writer, st, out, ends);
     }
@@ -264,14 +264,14 @@ static void drive_stretch(struct writer *writer, const stretch *st, bool ends) {
  * committed: a path that is fed anew (an inserted stop, a loop that ends) may
  * have other stretches than the plan has met. */
 void leave_motion(struct writer *writer, uint64_t end) {
-    struct engine *engine = writer->e;
-    const struct piece *piece = piece_at(engine, writer->piece);
+    struct engine *engine = writer->engine;
+    const struct piece *piece = piece_at(&engine->run, writer->piece);
     double limit = piece->stop_after || writer->piece + 1 >= end ? 0.0 : NEVER;
     if (limit > 0.0) {
-        const struct piece *next = piece_at(engine, writer->piece + 1);
-        limit = stands_before(engine, next) ? 0.0
-                : is_motion(next)           ? next->corner_v
-                                            : NEVER;
+        const struct piece *next = piece_at(&engine->run, writer->piece + 1);
+        limit = stands_before(&engine->plan, next) ? 0.0
+                : is_motion(next)                  ? next->corner_v
+                                                   : NEVER;
     }
     writer->too_fast += writer->v > limit * (1.0 + 1e-6) + 1e-4;
     if (writer->v > limit * REFUSED_FROM + REFUSED_MM_S) {
@@ -289,10 +289,12 @@ void leave_motion(struct writer *writer, uint64_t end) {
 static bool cruise(struct writer *writer,
                    const struct piece *piece,
                    uint64_t end) {
-    double soft = soft_cap(writer->e, piece), room = piece->length - writer->s;
-    bool keeps = piece->cruises && soft > 0.0
-                 && fabs(writer->v - soft) <= SAME_SPEED * soft
-                 && need_behind(writer->e, writer->piece, end) >= soft * soft;
+    double soft = soft_cap(&writer->engine->plan, piece),
+           room = piece->length - writer->s;
+    bool keeps =
+        piece->cruises && soft > 0.0
+        && fabs(writer->v - soft) <= SAME_SPEED * soft
+        && need_behind(&writer->engine->run, writer->piece, end) >= soft * soft;
     if (!keeps || room <= 0.0) {
         return false;
     }
@@ -302,15 +304,21 @@ static bool cruise(struct writer *writer,
 
 /* The phase that the end of the last commit has cut. */
 void run_on(struct writer *writer, uint64_t end) {
-    const run_left rest = writer->e->plan.rest;
-    bool fits = rest.pass == writer->e->plan.passes
-                && rest.piece == writer->piece && rest.s == writer->s
-                && rest.v == writer->v && rest.v > 0.0 && !writer_full(writer);
+    const run_remainder remainder = writer->engine->accel.remainder;
+    bool fits = remainder.pass == writer->engine->accel.passes
+                && remainder.piece == writer->piece && remainder.s == writer->s
+                && remainder.v == writer->v && remainder.v > 0.0
+                && !writer_full(writer);
     if (!fits) {
         return;
     }
-    run(writer, rest.a, rest.time, rest.s1, rest.v1, rest.last);
-    if (writer->s >= piece_at(writer->e, writer->piece)->length) {
+    run(writer,
+        remainder.a,
+        remainder.time,
+        remainder.s1,
+        remainder.v1,
+        remainder.last);
+    if (writer->s >= piece_at(&writer->engine->run, writer->piece)->length) {
         leave_motion(writer, end);
     }
 }
@@ -319,16 +327,16 @@ void run_on(struct writer *writer, uint64_t end) {
  * committed until then. */
 static bool waits_for_path(const struct writer *writer) {
     return !writer->out && writer->seconds >= writer->least
-           && writer->piece >= writer->e->plan.fixed_to;
+           && writer->piece >= writer->engine->accel.fixed_to;
 }
 
 /* Forward until the budget is used up, the window ends or the path stands
  * (hold, override 0). */
 void drive_window(struct writer *writer, uint64_t end) {
-    struct engine *engine = writer->e;
+    struct engine *engine = writer->engine;
     while (writer->piece < end && !writer_full(writer)
            && !waits_for_path(writer)) {
-        const struct piece *piece = piece_at(engine, writer->piece);
+        const struct piece *piece = piece_at(&engine->run, writer->piece);
         if (!is_motion(piece)) {
             pass_event(writer);
             continue;

@@ -19,12 +19,12 @@ bool meets_all(struct engine *engine,
                uint64_t end,
                double s,
                double v,
-               double bent);
+               double curved);
 void brake_to(struct writer *writer, const stretch *st, double v1, bool ends);
-void drive_bent(struct writer *writer,
-                const stretch *st,
-                bool ends,
-                bool brake);
+void drive_curved(struct writer *writer,
+                  const stretch *st,
+                  bool ends,
+                  bool brake);
 void leave_motion(struct writer *writer, uint64_t end);
 void run_on(struct writer *writer, uint64_t end);
 void drive_window(struct writer *writer, uint64_t end);

@@ -2,15 +2,9 @@
  * own for many. */
 #include <stdlib.h>
 #include "engine/accel/span_store.h"
+#include "engine/accel/tuning.h"
 #include "engine/state/memory.h"
 #include "engine/state/state.h"
-
-#define FEW                                                                    \
-    12u /* stretches that most pieces do with: these lie close together in     \
-           memory */
-#define FEW_ROOM (FEW + 1u)
-#define MORE_ROOM 1.25
-#define SLOTS 2u /* pieces, events among them, over motions of a window */
 
 static void free_room(span_room *room) {
     free(room->spans);
@@ -35,73 +29,73 @@ void room_for(span_room *room, uint32_t count, uint32_t numbers) {
     *room = (span_room){spans, rows, count, numbers};
 }
 
-static uint32_t first_count(const struct engine *engine) {
-    return SPANS_FIRST < spans_max(engine) ? SPANS_FIRST : spans_max(engine);
+static uint32_t first_count(const engine_config *cfg) {
+    return SPANS_FIRST < spans_max(cfg) ? SPANS_FIRST : spans_max(cfg);
 }
 
 /* The share of a room that there is at first, whatever pieces before have
  * needed. */
-span_room spans_first(const struct engine *engine, const span_room *room) {
+span_room spans_first(const engine_config *cfg, const span_room *room) {
     return (span_room){room->spans,
                        room->rows,
-                       first_count(engine),
-                       ROWS_FIRST * SPAN_ROW
-                           * (uint32_t)engine->cfg.axis_count};
+                       first_count(cfg),
+                       ROWS_FIRST * SPAN_ROW * (uint32_t)cfg->axis_count};
 }
 
-bool spans_new(struct engine *e) {
-    planner *w = &e->plan;
+bool spans_new(struct engine *engine) {
     uint64_t slots = 1;
-    while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) {
+    while (slots < SLOTS * ((uint64_t)engine->cfg.window + 64)) {
         slots <<= 1;
     }
     size_t few = (size_t)(slots * FEW_ROOM),
-           row = SPAN_ROW * (size_t)e->cfg.axis_count;
-    w->span_mask = slots - 1;
-    w->spans = calloc(few, sizeof(struct span));
-    w->rows = calloc(few * row, sizeof(double));
-    w->span_slots = calloc((size_t)slots, sizeof(span_slot));
-    room_for(&w->made, first_count(e), ROWS_FIRST * (uint32_t)row);
-    if (!w->spans || !w->rows || !w->span_slots || !w->made.count) {
+           row = SPAN_ROW * (size_t)engine->cfg.axis_count;
+    engine->accel.span_mask = slots - 1;
+    engine->accel.spans = calloc(few, sizeof(struct span));
+    engine->accel.rows = calloc(few * row, sizeof(double));
+    engine->accel.span_slots = calloc((size_t)slots, sizeof(span_slot));
+    room_for(&engine->accel.made,
+             first_count(&engine->cfg),
+             ROWS_FIRST * (uint32_t)row);
+    if (!engine->accel.spans || !engine->accel.rows || !engine->accel.span_slots
+        || !engine->accel.made.count) {
         return false;
     }
-    if (!e->traits.uses_spans) {
+    if (!engine->traits.uses_spans) {
         return true; /* it needs none of them */
     }
-    memory_touch(w->spans, few * sizeof(struct span));
-    memory_touch(w->span_slots, (size_t)slots * sizeof(span_slot));
+    memory_touch(engine->accel.spans, few * sizeof(struct span));
+    memory_touch(engine->accel.span_slots, (size_t)slots * sizeof(span_slot));
     return true;
 }
 
-void spans_free(struct engine *engine) {
-    for (uint64_t i = 0; engine->plan.span_slots && i <= engine->plan.span_mask;
-         i++) {
-        free_room(&engine->plan.span_slots[i].many);
+void spans_free(struct accel_state *accel) {
+    for (uint64_t i = 0; accel->span_slots && i <= accel->span_mask; i++) {
+        free_room(&accel->span_slots[i].many);
     }
-    free_room(&engine->plan.made);
-    free(engine->plan.spans);
-    free(engine->plan.rows);
-    free(engine->plan.span_slots);
+    free_room(&accel->made);
+    free(accel->spans);
+    free(accel->rows);
+    free(accel->span_slots);
 }
 
 /* Room for `count` stretches of so many rows per axis, or as many as a piece
  * may have; what was in it is lost. */
-void spans_grow(const struct engine *engine,
+void spans_grow(const engine_config *cfg,
                 span_room *room,
                 double count,
                 uint32_t per_axis) {
-    uint32_t most = (uint32_t)lesser(spans_max(engine), count),
-             row = SPAN_ROW * per_axis * (uint32_t)engine->cfg.axis_count;
+    uint32_t most = (uint32_t)lesser(spans_max(cfg), count),
+             row = SPAN_ROW * per_axis * (uint32_t)cfg->axis_count;
     if (room->count >= most && room->row_numbers >= most * row) {
         return;
     }
-    most = (uint32_t)lesser(spans_max(engine),
+    most = (uint32_t)lesser(spans_max(cfg),
                             MORE_ROOM * greater(most, room->count));
     room_for(room, most, most * row);
 }
 
 /* The stretches of piece i are those in the room it shares with others. */
-bool spans_known(const struct engine *e, uint64_t i) {
-    return e->pieces[i & e->piece_mask].spanned
-           && e->plan.span_slots[i & e->plan.span_mask].owner == i;
+bool spans_known(const struct engine *engine, uint64_t i) {
+    return engine->run.pieces[i & engine->run.mask].spanned
+           && engine->accel.span_slots[i & engine->accel.span_mask].owner == i;
 }

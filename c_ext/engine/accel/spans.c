@@ -11,73 +11,45 @@
 #include "engine/accel/curve_spans.h"
 #include "engine/accel/curved_span.h"
 #include "engine/accel/span_store.h"
+#include "engine/accel/tuning.h"
 #include "engine/path/speed_caps.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "rows/nc_block.h"
 
-#define USABLE                                                                 \
-    0.999              /* share of the acceleration limit that is planned with \
-                        */
-#define TURN_STEP 0.15 /* rad of an arc between knots, ... */
-#define LIMITED_STEP 0.08 /* ... where the axes cannot follow its feed, ... */
-#define LEAST_STEP                                                             \
-    0.04 /* ... at least, where the one axis of its plane is much slower than  \
-            the other */
-#define RAMP_STEP                                                              \
-    0.035 /* the same where it has to change its speed much, ... */
-#define LEAST_RAMP 0.015 /* ... at least */
-#define KEPT_SPEED2 0.8  /* squares of speeds: a change to less is much */
-#define RAMP_PIECES 8    /* looked at to either side */
-#define STOP_PARTS 8     /* stretches at least between two standstills */
-#define ARC_TANGENT                                                            \
-    0.6 /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
-#define ARC_NORMAL                                                             \
-    0.8 /* ... and the share of the limit for the normal direction */
-#define TINY_MM 1e-9
-#define FEW                                                                    \
-    12u /* stretches that most pieces do with: these lie close together in     \
-           memory */
-#define FEW_ROOM (FEW + 1u)
-#define SURE                                                                   \
-    0.75 /* squares of axis speeds up to which the chords of their bounds let  \
-            everything pass */
-#define MORE_ROOM 1.25
-#define ROUNDED 1.000001
-#define ENDS 3.0 /* stretches of an arc that zones can add */
-
 typedef struct builder {
-    struct engine *e;
-    struct piece *p;
+    struct engine *engine;
+    struct piece *piece;
     struct span *spans;
     double *rows, room[NC_AXES];
     double step; /* rad of an arc between knots */
 } builder;
 
-static double room_of(const struct engine *engine,
+static double room_of(const engine_config *cfg,
                       const struct piece *piece,
                       const double *reserve,
                       int axis) {
-    return USABLE * piece_a_max(engine, piece, axis) - reserve[axis];
+    return USABLE * piece_a_max(cfg, piece, axis) - reserve[axis];
 }
 
-static void add_bent(struct builder *builder,
-                     const struct knot *from,
-                     const struct knot *to) {
+static void add_curved(struct builder *builder,
+                       const struct knot *from,
+                       const struct knot *to) {
     if (to->s - from->s < TINY_MM) {
         return;
     }
-    builder->rows += bent_rows(builder->e,
-                               builder->p,
-                               from,
-                               to,
-                               builder->room,
-                               NULL,
-                               &builder->spans[builder->p->span_count++],
-                               builder->rows);
+    builder->rows += curved_rows(&builder->engine->cfg,
+                                 builder->piece,
+                                 from,
+                                 to,
+                                 builder->room,
+                                 NULL,
+                                 &builder->spans[builder->piece->span_count++],
+                                 builder->rows);
 }
 
-static void arc_knot(const struct engine *engine,
+static void arc_knot(const engine_config *cfg,
                      const struct piece *piece,
                      double s,
                      struct knot *knot) {
@@ -87,7 +59,7 @@ static void arc_knot(const struct engine *engine,
     double speed = piece->sweep * piece->dir > 0 ? piece->plane_speed
                                                  : -piece->plane_speed,
            bend = piece->radius * w * w;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         knot->d1[i] = piece->dir * piece->slope[i];
         knot->d2[i] = 0.0;
     }
@@ -109,32 +81,33 @@ static void arc_strip(struct builder *builder,
                       double from,
                       double to,
                       int least) {
-    double turn = fabs(builder->p->sweep) / builder->p->whole * (to - from);
+    double turn =
+        fabs(builder->piece->sweep) / builder->piece->whole * (to - from);
     int count = (int)greater(ceil(turn / builder->step - 1e-9), least);
     struct knot last, next;
-    arc_knot(builder->e, builder->p, from, &last);
-    double step = builder->p->dir * builder->p->sweep / builder->p->whole
-                  * (to - from) / count,
+    arc_knot(&builder->engine->cfg, builder->piece, from, &last);
+    double step = builder->piece->dir * builder->piece->sweep
+                  / builder->piece->whole * (to - from) / count,
            c = cos(step), z = sin(step);
     next = last;
     for (int k = 1; k <= count; k++) {
         next.s = k == count ? to : from + (to - from) * k / count;
-        turn_by(next.d1, builder->p, c, z);
-        turn_by(next.d2, builder->p, c, z);
-        add_bent(builder, &last, &next);
+        turn_by(next.d1, builder->piece, c, z);
+        turn_by(next.d2, builder->piece, c, z);
+        add_curved(builder, &last, &next);
         last = next;
     }
 }
 
 /* Acceleration along a piece that `room` of its axes lets through; of an arc:
  * the axes beside its plane. */
-static double straight_accel(const struct engine *engine,
+static double straight_accel(const engine_config *cfg,
                              const struct piece *piece,
                              const double *room) {
     double accel = piece->limits.path_acceleration > 0
                        ? (double)piece->limits.path_acceleration
                        : NEVER;
-    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
         double share =
             fabs(piece->slope[axis]); /* zero in the plane of an arc */
         if (share > 1e-12 && accel * share > room[axis]) {
@@ -145,12 +118,12 @@ static double straight_accel(const struct engine *engine,
 }
 
 static void straight_strip(struct builder *builder, double length) {
-    const struct piece *piece = builder->p;
-    struct span *span = &builder->spans[builder->p->span_count++];
-    *span =
-        (struct span){.length = length,
-                      .accel = straight_accel(builder->e, piece, builder->room),
-                      .v_hard = piece->v_hard};
+    const struct piece *piece = builder->piece;
+    struct span *span = &builder->spans[builder->piece->span_count++];
+    *span = (struct span){
+        .length = length,
+        .accel = straight_accel(&builder->engine->cfg, piece, builder->room),
+        .v_hard = piece->v_hard};
     if (piece->kind != PIECE_ARC) {
         return;
     }
@@ -160,10 +133,11 @@ static void straight_strip(struct builder *builder, double length) {
     span->v_hard =
         lesser(span->v_hard, sqrt(ARC_NORMAL * room / piece->curvature));
     for (int axis = 0; axis < 2; axis++) {
-        span->v_hard = lesser(
-            span->v_hard,
-            piece_v_max(builder->e, piece, axis ? piece->axis2 : piece->axis1)
-                / piece->plane_speed);
+        span->v_hard = lesser(span->v_hard,
+                              piece_v_max(&builder->engine->cfg,
+                                          piece,
+                                          axis ? piece->axis2 : piece->axis1)
+                                  / piece->plane_speed);
     }
 }
 
@@ -171,24 +145,23 @@ static double turns_of(const struct piece *piece) {
     return fabs(piece->sweep) / piece->whole * piece->length;
 }
 
-static bool too_many_turns(const struct engine *engine,
+static bool too_many_turns(const engine_config *cfg,
                            const struct piece *piece) {
-    return turns_of(piece) > (spans_max(engine) - ENDS) * TURN_STEP * ROUNDED;
+    return turns_of(piece) > (spans_max(cfg) - ENDS) * TURN_STEP * ROUNDED;
 }
 
 /* About the square of the speed that can be kept on a piece. */
-static double kept_speed2(const struct engine *engine,
-                          const struct piece *piece) {
+static double kept_speed2(const engine_config *cfg, const struct piece *piece) {
     double v = reachable(piece, 1.0), x = v * v;
     if (piece->kind != PIECE_ARC) {
         return x;
     }
     for (int index = 0; index < 2; index++) {
         int axis = index ? piece->axis2 : piece->axis1;
-        double rate = piece_v_max(engine, piece, axis) / piece->plane_speed;
+        double rate = piece_v_max(cfg, piece, axis) / piece->plane_speed;
         x = lesser(x,
                    lesser(rate * rate,
-                          piece_a_max(engine, piece, axis) / piece->curvature));
+                          piece_a_max(cfg, piece, axis) / piece->curvature));
     }
     return x;
 }
@@ -201,23 +174,23 @@ static bool slows_down(const struct engine *engine,
                        double x,
                        double way) {
     for (int count = 0; count < RAMP_PIECES && way > 0.0; count++) {
-        const struct piece *piece = &engine->pieces[i & engine->piece_mask];
-        if (side < 0 ? stands_before(engine, piece) || i == 0
+        const struct piece *piece = &engine->run.pieces[i & engine->run.mask];
+        if (side < 0 ? stands_before(&engine->plan, piece) || i == 0
                      : piece->stop_after) {
             return true;
         }
-        if (side > 0 && i + 1 >= engine->plan.capped) {
-            return engine->feed.final;
+        if (side > 0 && i + 1 >= engine->accel.capped) {
+            return engine->dispatch.final;
         }
         i = side < 0 ? i - 1 : i + 1;
-        piece = &engine->pieces[i & engine->piece_mask];
+        piece = &engine->run.pieces[i & engine->run.mask];
         if (!is_motion(piece)) {
             continue;
         }
-        if (side > 0 && stands_before(engine, piece)) {
+        if (side > 0 && stands_before(&engine->plan, piece)) {
             return true;
         }
-        if (kept_speed2(engine, piece) < KEPT_SPEED2 * x) {
+        if (kept_speed2(&engine->cfg, piece) < KEPT_SPEED2 * x) {
             return true;
         }
         way -= piece->length;
@@ -227,8 +200,8 @@ static bool slows_down(const struct engine *engine,
 
 /* Whether an arc is likely to be driven with much acceleration along it. */
 static bool has_ramps(const struct engine *engine, uint64_t i, double slow) {
-    const struct piece *piece = &engine->pieces[i & engine->piece_mask];
-    double v = reachable(piece, 1.0), x = kept_speed2(engine, piece),
+    const struct piece *piece = &engine->run.pieces[i & engine->run.mask];
+    double v = reachable(piece, 1.0), x = kept_speed2(&engine->cfg, piece),
            way = x / (2.0 * slow);
     return x < KEPT_SPEED2 * v * v || slows_down(engine, i, -1, x, way)
            || slows_down(engine, i, 1, x, way);
@@ -238,9 +211,9 @@ static bool has_ramps(const struct engine *engine, uint64_t i, double slow) {
  * where a slow axis stands beside a quick one its share of the path changes at
  * once, and with it what it allows. */
 static double turn_step(const struct engine *engine, uint64_t i) {
-    const struct piece *piece = &engine->pieces[i & engine->piece_mask];
-    double a = piece_a_max(engine, piece, piece->axis1),
-           b = piece_a_max(engine, piece, piece->axis2);
+    const struct piece *piece = &engine->run.pieces[i & engine->run.mask];
+    double a = piece_a_max(&engine->cfg, piece, piece->axis1),
+           b = piece_a_max(&engine->cfg, piece, piece->axis2);
     double slow = lesser(a, b), v = reachable(piece, 1.0);
     bool ramps = has_ramps(engine, i, slow);
     double step = ramps                             ? RAMP_STEP
@@ -253,22 +226,22 @@ static double turn_step(const struct engine *engine, uint64_t i) {
         greater(
             step,
             turns_of(piece)
-                / (spans_max(engine)
+                / (spans_max(&engine->cfg)
                    - ENDS))); /* so many turns: as fine as there is room for */
 }
 
 /* Whether all limits let an arc be driven at a constant speed v, as far as
  * v_hard allows it, and the acceleration along the path that they leave
  * everywhere on it at v and below. */
-static bool cruise_arc(const struct engine *engine,
+static bool cruise_arc(const engine_config *cfg,
                        const struct piece *piece,
                        const double *room,
                        double v,
                        double *accel) {
     double least = lesser(room[piece->axis1], room[piece->axis2]),
            bend = piece->curvature * v * v, rate = piece->plane_speed * v;
-    double v_max = lesser(piece_v_max(engine, piece, piece->axis1),
-                          piece_v_max(engine, piece, piece->axis2));
+    double v_max = lesser(piece_v_max(cfg, piece, piece->axis1),
+                          piece_v_max(cfg, piece, piece->axis2));
     if (rate * rate > SURE * v_max * v_max || bend > least) {
         return false;
     }
@@ -283,7 +256,7 @@ static void used_on(struct engine *engine,
                     const struct piece *next,
                     double *reserve) {
     zone_use first, last;
-    zones_use(engine, piece, next, &first, &last);
+    corner_zones_use(engine, piece, next, &first, &last);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         reserve[i] = greater(first.reach > 0.0 ? first.reserve[i] : 0.0,
                              last.reach > 0.0 ? last.reserve[i] : 0.0);
@@ -294,12 +267,12 @@ static bool cruise_curve(struct engine *engine,
                          struct piece *piece,
                          const struct piece *next,
                          double speed2) {
-    const struct curve *curve = curve_of(engine, piece);
+    const struct curve *curve = curve_of(&engine->store, piece);
     double reserve[NC_AXES];
     used_on(engine, piece, next, reserve);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         if (curve->bend[i] * speed2
-            > USABLE * piece_a_max(engine, piece, i) - reserve[i]) {
+            > USABLE * piece_a_max(&engine->cfg, piece, i) - reserve[i]) {
             return false; /* most that cannot are found here */
         }
     }
@@ -313,50 +286,51 @@ static bool cruise_curve(struct engine *engine,
  * (squared) at its end: whatever its stretches are, the largest speed at its
  * start is that one then. `next`: the motion behind it, NULL where that ends in
  * a standstill; `known`: all corners are that use up acceleration on it. */
-bool can_cruise(struct engine *e,
-                struct piece *p,
+bool can_cruise(struct engine *engine,
+                struct piece *piece,
                 const struct piece *next,
                 bool known,
                 double speed,
                 double end2) {
     bool meets = end2 >= speed * speed;
-    if (p->kind == PIECE_LINE && meets) {
+    if (piece->kind == PIECE_LINE && meets) {
         return true;
     }
     if (!known) {
         return false;
     }
-    if (p->kind == PIECE_CURVE) {
-        return meets && cruise_curve(e, p, next, speed * speed);
+    if (piece->kind == PIECE_CURVE) {
+        return meets && cruise_curve(engine, piece, next, speed * speed);
     }
-    if (p->kind == PIECE_ARC && too_many_turns(e, p)) {
+    if (piece->kind == PIECE_ARC && too_many_turns(&engine->cfg, piece)) {
         return false;
     }
-    if (!meets && speed * speed > end2 + 2.0 * p->accel * p->length) {
+    if (!meets && speed * speed > end2 + 2.0 * piece->accel * piece->length) {
         return false;
     }
     double room[NC_AXES];
-    used_on(e, p, next, room);
-    for (int i = 0; i < e->cfg.axis_count; i++) {
-        room[i] = USABLE * piece_a_max(e, p, i) - room[i];
+    used_on(engine, piece, next, room);
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        room[i] = USABLE * piece_a_max(&engine->cfg, piece, i) - room[i];
     }
-    double accel = straight_accel(e, p, room);
-    if (p->kind == PIECE_ARC && !cruise_arc(e, p, room, speed, &accel)) {
+    double accel = straight_accel(&engine->cfg, piece, room);
+    if (piece->kind == PIECE_ARC
+        && !cruise_arc(&engine->cfg, piece, room, speed, &accel)) {
         return false;
     }
-    return meets || speed * speed <= end2 + 2.0 * accel * p->length;
+    return meets || speed * speed <= end2 + 2.0 * accel * piece->length;
 }
 
 /* The path is not driven any further: one stretch that stands. */
 static void no_memory(struct builder *builder, uint64_t i) {
-    planner *plan = &builder->e->plan;
-    uint64_t slot = i & plan->span_mask;
-    ATOMIC_SET(builder->e->fault, ENGINE_NO_MEMORY);
-    builder->spans = plan->span_slots[slot].spans =
-        plan->spans + slot * FEW_ROOM;
+    struct accel_state *accel = &builder->engine->accel;
+    uint64_t slot = i & accel->span_mask;
+    ATOMIC_SET(builder->engine->fault, ENGINE_NO_MEMORY);
+    builder->spans = accel->span_slots[slot].spans =
+        accel->spans + slot * FEW_ROOM;
     builder->spans[0] =
-        (struct span){.length = builder->p->length, .accel = NEVER};
-    builder->p->span_count = 1;
+        (struct span){.length = builder->piece->length, .accel = NEVER};
+    builder->piece->span_count = 1;
 }
 
 /* Where `count` stretches of piece i go, with rows of `numbers` in all (0: one
@@ -365,18 +339,19 @@ static bool choose_room(uint64_t i,
                         double count,
                         uint32_t numbers,
                         struct builder *builder) {
-    planner *plan = &builder->e->plan;
-    uint64_t slot = i & plan->span_mask;
-    uint32_t row = SPAN_ROW * (uint32_t)builder->e->cfg.axis_count,
+    struct accel_state *accel = &builder->engine->accel;
+    uint64_t slot = i & accel->span_mask;
+    uint32_t row = SPAN_ROW * (uint32_t)builder->engine->cfg.axis_count,
              few = FEW_ROOM * row;
-    span_slot *to = &plan->span_slots[slot];
+    span_slot *to = &accel->span_slots[slot];
     to->owner = i;
     if (count <= FEW && numbers <= few) {
-        builder->spans = to->spans = plan->spans + slot * FEW_ROOM;
-        builder->rows = plan->rows + slot * few;
+        builder->spans = to->spans = accel->spans + slot * FEW_ROOM;
+        builder->rows = accel->rows + slot * few;
         return true;
     }
-    uint32_t number = (uint32_t)lesser(count, spans_max(builder->e)) + 1u;
+    uint32_t number =
+        (uint32_t)lesser(count, spans_max(&builder->engine->cfg)) + 1u;
     if (!numbers) {
         numbers = number * row;
     }
@@ -396,13 +371,18 @@ static void curve_strips(struct builder *builder,
                          const strip *strips,
                          int count,
                          bool stands) {
-    planner *plan = &builder->e->plan;
-    struct piece *piece = builder->p;
+    struct accel_state *accel = &builder->engine->accel;
+    struct piece *piece = builder->piece;
     uint32_t numbers = 0;
-    curve_piece_spans(builder->e, piece, &plan->made, strips, count, stands);
+    curve_piece_spans(builder->engine,
+                      piece,
+                      &accel->made,
+                      strips,
+                      count,
+                      stands);
     for (uint32_t k = 0; k < piece->span_count; k++) {
-        numbers += plan->made.spans[k].rows
-                       ? SPAN_ROW * plan->made.spans[k].n_rows
+        numbers += accel->made.spans[k].rows
+                       ? SPAN_ROW * accel->made.spans[k].n_rows
                        : 0u;
     }
     if (!choose_room(i, piece->span_count, numbers, builder)) {
@@ -412,7 +392,7 @@ static void curve_strips(struct builder *builder,
     double *rows = builder->rows;
     for (uint32_t k = 0; k < piece->span_count; k++) {
         struct span *span = &builder->spans[k];
-        *span = plan->made.spans[k];
+        *span = accel->made.spans[k];
         if (!span->rows) {
             continue;
         }
@@ -426,14 +406,14 @@ static void curve_strips(struct builder *builder,
  * and the rest. `next`: the motion behind it, NULL where it ends in a
  * standstill or is not known. */
 void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
-    struct piece *piece = piece_at(engine, i);
+    struct piece *piece = piece_at(&engine->run, i);
     static const double none[NC_AXES] = {0};
     struct builder builder;
-    builder.e = engine;
-    builder.p = piece;
+    builder.engine = engine;
+    builder.piece = piece;
     builder.step = piece->kind == PIECE_ARC ? turn_step(engine, i) : 0.0;
     zone_use used1, used2;
-    zones_use(engine, piece, next, &used1, &used2);
+    corner_zones_use(engine, piece, next, &used1, &used2);
     double first = used1.reach, last = used2.reach, both[NC_AXES];
     const strip parts[3] = {{first, used1.reserve},
                             {piece->length - first - last, none},
@@ -446,11 +426,11 @@ void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
     }
     const strip *strips = apart ? parts : &whole;
     int count = apart ? 3 : 1,
-        least = !next && stands_before(engine, piece) ? STOP_PARTS : 1;
+        least = !next && stands_before(&engine->plan, piece) ? STOP_PARTS : 1;
     double at = 0.0;
-    engine->plan.cursor.piece = UINT64_MAX;
+    engine->accel.cursor.piece = UINT64_MAX;
     piece->span_count = 0;
-    piece->spans_made = ++engine->plan.spans_made;
+    piece->spans_made = ++engine->accel.spans_made;
     if (piece->kind == PIECE_CURVE) {
         curve_strips(&builder, i, strips, count, least > 1);
     } else if (!choose_room(
@@ -472,10 +452,11 @@ void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
                         : at + strips[k].length;
         for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
             builder.room[axis] =
-                room_of(engine, piece, strips[k].reserve, axis);
+                room_of(&engine->cfg, piece, strips[k].reserve, axis);
         }
         if (piece->kind == PIECE_LINE
-            || (piece->kind == PIECE_ARC && too_many_turns(engine, piece))) {
+            || (piece->kind == PIECE_ARC
+                && too_many_turns(&engine->cfg, piece))) {
             straight_strip(&builder, to - at);
         } else {
             arc_strip(&builder, at, to, apart && k != 1 ? 1 : least);

@@ -6,8 +6,8 @@
 #define ENGINE_ACCEL_SPANS_H
 #include "engine/state/state.h"
 
-bool can_cruise(struct engine *e,
-                struct piece *p,
+bool can_cruise(struct engine *engine,
+                struct piece *piece,
                 const struct piece *next,
                 bool known,
                 double speed,

@@ -3,12 +3,9 @@
 #include <math.h>
 #include "engine/commit/commit.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "jerk/planner.h"
 #include "rows/nc_block.h"
-
-#define SHORT_PART 0.05 /* of a cycle: no part is shorter */
-#define PUMPED_CYCLES                                                          \
-    3.0 /* motion ahead of GEO below which a pumped planner commits more */
 
 /* What is left of a phase from t on begins so. */
 static void begin_at(phase *ph, double t) {
@@ -24,31 +21,32 @@ static void begin_at(phase *ph, double t) {
 
 /* From `at` (committed motion, s) to the end of the cycle of GEO in which it is
  * driven. */
-static double rest_of_cycle(struct engine *engine, double at) {
+static double remainder_of_cycle(struct engine *engine, double at) {
     double now, dt = engine->cfg.cycle_s;
     __atomic_load(&engine->geo.consumed_s, &now, __ATOMIC_ACQUIRE);
-    double cycles = (at - now) / dt, rest = (floor(cycles) + 1.0 - cycles) * dt;
-    return rest < SHORT_PART * dt ? rest + dt : rest;
+    double cycles = (at - now) / dt,
+           remainder = (floor(cycles) + 1.0 - cycles) * dt;
+    return remainder < SHORT_PART * dt ? remainder + dt : remainder;
 }
 
 /* Committed motion is written cycle by cycle: what has not begun can be taken
  * back (recall.c). Pumped on one thread without jerk it is cut then and there.
  */
 static void commit_phase(struct writer *writer, const phase *ph) {
-    struct engine *engine = writer->e;
+    struct engine *engine = writer->engine;
     if (!cuts_phases(engine)) {
-        engine->phase_ring[engine->plan.written++ & (PHASE_RING - 1)] = *ph;
+        engine->commit.ring[engine->commit.written++ & (PHASE_RING - 1)] = *ph;
         return;
     }
-    bool motion = is_motion(piece_at(engine, ph->piece));
-    double from = 0.0,
-           to = motion
-                    ? rest_of_cycle(engine,
-                                    engine->plan.committed_s + writer->seconds)
-                    : ph->time;
+    bool motion = is_motion(piece_at(&engine->run, ph->piece));
+    double from = 0.0, to = motion
+                                ? remainder_of_cycle(engine,
+                                                     engine->commit.committed_s
+                                                         + writer->seconds)
+                                : ph->time;
     for (int i = 1;; i++) {
         phase *out =
-            &engine->phase_ring[engine->plan.written++ & (PHASE_RING - 1)];
+            &engine->commit.ring[engine->commit.written++ & (PHASE_RING - 1)];
         bool end =
             i >= PARTS_MAX || to >= ph->time - SHORT_PART * engine->cfg.cycle_s;
         *out = *ph;
@@ -75,7 +73,7 @@ void write_phase(struct writer *writer, const phase *ph) {
 }
 
 void pass_event(struct writer *writer) {
-    const struct piece *piece = piece_at(writer->e, writer->piece);
+    const struct piece *piece = piece_at(&writer->engine->run, writer->piece);
     double time = piece->type == NC_DWELL ? piece->value : 0.0;
     emit_phase(writer, 0.0, time, true);
     writer->piece++;
@@ -85,13 +83,13 @@ void pass_event(struct writer *writer) {
 double ahead_s(struct engine *engine) {
     double consumed;
     __atomic_load(&engine->geo.consumed_s, &consumed, __ATOMIC_ACQUIRE);
-    return engine->plan.committed_s - consumed;
+    return engine->commit.committed_s - consumed;
 }
 
 /* So much motion is ahead of GEO behind a commit; never less than the cycle
  * that comes next, or GEO would live on the tails. */
-double commit_high(const struct engine *engine) {
-    return greater(COMMIT_HIGH_S, COMMIT_HIGH_CYCLES * engine->cfg.cycle_s);
+double commit_high(const engine_config *cfg) {
+    return greater(COMMIT_HIGH_S, COMMIT_HIGH_CYCLES * cfg->cycle_s);
 }
 
 /* Less motion ahead than this: more is committed. Without jerk a planner that
@@ -113,7 +111,7 @@ double next_commit(struct engine *engine) {
     return engine->plan.hold
                ? 0.0
                : greater(0.0,
-                         commit_high(engine)
+                         commit_high(&engine->cfg)
                              - (ahead
                                 - (floor(greater(0.0, ahead - low) / dt) + 1.0)
                                       * dt));

@@ -3,12 +3,11 @@
 #ifndef ENGINE_COMMIT_COMMIT_H
 #define ENGINE_COMMIT_COMMIT_H
 #include "engine/state/state.h"
-
-#define PARTS_MAX 64 /* of a phase */
+#include "engine/state/tuning.h"
 
 /* profile.c */
 typedef struct writer {
-    struct engine *e;
+    struct engine *engine;
     phase *out; /* linear buffer, or NULL for the ring */
     uint32_t count, max;
     uint64_t piece;
@@ -18,28 +17,29 @@ typedef struct writer {
                      it drive faster */
     uint64_t too_fast; /* corners and stands that it passes too fast, ... */
     bool refused;      /* ... by more than rounding */
-    bent_left left;
+    curved_remainder left;
 } writer;
 
 void write_phase(struct writer *writer, const phase *ph);
 void pass_event(struct writer *writer);
 double ahead_s(struct engine *engine);
-double commit_high(const struct engine *engine);
+double commit_high(const engine_config *cfg);
 double commit_low(const struct engine *engine);
 double next_commit(struct engine *engine);
 
 static inline bool cuts_phases(const struct engine *engine) {
-    return engine->traits.cuts_phases || ATOMIC_GET(engine->run_running);
+    return engine->traits.cuts_phases || ATOMIC_GET(engine->threads.running);
 }
 
-static inline bool writer_full(const struct writer *w) {
-    if (w->seconds >= w->budget) {
+static inline bool writer_full(const struct writer *writer) {
+    if (writer->seconds >= writer->budget) {
         return true;
     }
-    if (w->out) {
-        return w->count + 4 >= w->max;
+    if (writer->out) {
+        return writer->count + 4 >= writer->max;
     }
-    return w->e->plan.written - ATOMIC_GET(w->e->geo.consumed)
+    return writer->engine->commit.written
+               - ATOMIC_GET(writer->engine->geo.consumed)
            >= PHASE_RING - 4 - PARTS_MAX;
 }
 
@@ -49,7 +49,8 @@ static inline phase *phase_slot(struct writer *writer) {
     if (writer->out) {
         return &writer->out[writer->count++];
     }
-    return &writer->e->phase_ring[writer->e->plan.written++ & (PHASE_RING - 1)];
+    return &writer->engine->commit
+                .ring[writer->engine->commit.written++ & (PHASE_RING - 1)];
 }
 
 static inline void emit_phase(struct writer *writer,
@@ -62,7 +63,7 @@ static inline void emit_phase(struct writer *writer,
                       .a = a,
                       .time = time,
                       .last = last};
-    if (writer->out || !cuts_phases(writer->e)) {
+    if (writer->out || !cuts_phases(writer->engine)) {
         *phase_slot(writer) = ph;
         writer->seconds += time;
     } else {

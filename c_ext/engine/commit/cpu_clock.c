@@ -12,9 +12,7 @@
 #include <time.h>
 #include "engine/commit/cpu_clock.h"
 #include "engine/state/state.h"
-
-#define EXACT_PUMPS 64 /* are timed each by the CPU clock, later ones ... */
-#define TIMED_SHARE 16 /* ... at random */
+#include "engine/state/tuning.h"
 
 static double seconds_of(clockid_t clock) {
     struct timespec time;
@@ -33,7 +31,7 @@ static double least_reading(clockid_t clock) {
 
 static bool by_cpu_clock(const struct engine *engine) {
     return engine->traits.uses_cpu_clock
-           || engine->plan.watch.pumps <= EXACT_PUMPS;
+           || engine->commit.watch.pumps <= EXACT_PUMPS;
 }
 
 /* Whether the next pump is timed. */
@@ -51,7 +49,7 @@ static void choose_next(struct engine *engine, struct stopwatch *stopwatch) {
 }
 
 void watch_start(struct engine *engine) {
-    struct stopwatch *stopwatch = &engine->plan.watch;
+    struct stopwatch *stopwatch = &engine->commit.watch;
     if (!stopwatch->clock_s) {
         stopwatch->clock_s = least_reading(CLOCK_THREAD_CPUTIME_ID);
         stopwatch->passing_s = least_reading(CLOCK_MONOTONIC);
@@ -73,14 +71,14 @@ static void count(struct engine *engine, struct stopwatch *stopwatch) {
     double cpu = greater(0.0,
                          seconds_of(CLOCK_THREAD_CPUTIME_ID)
                              - stopwatch->cpu_before - stopwatch->clock_s);
-    engine->plan.cpu_s +=
+    engine->commit.cpu_s +=
         stopwatch->weight * (by_cpu_clock(engine) ? cpu : lesser(passed, cpu));
 }
 
 /* The window is moved on, which is rare and takes long: from here to the end
  * this pump is timed whether it was to be or not. */
 void watch_window(struct engine *engine) {
-    struct stopwatch *stopwatch = &engine->plan.watch;
+    struct stopwatch *stopwatch = &engine->commit.watch;
     if (stopwatch->weight == 1.0) {
         return;
     }
@@ -93,7 +91,7 @@ void watch_window(struct engine *engine) {
 }
 
 void watch_stop(struct engine *engine) {
-    struct stopwatch *stopwatch = &engine->plan.watch;
+    struct stopwatch *stopwatch = &engine->commit.watch;
     if (stopwatch->weight > 0.0) {
         count(engine, stopwatch);
     }

@@ -12,11 +12,11 @@
 #include "jerk/planner.h"
 
 /* Where a hold would bring the path to rest; kept between two commits. */
-typedef struct rest_search {
+typedef struct standstill_search {
     jerk_planner *scratch; /* a stop is tried in it */
     jerk_preview next;     /* of a hold behind the next commit, ... */
     double next_s;         /* ... which is expected to end there */
-} rest_search;
+} standstill_search;
 
 struct planner_ops {
     /* Commit motion from where committed motion ends. */
@@ -53,12 +53,12 @@ struct planner_ops {
     /* ... and the tail is driven to its end. */
     void (*give_up_rejoin)(struct engine *engine);
     /* The plan behind committed motion, into the writer. */
-    void (*rest_of_plan)(struct engine *engine, struct writer *writer);
+    void (*remainder_of_plan)(struct engine *engine, struct writer *writer);
     /* From the commit's end to where a hold brings the path to rest: one that
      * comes now, one that comes behind the next commit. */
-    void (*ways_to_rest)(struct engine *engine,
-                         struct rest_search *search,
-                         double way[2]);
+    void (*ways_to_standstill)(struct engine *engine,
+                               struct standstill_search *search,
+                               double way[2]);
     /* A second planner to try stops in; NULL: none is needed. */
     jerk_planner *(*spare)(const struct engine *engine);
     /* Path behind the plan, estimated; NULL: the plan covers the window. */
@@ -72,7 +72,7 @@ struct planner_ops {
 
 /* The stored tail, where it is due, is written now. */
 static inline void planner_store_tail(struct engine *engine) {
-    if (engine->plan.tail_due) {
+    if (engine->commit.tail_due) {
         engine->planner->store_tail(engine);
     }
 }

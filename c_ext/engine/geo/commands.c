@@ -6,9 +6,6 @@
 #include "engine/state/state.h"
 #include "hli/sync.h"
 
-#define OVERRIDE_FULL 1000u
-#define OVERRIDE_MAX 2000u
-
 static bool flag(const volatile uint8_t *p) {
     return load_u8_acquire(p) != 0;
 }
@@ -24,7 +21,7 @@ static bool level_bool(MC_CONTROL_BOOL_UNIT *unit,
     return value;
 }
 
-static uint32_t level_override(struct engine *engine,
+static uint32_t level_override(struct orders *orders,
                                MC_CONTROL_UNS16_UNIT *unit,
                                bool present,
                                bool valid) {
@@ -33,7 +30,7 @@ static uint32_t level_override(struct engine *engine,
         value = load_u16_relaxed(&unit->command_w);
         if (value > OVERRIDE_MAX) {
             value = OVERRIDE_MAX;
-            engine->bad_commands++;
+            orders->bad++;
         }
     }
     show_u16(&unit->state_r, (uint16_t)value);
@@ -45,7 +42,7 @@ static uint32_t level_override(struct engine *engine,
 static bool axes_released(struct engine *engine) {
     bool released = true;
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        HLI_AXIS *ax = &engine->segment->axis[i];
+        HLI_AXIS *ax = &engine->hli.segment->axis[i];
         bool present = flag(&ax->head.plc_present_w);
         released &=
             level_bool(&ax->lr_mc_control.release_feedhold, present, true);
@@ -53,17 +50,17 @@ static bool axes_released(struct engine *engine) {
         released &=
             level_bool(&ax->lr_mc_control.torque_permission, present, true);
     }
-    engine->released = released;
+    engine->orders.released = released;
     return released;
 }
 
 /* Override of an axis: acts on independent axes and spindles, of which there
  * are none that move; shown all the same. */
-static void show_axis_override(struct engine *engine,
+static void show_axis_override(struct orders *orders,
                                HLI_AXIS *ax,
                                bool present) {
     bool valid = level_bool(&ax->ipo_mc_control.override_valid, present, false);
-    (void)level_override(engine, &ax->ipo_mc_control.override, present, valid);
+    (void)level_override(orders, &ax->ipo_mc_control.override, present, valid);
 }
 
 /* An axis that moves now is held: the path stands. The others that are held
@@ -71,22 +68,22 @@ static void show_axis_override(struct engine *engine,
 static bool axes_held(struct engine *engine) {
     uint32_t held = 0;
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        HLI_AXIS *ax = &engine->segment->axis[i];
+        HLI_AXIS *ax = &engine->hli.segment->axis[i];
         bool present = flag(&ax->head.plc_present_w);
-        show_axis_override(engine, ax, present);
+        show_axis_override(&engine->orders, ax, present);
         if (level_bool(&ax->ipo_mc_control.feedhold, present, false)) {
             held |= 1u << i;
         }
     }
-    ATOMIC_SET(engine->held_axes, held);
+    ATOMIC_SET(engine->orders.held_axes, held);
     return held && engine->geo.piece != UINT64_MAX
-           && engine->piece_done <= engine->geo.piece
-           && (piece_at(engine, engine->geo.piece)->moving & held);
+           && engine->run.done <= engine->geo.piece
+           && (piece_at(&engine->run, engine->geo.piece)->moving & held);
 }
 
 /* External path speed, valid while both units are enabled; true if it is
  * negative: backward. */
-static bool take_external_speed(struct engine *engine,
+static bool take_external_speed(struct orders *orders,
                                 HLI_BAHN_MC_CONTROL *bahn_mc_control,
                                 bool present) {
     bool valid =
@@ -99,15 +96,15 @@ static bool take_external_speed(struct engine *engine,
     double value = valid ? fabs(speed / 1000.0) : NEVER;
     show_u32((uint32_t *)&bahn_mc_control->ext_command_speed.state_r,
              (uint32_t)speed);
-    __atomic_store(&engine->ext_speed, &value, __ATOMIC_RELEASE);
+    __atomic_store(&orders->ext_speed, &value, __ATOMIC_RELEASE);
     return speed < 0;
 }
 
 /* P-CHAN-00181: what rapid motion follows. */
-static double rapid_factor(const struct engine *engine,
+static double rapid_factor(const engine_config *cfg,
                            double feed,
                            double rapid) {
-    switch (engine->cfg.rapid_override_mode) {
+    switch (cfg->rapid_override_mode) {
     case 1:
         return fmin(feed, rapid);
     case 2:
@@ -128,20 +125,21 @@ static void take_shortcut(struct engine *engine,
             ? load_u32_relaxed(&bahn_mc_control->del_dist_to_go_end.command_w)
             : 0;
     show_u32(&bahn_mc_control->del_dist_to_go_end.state_r, mask);
-    ATOMIC_SET(engine->shortcut_mask, mask);
+    ATOMIC_SET(engine->orders.shortcut_mask, mask);
     bool wanted =
         level_bool(&bahn_mc_control->delete_distance_to_go, present, false);
-    if (wanted && !engine->shortcut_seen && engine->store_kept
-        && !engine->program_end) {
-        ATOMIC_SET(engine->shortcut_requests, engine->shortcut_requests + 1);
+    if (wanted && !engine->orders.shortcut_seen && engine->store.kept
+        && !engine->program.end) {
+        ATOMIC_SET(engine->orders.shortcut_requests,
+                   engine->orders.shortcut_requests + 1);
     }
-    engine->shortcut_seen = wanted;
+    engine->orders.shortcut_seen = wanted;
 }
 
 /* Channel axis of a logical axis number, -1 if it is none. */
-static int channel_axis(struct engine *engine, uint32_t number) {
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
-        if (engine->cfg.axis_id[i] == number) {
+static int channel_axis(engine_config *cfg, uint32_t number) {
+    for (int i = 0; i < cfg->axis_count; i++) {
+        if (cfg->axis_id[i] == number) {
             return i;
         }
     }
@@ -158,7 +156,8 @@ static void take_insert_command(struct engine *engine,
         || !flag(&unit->command_semaphor_rw)) {
         return;
     }
-    if (ATOMIC_GET(engine->feed.inserts) != engine->insert_requests) {
+    if (ATOMIC_GET(engine->dispatch.inserts)
+        != engine->orders.insert_requests) {
         return;
     }
     struct insert_cmd cmd = {
@@ -167,7 +166,7 @@ static void take_insert_command(struct engine *engine,
         .m_function = load_u16_relaxed(&unit->command_w.m_function_nr),
         .add = (int32_t)load_u32_relaxed((uint32_t *)&unit->command_w.add_nr)};
     uint32_t number = load_u16_relaxed(&unit->command_w.axis_nr);
-    int axis = number ? channel_axis(engine, number) : -1;
+    int axis = number ? channel_axis(&engine->cfg, number) : -1;
     cmd.axis = axis + 1;
     cmd.base = axis >= 0 ? engine->geo.position[axis]
                          : engine->geo.dist_shift + engine->geo.dist;
@@ -177,31 +176,35 @@ static void take_insert_command(struct engine *engine,
         good = false;
     }
     if (good) {
-        engine->insert_request = cmd;
-        ATOMIC_SET(engine->insert_requests, engine->insert_requests + 1);
+        engine->orders.insert_request = cmd;
+        ATOMIC_SET(engine->orders.insert_requests,
+                   engine->orders.insert_requests + 1);
     } else {
-        engine->bad_commands++;
+        engine->orders.bad++;
     }
     store_u8_release(&unit->command_semaphor_rw, 0);
 }
 
 void take_commands(struct engine *engine) {
-    HLI_BAHN_MC_CONTROL *bahn_mc_control = &engine->channel->bahn_mc_control;
-    bool present = flag(&engine->channel->head.plc_present_w);
+    HLI_BAHN_MC_CONTROL *bahn_mc_control =
+        &engine->hli.channel->bahn_mc_control;
+    bool present = flag(&engine->hli.channel->head.plc_present_w);
     mode_cycle(engine, present);
-    engine->feedhold_now =
+    engine->orders.feedhold =
         level_bool(&bahn_mc_control->feedhold, present, false);
-    bool hold = engine->feedhold_now | !axes_released(engine)
-                | axes_held(engine) | ATOMIC_GET(engine->stopped);
+    bool hold = engine->orders.feedhold | !axes_released(engine)
+                | axes_held(engine) | ATOMIC_GET(engine->modes.stopped);
     bool valid = level_bool(&bahn_mc_control->override_valid, present, false);
-    double factor =
-        level_override(engine, &bahn_mc_control->override, present, valid)
-        / (double)OVERRIDE_FULL;
+    double factor = level_override(&engine->orders,
+                                   &bahn_mc_control->override,
+                                   present,
+                                   valid)
+                    / (double)OVERRIDE_FULL;
     bool rapid_valid =
         level_bool(&bahn_mc_control->rapid_override_valid, present, false);
-    double rapid = rapid_factor(engine,
+    double rapid = rapid_factor(&engine->cfg,
                                 factor,
-                                level_override(engine,
+                                level_override(&engine->orders,
                                                &bahn_mc_control->rapid_override,
                                                present,
                                                rapid_valid)
@@ -212,29 +215,30 @@ void take_commands(struct engine *engine) {
         engine->geo.waiting_continue = engine->geo.stands_single = false;
     }
     engine->geo.continue_seen = go_on;
-    if (ATOMIC_GET(engine->override_ignored)) {
+    if (ATOMIC_GET(engine->orders.override_ignored)) {
         factor = rapid = 1.0;
     }
-    __atomic_store(&engine->override_now, &factor, __ATOMIC_RELEASE);
-    __atomic_store(&engine->rapid_now, &rapid, __ATOMIC_RELEASE);
-    bool external = take_external_speed(engine, bahn_mc_control, present);
-    ATOMIC_SET(engine->backward_now,
+    __atomic_store(&engine->orders.override, &factor, __ATOMIC_RELEASE);
+    __atomic_store(&engine->orders.rapid, &rapid, __ATOMIC_RELEASE);
+    bool external =
+        take_external_speed(&engine->orders, bahn_mc_control, present);
+    ATOMIC_SET(engine->orders.backward,
                (level_bool(&bahn_mc_control->backward_motion, present, false)
                 || external)
-                   && !engine->program_end);
-    ATOMIC_SET(engine->simulate_now,
+                   && !engine->program.end);
+    ATOMIC_SET(engine->orders.simulate,
                level_bool(&bahn_mc_control->simulate_motion, present, false));
     if (level_bool(&bahn_mc_control->backward_storage_off, present, false)
-        && engine->program_end) {
-        ATOMIC_SET(engine->store_first, ATOMIC_GET(engine->store_head));
+        && engine->program.end) {
+        ATOMIC_SET(engine->store.first, ATOMIC_GET(engine->store.head));
     }
     take_shortcut(engine, bahn_mc_control, present);
     take_insert_command(engine, bahn_mc_control, present);
-    ATOMIC_SET(engine->rt_loop_now,
+    ATOMIC_SET(engine->orders.rt_loop,
                level_bool(&bahn_mc_control->rt_loop_enable, present, false));
-    ATOMIC_SET(engine->single_now,
+    ATOMIC_SET(engine->orders.single,
                level_bool(&bahn_mc_control->single_block, present, false));
-    ATOMIC_SET(engine->m01_now,
+    ATOMIC_SET(engine->orders.m01,
                level_bool(&bahn_mc_control->m01_stop_enable, present, false));
-    ATOMIC_SET(engine->hold_now, hold);
+    ATOMIC_SET(engine->orders.hold, hold);
 }

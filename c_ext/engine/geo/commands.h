@@ -4,5 +4,8 @@
 #define ENGINE_GEO_COMMANDS_H
 #include "engine/state/state.h"
 
+#define OVERRIDE_FULL 1000u /* 0.1 %: as commanded and shown */
+#define OVERRIDE_MAX 2000u
+
 void take_commands(struct engine *engine);
 #endif

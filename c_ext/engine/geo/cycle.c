@@ -11,40 +11,41 @@
 #include "engine/state/state.h"
 
 static void record(struct engine *engine) {
-    if (!engine->record) {
+    if (!engine->recording.samples) {
         return;
     }
-    if (engine->record_head - ATOMIC_GET(engine->record_tail)
-        >= engine->record_rows) {
-        engine->record_lost++;
+    if (engine->recording.head - ATOMIC_GET(engine->recording.tail)
+        >= engine->recording.rows) {
+        engine->recording.lost++;
         return;
     }
     int count = engine->cfg.axis_count;
-    double *row = engine->record
-                  + (engine->record_head % engine->record_rows) * (count + 4);
+    double *row =
+        engine->recording.samples
+        + (engine->recording.head % engine->recording.rows) * (count + 4);
     row[0] = (double)engine->geo.cycle;
     memcpy(row + 1, engine->geo.position, sizeof(double) * (size_t)count);
     row[count + 1] = engine->geo.path;
     row[count + 2] = geo_path_speed(engine);
     row[count + 3] = (double)engine->geo.active;
-    ATOMIC_SET(engine->record_head, engine->record_head + 1);
+    ATOMIC_SET(engine->recording.head, engine->recording.head + 1);
 }
 
 static void note_end(struct engine *engine) {
-    if (engine->program_end || !ATOMIC_GET(engine->finished)
-        || !geo_drained(engine) || engine->feed.dir < 0
-        || ATOMIC_GET(engine->withdraw) != WITHDRAW_NONE) {
+    if (engine->program.end || !ATOMIC_GET(engine->program.finished)
+        || !geo_drained(engine) || engine->dispatch.dir < 0
+        || ATOMIC_GET(engine->withdrawal.state) != WITHDRAW_NONE) {
         return;
     }
     engine->geo.v = 0.0;
-    ATOMIC_SET(engine->program_active, 0);
-    ATOMIC_SET(engine->program_end, 1);
+    ATOMIC_SET(engine->program.active, 0);
+    ATOMIC_SET(engine->program.end, 1);
 }
 
 /* It stands at an M00 or M01: that one is not over, whatever turns the path
  * around meanwhile. */
 static bool at_program_stop(struct engine *engine) {
-    const struct piece *piece = piece_at(engine, engine->geo.piece);
+    const struct piece *piece = piece_at(&engine->run, engine->geo.piece);
     return engine->geo.waiting_continue && !engine->geo.stands_single
            && !piece->inserted && !(piece->flags & NC_OUTPUT);
 }
@@ -53,25 +54,26 @@ static bool at_program_stop(struct engine *engine) {
  */
 static void answer_withdrawal(struct engine *engine) {
     struct geo *geo = &engine->geo;
-    uint64_t word = ATOMIC_GET(engine->commit);
-    if (ATOMIC_GET(engine->withdraw) != WITHDRAW_ASKED || (word & 1)
+    uint64_t word = ATOMIC_GET(engine->commit.word);
+    if (ATOMIC_GET(engine->withdrawal.state) != WITHDRAW_ASKED || (word & 1)
         || geo->v > 0.0) {
         return;
     }
-    if (geo->has_phase && is_motion(piece_at(engine, geo->piece))
+    if (geo->has_phase && is_motion(piece_at(&engine->run, geo->piece))
         && geo->t > 0.0) {
         return;
     }
     bool inside = geo->piece != UINT64_MAX
-                  && (ATOMIC_GET(engine->piece_done) <= geo->piece
+                  && (ATOMIC_GET(engine->run.done) <= geo->piece
                       || at_program_stop(engine));
-    engine->stand_piece = inside ? geo->piece : ATOMIC_GET(engine->piece_done);
-    engine->stand_s =
-        inside && is_motion(piece_at(engine, geo->piece)) ? geo->s : 0.0;
+    engine->withdrawal.piece =
+        inside ? geo->piece : ATOMIC_GET(engine->run.done);
+    engine->withdrawal.s =
+        inside && is_motion(piece_at(&engine->run, geo->piece)) ? geo->s : 0.0;
     geo->has_phase = geo->waiting_continue = geo->stands_single =
         geo->waiting_techno = geo->dwelling = false;
     ATOMIC_SET(geo->consumed, word >> 2);
-    ATOMIC_SET(engine->withdraw, WITHDRAW_DONE);
+    ATOMIC_SET(engine->withdrawal.state, WITHDRAW_DONE);
 }
 
 /* The planner offers to go on from a place on the tail: taken if that is still
@@ -93,28 +95,28 @@ static void answer_rejoin(struct engine *engine) {
     if (inside) {
         end_phase_at(geo, rejoin->t);
     }
-    ATOMIC_SET(engine->commit, rejoin->word);
+    ATOMIC_SET(engine->commit.word, rejoin->word);
     ATOMIC_SET(rejoin->state, REJOIN_TAKEN);
 }
 
 void geo_cycle(struct engine *engine) {
-    if (engine->segment) {
+    if (engine->hli.segment) {
         take_commands(engine);
     }
     external_cycle(engine);
     techno_cycle(engine);
     answer_withdrawal(engine);
     answer_rejoin(engine);
-    if (!ATOMIC_GET(engine->hold_start)) {
+    if (!ATOMIC_GET(engine->program.hold_start)) {
         geo_advance(engine, engine->cfg.cycle_s);
     }
-    ATOMIC_SET(engine->waits_now,
+    ATOMIC_SET(engine->withdrawal.waits,
                engine->geo.waiting_continue || engine->geo.waiting_techno);
     geo_evaluate(engine);
     ATOMIC_SET(engine->geo.cycle, engine->geo.cycle + 1);
     note_end(engine);
     record(engine);
-    if (!engine->segment) {
+    if (!engine->hli.segment) {
         return;
     }
     publish(engine);
@@ -127,7 +129,7 @@ void geo_cycle(struct engine *engine) {
  * PLC is shown of it once more. */
 void geo_rehearse(struct engine *engine) {
     geo_evaluate(engine);
-    if (engine->segment) {
+    if (engine->hli.segment) {
         publish_again(engine);
     }
 }

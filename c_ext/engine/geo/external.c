@@ -29,9 +29,9 @@ struct external_vars {
 };
 
 static uint8_t *shared(struct engine *engine, uint32_t area) {
-    return area == 0 ? (uint8_t *)&engine->segment
+    return area == 0 ? (uint8_t *)&engine->hli.segment
                            ->ext_var_channel[engine->cfg.channel]
-                     : (uint8_t *)&engine->segment->ext_var_global;
+                     : (uint8_t *)&engine->hli.segment->ext_var_global;
 }
 
 uint8_t *engine_external(struct engine *engine, uint32_t area, uint32_t bytes) {
@@ -45,7 +45,7 @@ uint8_t *engine_external(struct engine *engine, uint32_t area, uint32_t bytes) {
         return NULL;
     }
     engine->external->bytes[area] = bytes;
-    if (engine->segment) {
+    if (engine->hli.segment) {
         memcpy(engine->external->latched[area], shared(engine, area), bytes);
     }
     return engine->external->latched[area];
@@ -93,7 +93,8 @@ int engine_show_commands(struct engine *engine,
 /* The path has passed a command: its number, then the count. */
 void external_command(struct engine *engine, double value) {
     struct external_vars *external_vars = engine->external;
-    if (!external_vars || !engine->segment || !external_vars->command_slots) {
+    if (!external_vars || !engine->hli.segment
+        || !external_vars->command_slots) {
         return;
     }
     uint8_t *counter = shared(engine, 1) + external_vars->commands_at,
@@ -115,7 +116,7 @@ void external_free(struct engine *engine) {
 /* Once a cycle: the program's writes go out, then everything is latched. */
 void external_cycle(struct engine *engine) {
     struct external_vars *external_vars = engine->external;
-    if (!external_vars || !engine->segment) {
+    if (!external_vars || !engine->hli.segment) {
         return;
     }
     for (uint64_t head = ATOMIC_GET(external_vars->head);

@@ -31,7 +31,7 @@ double geo_path_speed(const struct engine *engine) {
     if (geo->v <= 0.0 || geo->piece == UINT64_MAX) {
         return geo->v;
     }
-    const struct piece *piece = piece_at((struct engine *)engine, geo->piece);
+    const struct piece *piece = piece_at(&engine->run, geo->piece);
     if (!is_motion(piece) || !(piece->flags & NC_BY_PARAMETER)) {
         return geo->v;
     }
@@ -43,7 +43,7 @@ double geo_path_speed(const struct engine *engine) {
 
 static void enter_piece(struct engine *engine, uint64_t i) {
     struct geo *geo = &engine->geo;
-    const struct piece *piece = piece_at(engine, i);
+    const struct piece *piece = piece_at(&engine->run, i);
     geo->piece = i;
     geo->n = piece->n;
     geo->count = piece->count;
@@ -58,7 +58,7 @@ static void enter_piece(struct engine *engine, uint64_t i) {
                     : piece->feed;
     place_on_path(geo, piece, 0.0);
     if (piece->mapped) {
-        map_position(engine, piece);
+        element_map_position(engine, piece);
     } else {
         ATOMIC_SET(geo->active, piece->element);
     }
@@ -90,8 +90,9 @@ static void run_branch(struct engine *engine, const struct piece *piece) {
         return;
     }
     double turn = piece->dir * piece->value;
-    uint64_t begin = piece->dir > 0 ? store_at(engine, piece->mate)->element
-                                    : piece->element;
+    uint64_t begin = piece->dir > 0
+                         ? store_at(&engine->store, piece->mate)->element
+                         : piece->element;
     geo->loop_count++;
     geo->path_shift += turn;
     geo->dist -= turn; /* the place is the same, now counted from the other end
@@ -110,7 +111,7 @@ static void run_loop_end(struct engine *engine, const struct piece *piece) {
     } else if (piece->dir < 0) {
         set_epoch(geo,
                   geo->epoch - 1,
-                  store_at(engine, piece->mate)->element,
+                  store_at(&engine->store, piece->mate)->element,
                   geo->dist_shift);
     } else {
         geo->saved_first = geo->epoch_first, geo->loop_count = 0;
@@ -119,7 +120,10 @@ static void run_loop_end(struct engine *engine, const struct piece *piece) {
 
 /* A program begins: its first element begins the distance. */
 void geo_begin_distance(struct engine *engine) {
-    set_epoch(&engine->geo, engine->push_epoch, engine->element_head, 0.0);
+    set_epoch(&engine->geo,
+              engine->push.epoch,
+              engine->store.element_head,
+              0.0);
 }
 
 static void run_reset(struct geo *geo, const struct piece *piece) {
@@ -134,31 +138,32 @@ static void run_reset(struct geo *geo, const struct piece *piece) {
 /* The cell takes commands out of a small ring; what it cannot hold is counted.
  */
 static void tell_command(struct engine *engine, const struct piece *piece) {
-    uint64_t head = engine->command_head;
+    uint64_t head = engine->path_commands.head;
     external_command(engine, piece->value);
-    if (head - ATOMIC_GET(engine->command_tail) >= COMMANDS_MAX) {
-        engine->commands_lost++;
+    if (head - ATOMIC_GET(engine->path_commands.tail) >= COMMANDS_MAX) {
+        engine->path_commands.lost++;
         return;
     }
     struct engine_command *engine_command =
-        &engine->commands[head % COMMANDS_MAX];
+        &engine->path_commands.entries[head % COMMANDS_MAX];
     engine_command->value = piece->value;
     engine_command->cycle = engine->geo.cycle;
     engine_command->line = piece->line;
     memcpy(engine_command->position,
            engine->geo.position,
            sizeof engine_command->position);
-    ATOMIC_SET(engine->command_head, head + 1);
+    ATOMIC_SET(engine->path_commands.head, head + 1);
 }
 
 static void run_event(struct engine *engine, struct piece *piece) {
     struct geo *geo = &engine->geo;
     if (piece->inserted && piece->type == NC_M) {
-        ATOMIC_SET(engine->stops_done, engine->stops_done + 1);
+        ATOMIC_SET(engine->stops.done, engine->stops.done + 1);
     }
     if (piece->flags & NC_OUTPUT) {
         techno_output(engine,
-                      piece->replay ? piece : store_at(engine, piece->origin));
+                      piece->replay ? piece
+                                    : store_at(&engine->store, piece->origin));
     }
     switch (piece->type) {
     case NC_DISTANCE_RESET:
@@ -169,15 +174,15 @@ static void run_event(struct engine *engine, struct piece *piece) {
             tell_command(engine, piece);
         }
         if (piece->code == NC_EVENT_OVERRIDE) {
-            ATOMIC_SET(engine->override_ignored, piece->value == 0.0);
+            ATOMIC_SET(engine->orders.override_ignored, piece->value == 0.0);
         }
         if (piece->code == NC_EVENT_STORAGE_CLEAR && piece->dir > 0) {
-            ATOMIC_SET(engine->store_first, piece->origin + 1);
+            ATOMIC_SET(engine->store.first, piece->origin + 1);
         }
         if (piece->dir > 0) {
-            foresight_time(engine,
-                           piece->code - NC_EVENT_ESA_TIME,
-                           piece->value);
+            prediction_time(engine,
+                            piece->code - NC_EVENT_ESA_TIME,
+                            piece->value);
         }
         break;
     case NC_RT_LOOP_BEGIN:
@@ -188,11 +193,11 @@ static void run_event(struct engine *engine, struct piece *piece) {
         geo->tool = piece->code;
         break;
     case NC_M:
-        if (!engine->segment) {
+        if (!engine->hli.segment) {
             break; /* nobody there who could continue */
         }
         if (piece->code == 0
-            || (piece->code == 1 && engine->m01_now && geo->v <= 0.0)) {
+            || (piece->code == 1 && engine->orders.m01 && geo->v <= 0.0)) {
             geo->waiting_continue = true;
         }
         break;
@@ -203,23 +208,23 @@ static void run_event(struct engine *engine, struct piece *piece) {
 
 static void leave_piece(struct engine *engine) {
     struct geo *geo = &engine->geo;
-    struct piece *piece = piece_at(engine, geo->piece);
+    struct piece *piece = piece_at(&engine->run, geo->piece);
     if (is_motion(piece)) {
         place_on_path(geo, piece, piece->length);
         memcpy(geo->position, piece->end, sizeof geo->position);
         geo->s = piece->length;
         if (piece->mapped) {
-            map_position(engine, piece);
+            element_map_position(engine, piece);
         }
     } else {
         run_event(engine, piece);
     }
     geo->dwelling = false;
-    ATOMIC_SET(engine->piece_done, geo->piece + 1);
+    ATOMIC_SET(engine->run.done, geo->piece + 1);
     if (piece->dir > 0 && !piece->inserted
         && piece->from + piece->length >= piece->whole - 1e-9
-        && piece->origin >= engine->store_done) {
-        ATOMIC_SET(engine->store_done, piece->origin + 1);
+        && piece->origin >= engine->store.done) {
+        ATOMIC_SET(engine->store.done, piece->origin + 1);
     }
 }
 
@@ -243,7 +248,7 @@ static bool fetch_from_tail(struct engine *engine) {
             REJOIN_NONE); /* from here on the buffer is the planner's again */
         return fetch_phase(engine);
     }
-    const struct tail *tail = &engine->plan.tails[geo->tail_index];
+    const struct tail *tail = &engine->commit.tails[geo->tail_index];
     if (geo->tail_next < tail->count) {
         geo->now = tail->phases[geo->tail_next++];
         if (geo->leaves && geo->tail_next > engine->rejoin.phase) {
@@ -253,7 +258,7 @@ static bool fetch_from_tail(struct engine *engine) {
     }
     geo->in_tail = false; /* from here on the buffer is the planner's again */
     geo->v = 0.0;
-    ATOMIC_SET(engine->tail_done, 1);
+    ATOMIC_SET(engine->commit.tail_done, 1);
     return false;
 }
 
@@ -261,12 +266,12 @@ static bool fetch_from_tail(struct engine *engine) {
  * late. */
 static bool fetch_phase(struct engine *engine) {
     struct geo *geo = &engine->geo;
-    uint64_t word = ATOMIC_GET(engine->commit);
+    uint64_t word = ATOMIC_GET(engine->commit.word);
     if (geo->in_tail || (word & 1)) {
         return fetch_from_tail(engine);
     }
     if (geo->consumed < word >> 2) {
-        geo->now = engine->phase_ring[geo->consumed & (PHASE_RING - 1)];
+        geo->now = engine->commit.ring[geo->consumed & (PHASE_RING - 1)];
         ATOMIC_SET(geo->consumed, geo->consumed + 1);
         return true;
     }
@@ -274,7 +279,7 @@ static bool fetch_phase(struct engine *engine) {
     if (geo->v <= 0.0 && geo->consumed == word >> 2) {
         return false;
     }
-    if (!__atomic_compare_exchange_n(&engine->commit,
+    if (!__atomic_compare_exchange_n(&engine->commit.word,
                                      &word,
                                      word | 1,
                                      false,
@@ -287,7 +292,7 @@ static bool fetch_phase(struct engine *engine) {
                                         with phases that are driven already */
     geo->in_tail = true;
     geo->tail_index = index;
-    geo->tail_next = engine->plan.tails[index].first + (uint32_t)beyond;
+    geo->tail_next = engine->commit.tails[index].first + (uint32_t)beyond;
     ATOMIC_SET(geo->consumed, word >> 2);
     return fetch_phase(engine);
 }
@@ -302,9 +307,9 @@ static bool begin_phase(struct engine *engine) {
     if (geo->now.piece != geo->piece || geo->piece == UINT64_MAX) {
         bool stood = geo->v <= 0.0;
         enter_piece(engine, geo->now.piece);
-        const struct piece *piece = piece_at(engine, geo->piece);
+        const struct piece *piece = piece_at(&engine->run, geo->piece);
         if (stood && is_motion(piece) && piece->new_block
-            && engine->single_now) {
+            && engine->orders.single) {
             geo->waiting_continue = geo->stands_single = true;
         }
     }
@@ -332,7 +337,7 @@ static void end_phase(struct engine *engine) {
     struct geo *geo = &engine->geo;
     geo->has_phase = false;
     geo->s = phase_position(&geo->now,
-                            piece_at(engine, geo->piece),
+                            piece_at(&engine->run, geo->piece),
                             geo->now.time,
                             &geo->v);
     if (geo->v < GEO_STANDS) {
@@ -359,37 +364,37 @@ void geo_advance(struct engine *engine, double dt) {
         if (geo->waiting_continue) {
             return;
         }
-        const struct piece *piece = piece_at(engine, geo->piece);
+        const struct piece *piece = piece_at(&engine->run, geo->piece);
         if (!is_motion(piece) && techno_blocked(engine, piece)) {
             geo->waiting_techno = true;
-            engine->techno_wait_cycles++;
+            engine->technology.wait_cycles++;
             return;
         }
         if (is_motion(piece) && geo->v <= 0.0 && geo->t <= 0.0
-            && (piece->moving & engine->held_axes)) {
+            && (piece->moving & engine->orders.held_axes)) {
             return; /* a held axis would begin to move */
         }
-        double rest = geo->now.time - geo->t;
-        if (rest > dt) {
+        double remainder = geo->now.time - geo->t;
+        if (remainder > dt) {
             geo->t += dt;
             add_consumed(geo, dt);
             return;
         }
-        dt -= rest;
-        add_consumed(geo, rest);
+        dt -= remainder;
+        add_consumed(geo, remainder);
         end_phase(engine);
     }
 }
 
 void geo_evaluate(struct engine *engine) {
     struct geo *geo = &engine->geo;
-    if (geo->piece == UINT64_MAX || engine->piece_done > geo->piece) {
+    if (geo->piece == UINT64_MAX || engine->run.done > geo->piece) {
         return; /* stands at the end of what is done */
     }
-    if (ATOMIC_GET(engine->withdraw) == WITHDRAW_DONE) {
+    if (ATOMIC_GET(engine->withdrawal.state) == WITHDRAW_DONE) {
         return; /* stands; the planner looks at the position */
     }
-    const struct piece *piece = piece_at(engine, geo->piece);
+    const struct piece *piece = piece_at(&engine->run, geo->piece);
     if (geo->has_phase) {
         double s = phase_position(&geo->now, piece, geo->t, &geo->v);
         if (is_motion(piece)) {
@@ -401,13 +406,13 @@ void geo_evaluate(struct engine *engine) {
     }
     place_on_path(geo, piece, geo->s);
     if (piece->mapped) {
-        map_position(engine, piece);
+        element_map_position(engine, piece);
     }
     piece_position(engine, piece, geo->s, geo->position);
 }
 
 /* Everything pushed up to now has been executed and the axes stand. */
-bool geo_drained(struct engine *e) {
-    return ATOMIC_GET(e->store_done) >= ATOMIC_GET(e->store_head)
-           && !e->geo.has_phase && !e->geo.waiting_continue;
+bool geo_drained(struct engine *engine) {
+    return ATOMIC_GET(engine->store.done) >= ATOMIC_GET(engine->store.head)
+           && !engine->geo.has_phase && !engine->geo.waiting_continue;
 }

@@ -8,5 +8,5 @@ void geo_begin_distance(struct engine *engine);
 void end_phase_at(struct geo *geo, double t);
 void geo_advance(struct engine *engine, double dt);
 void geo_evaluate(struct engine *engine);
-bool geo_drained(struct engine *e);
+bool geo_drained(struct engine *engine);
 #endif

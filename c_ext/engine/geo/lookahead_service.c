@@ -24,16 +24,16 @@ static uint64_t min64(uint64_t a, uint64_t b) {
     return a < b ? a : b;
 }
 
-static uint64_t ring_log_max(const struct engine *engine) {
-    return min64(engine->cfg.log_max, 65536u);
+static uint64_t ring_log_max(const engine_config *cfg) {
+    return min64(cfg->log_max, 65536u);
 }
 
 /* Elements of mode 2: the window from the active element on, and as many behind
  * it; the present distance epoch only. */
 static struct range range_now(struct engine *engine) {
     uint64_t active = ATOMIC_GET(engine->geo.active),
-             head = ATOMIC_GET(engine->element_head);
-    uint64_t behind = ring_log_max(engine),
+             head = ATOMIC_GET(engine->store.element_head);
+    uint64_t behind = ring_log_max(&engine->cfg),
              first = active > behind ? active - behind : 0,
              epoch_first = ATOMIC_GET(engine->geo.epoch_first);
     uint32_t epoch = ATOMIC_GET(engine->geo.epoch);
@@ -42,7 +42,8 @@ static struct range range_now(struct engine *engine) {
     __atomic_load(&engine->geo.dist_shift, &range.shift, __ATOMIC_ACQUIRE);
     range.shift *= TENTH_UM;
     range.end =
-        min64(head, from + 1 + min64(engine->cfg.window, ring_log_max(engine)));
+        min64(head,
+              from + 1 + min64(engine->cfg.window, ring_log_max(&engine->cfg)));
     if (range.end < range.first) {
         range.end = range.first;
     }
@@ -51,7 +52,7 @@ static struct range range_now(struct engine *engine) {
                                 loop come later */
     while (lo < hi) {
         uint64_t mid = lo + (hi - lo) / 2;
-        if (element_at(engine, mid)->epoch > epoch) {
+        if (element_at(&engine->store, mid)->epoch > epoch) {
             hi = mid;
         } else {
             lo = mid + 1;
@@ -73,13 +74,12 @@ static struct range window_range(struct engine *engine) {
     }
 }
 
-static bool mode2_available(const struct engine *engine) {
-    return (engine->cfg.functions & ENGINE_FCT_CONTOUR_LAH)
-           && engine->cfg.log_max > 0;
+static bool mode2_available(const engine_config *cfg) {
+    return (cfg->functions & ENGINE_FCT_CONTOUR_LAH) && cfg->log_max > 0;
 }
 
 double max_dist_prog_start(struct engine *engine) {
-    if (!mode2_available(engine)) {
+    if (!mode2_available(&engine->cfg)) {
         return 0.0;
     }
     struct range range = window_range(engine);
@@ -87,18 +87,18 @@ double max_dist_prog_start(struct engine *engine) {
         return 0.0;
     }
     const HLI_CONTOUR_LOOKAHEAD_BLOCK *facts =
-        &element_at(engine, range.end - 1)->facts;
+        &element_at(&engine->store, range.end - 1)->facts;
     return facts->start_position + facts->length + range.shift;
 }
 
 /* First element of r that ends behind `start`. */
-static uint64_t first_behind(struct engine *engine,
+static uint64_t first_behind(struct piece_store *store,
                              struct range range,
                              double start) {
     while (range.first < range.end) {
         uint64_t mid = range.first + (range.end - range.first) / 2;
         const HLI_CONTOUR_LOOKAHEAD_BLOCK *facts =
-            &element_at(engine, mid)->facts;
+            &element_at(store, mid)->facts;
         if (facts->start_position + facts->length > start) {
             range.end = mid;
         } else {
@@ -112,16 +112,16 @@ static uint32_t answer_distance(struct engine *engine,
                                 double start,
                                 double length,
                                 HLI_CONTOUR_LOOKAHEAD_BLOCK *out) {
-    if (!mode2_available(engine) || !(length > 0)) {
+    if (!mode2_available(&engine->cfg) || !(length > 0)) {
         return 0;
     }
     for (;;) {
         struct range range = window_range(engine);
-        uint64_t i = first_behind(engine, range, start - range.shift);
+        uint64_t i = first_behind(&engine->store, range, start - range.shift);
         uint32_t count = 0;
         for (; i < range.end && count < ANSWER_MAX; i++) {
             const HLI_CONTOUR_LOOKAHEAD_BLOCK *facts =
-                &element_at(engine, i)->facts;
+                &element_at(&engine->store, i)->facts;
             if (facts->start_position + range.shift >= start + length) {
                 break;
             }
@@ -132,8 +132,8 @@ static uint32_t answer_distance(struct engine *engine,
             out[count++] = block;
         }
         __atomic_thread_fence(__ATOMIC_ACQUIRE);
-        if (ATOMIC_GET(engine->element_head)
-            < range.first + engine->element_mask + 1) {
+        if (ATOMIC_GET(engine->store.element_head)
+            < range.first + engine->store.element_mask + 1) {
             return count; /* no slot was used again */
         }
     }
@@ -143,7 +143,7 @@ static uint32_t answer_index(struct engine *engine,
                              double index,
                              HLI_CONTOUR_LOOKAHEAD_BLOCK *out) {
     double i = trunc(index);
-    if (!log_available(engine) || i < 0) {
+    if (!log_available(&engine->cfg) || i < 0) {
         return 0;
     }
     for (;;) {
@@ -153,7 +153,7 @@ static uint32_t answer_index(struct engine *engine,
             uint32_t from = (uint32_t)i;
             number = count - from < ANSWER_MAX ? count - from : ANSWER_MAX;
             for (uint32_t k = 0; k < number; k++) {
-                out[k] = *log_entry(engine, from + k);
+                out[k] = *log_entry(&engine->log, from + k);
             }
         }
         __atomic_thread_fence(__ATOMIC_ACQUIRE);
@@ -167,15 +167,15 @@ static uint32_t answer_index(struct engine *engine,
 
 /* block_type 0 behind the last element: only what the answer before had filled.
  */
-static void close_answer(struct engine *engine,
+static void close_answer(struct lookahead_service *service,
                          HLI_CONTOUR_LOOKAHEAD_BLOCK *out,
                          uint32_t count) {
     for (uint32_t k = count;
-         k < ANSWER_MAX && (k <= count || k < engine->answered);
+         k < ANSWER_MAX && (k <= count || k < service->answered);
          k++) {
         memset(&out[k], 0, sizeof out[k]);
     }
-    engine->answered = count;
+    service->answered = count;
 }
 
 static void count_up(uint64_t *counter) {
@@ -187,26 +187,26 @@ static uint32_t answer(struct engine *engine,
                        double length,
                        HLI_CONTOUR_LOOKAHEAD_BLOCK *out) {
     if (!isfinite(start) || !isfinite(length)) {
-        count_up(&engine->requests_bad);
+        count_up(&engine->service.requests_bad);
         return 0;
     }
     if (length == 0.0) {
-        count_up(&engine->requests_mode1);
+        count_up(&engine->service.requests_mode1);
         return answer_index(engine, start, out);
     }
-    count_up(&engine->requests_mode2);
+    count_up(&engine->service.requests_mode2);
     return answer_distance(engine, start, length, out);
 }
 
-static void post_answer(struct engine *engine) {
-    HLI_SIDE_WORD *side_word = &engine->side->clah_answer;
+static void post_answer(struct shared_areas *hli) {
+    HLI_SIDE_WORD *side_word = &hli->side->clah_answer;
     hs_word_post(side_word, load_u32_relaxed(&side_word->word) + 1);
 }
 
 /* Serve a pending request; returns 1 if there was one. */
 int serve_request(struct engine *engine) {
     HLI_CONTOUR_LOOKAHEAD *contour_lookahead =
-        &engine->channel->contour_lookahead;
+        &engine->hli.channel->contour_lookahead;
     if (!load_u8_acquire(&contour_lookahead->semaphor_rw)) {
         return 0;
     }
@@ -214,8 +214,8 @@ int serve_request(struct engine *engine) {
            length = load_f64_relaxed(&contour_lookahead->request.length);
     uint32_t count =
         answer(engine, start, length, contour_lookahead->response.block);
-    close_answer(engine, contour_lookahead->response.block, count);
+    close_answer(&engine->service, contour_lookahead->response.block, count);
     store_u8_release(&contour_lookahead->semaphor_rw, 0);
-    post_answer(engine);
+    post_answer(&engine->hli);
     return 1;
 }

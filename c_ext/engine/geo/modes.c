@@ -27,68 +27,70 @@
 
 void mode_publish_state(struct engine *engine) {
     HLI_IMCM_MODE_STATE *imcm_mode_state =
-        &engine->channel->channel_mc_control.mode_and_state.state_r;
-    show_u32(&imcm_mode_state->mode, ATOMIC_GET(engine->mode));
-    show_u32(&imcm_mode_state->state, ATOMIC_GET(engine->mode_state));
+        &engine->hli.channel->channel_mc_control.mode_and_state.state_r;
+    show_u32(&imcm_mode_state->mode, ATOMIC_GET(engine->modes.mode));
+    show_u32(&imcm_mode_state->state, ATOMIC_GET(engine->modes.state));
 }
 
 void engine_set_mode(struct engine *engine, uint32_t mode, uint32_t state) {
-    ATOMIC_SET(engine->mode, mode);
-    ATOMIC_SET(engine->mode_state, state);
+    ATOMIC_SET(engine->modes.mode, mode);
+    ATOMIC_SET(engine->modes.state, state);
     if (state != HOLD && state != STOPPING) {
-        ATOMIC_SET(engine->stopped, 0);
+        ATOMIC_SET(engine->modes.stopped, 0);
     }
-    if (engine->channel && engine->geo.cycle == 0) {
+    if (engine->hli.channel && engine->geo.cycle == 0) {
         mode_publish_state(engine); /* later on the cycle does: a lockstep PLC
                                        may be scanning now */
     }
 }
 
 uint32_t engine_mode_state(struct engine *engine) {
-    return ATOMIC_GET(engine->mode_state);
+    return ATOMIC_GET(engine->modes.state);
 }
 
 int engine_take_mode_command(struct engine *engine,
                              struct engine_mode_command *out) {
-    if (!ATOMIC_GET(engine->mode_pending)) {
+    if (!ATOMIC_GET(engine->modes.pending)) {
         return 0;
     }
-    *out = engine->mode_command;
-    ATOMIC_SET(engine->mode_pending, 0);
+    *out = engine->modes.command;
+    ATOMIC_SET(engine->modes.pending, 0);
     return 1;
 }
 
 /* Queue of ERRORS_MAX records; what finds no room is counted. One producer: GEO
  * and the cell on GEO's behalf. */
-static void queue_error(struct engine *engine, const engine_error *error) {
-    uint64_t head = ATOMIC_GET(engine->errors_head);
-    if (head - ATOMIC_GET(engine->errors_done) >= ERRORS_MAX) {
-        engine->errors_lost++;
+static void queue_error(struct error_queue *errors, const engine_error *error) {
+    uint64_t head = ATOMIC_GET(errors->head);
+    if (head - ATOMIC_GET(errors->done) >= ERRORS_MAX) {
+        errors->lost++;
         return;
     }
-    engine->errors[head % ERRORS_MAX] = *error;
-    ATOMIC_SET(engine->errors_head, head + 1);
+    errors->entries[head % ERRORS_MAX] = *error;
+    ATOMIC_SET(errors->head, head + 1);
 }
 
 void engine_post_error(struct engine *engine, const engine_error *error) {
-    while (__atomic_exchange_n(&engine->errors_lock, 1, __ATOMIC_ACQUIRE)) {
+    while (__atomic_exchange_n(&engine->errors.lock, 1, __ATOMIC_ACQUIRE)) {
         cpu_pause();
     }
-    queue_error(engine, error);
-    __atomic_store_n(&engine->errors_lock, 0, __ATOMIC_RELEASE);
+    queue_error(&engine->errors, error);
+    __atomic_store_n(&engine->errors.lock, 0, __ATOMIC_RELEASE);
 }
 
-static void own_error(struct engine *engine, uint32_t id, uint32_t reaction) {
+static void own_error(struct error_queue *errors,
+                      uint32_t id,
+                      uint32_t reaction) {
     engine_error error;
     memset(&error, 0, sizeof error);
     error.id = id;
     error.reaction_class = reaction;
     error.recovery_class = reaction;
-    if (__atomic_exchange_n(&engine->errors_lock, 1, __ATOMIC_ACQUIRE)) {
+    if (__atomic_exchange_n(&errors->lock, 1, __ATOMIC_ACQUIRE)) {
         return; /* the cell is posting: next cycle will do */
     }
-    queue_error(engine, &error);
-    __atomic_store_n(&engine->errors_lock, 0, __ATOMIC_RELEASE);
+    queue_error(errors, &error);
+    __atomic_store_n(&errors->lock, 0, __ATOMIC_RELEASE);
 }
 
 static void fill_record(struct engine *engine,
@@ -119,8 +121,8 @@ static void fill_record(struct engine *engine,
 /* CNC to PLC: the next record once the one before is taken; a PLC that does not
  * enable the unit is not waited for. */
 void mode_publish_errors(struct engine *engine) {
-    MC_ERROR *error = &engine->channel->mc_error;
-    if (engine->errors_done == ATOMIC_GET(engine->errors_head)) {
+    MC_ERROR *error = &engine->hli.channel->mc_error;
+    if (engine->errors.done == ATOMIC_GET(engine->errors.head)) {
         return;
     }
     if (load_u8_acquire(&error->enable_w)
@@ -129,43 +131,43 @@ void mode_publish_errors(struct engine *engine) {
     }
     fill_record(engine,
                 &error->satz_r,
-                &engine->errors[engine->errors_done % ERRORS_MAX]);
+                &engine->errors.entries[engine->errors.done % ERRORS_MAX]);
     store_u8_release(&error->semaphor_rw, 1);
-    ATOMIC_SET(engine->errors_done, engine->errors_done + 1);
+    ATOMIC_SET(engine->errors.done, engine->errors.done + 1);
 }
 
 /* PLC to CNC. */
 static void take_plc_error(struct engine *engine) {
-    MC_ERROR *error = &engine->channel->lc_error;
+    MC_ERROR *error = &engine->hli.channel->lc_error;
     if (!load_u8_acquire(&error->semaphor_rw)
-        || ATOMIC_GET(engine->plc_error_id)) {
+        || ATOMIC_GET(engine->errors.plc_id)) {
         return;
     }
-    engine->plc_error_class =
+    engine->errors.plc_class =
         load_u16_relaxed(&error->satz_r.kopf.reaction_class);
     uint32_t id = load_u32_relaxed(&error->satz_r.kopf.error_id);
-    ATOMIC_SET(engine->plc_error_id, id ? id : UINT32_MAX);
+    ATOMIC_SET(engine->errors.plc_id, id ? id : UINT32_MAX);
     store_u8_release(&error->semaphor_rw, 0);
 }
 
 int engine_take_plc_error(struct engine *engine,
                           uint32_t *id,
                           uint32_t *reaction_class) {
-    *id = ATOMIC_GET(engine->plc_error_id);
+    *id = ATOMIC_GET(engine->errors.plc_id);
     if (!*id) {
         return 0;
     }
-    *reaction_class = engine->plc_error_class;
-    ATOMIC_SET(engine->plc_error_id, 0);
+    *reaction_class = engine->errors.plc_class;
+    ATOMIC_SET(engine->errors.plc_id, 0);
     return 1;
 }
 
 /* The CNC monitors the PLC: alive_rw has to be set once in every period of the
  * cell's time. */
 static void watch_plc(struct engine *engine, bool present) {
-    MC_WATCHDOG_UNIT *watchdog = &engine->channel->head.mc_watchdog;
+    MC_WATCHDOG_UNIT *watchdog = &engine->hli.channel->head.mc_watchdog;
     if (!present || !load_u8_acquire(&watchdog->enable_w)) {
-        engine->watch_alive = false;
+        engine->watchdog.alive = false;
         show_u8(&watchdog->alive_state_r, 0);
         return;
     }
@@ -174,22 +176,23 @@ static void watch_plc(struct engine *engine, bool present) {
            now = (double)engine->geo.cycle * engine->cfg.cycle_s;
     if (load_u8_acquire(&watchdog->alive_rw)) {
         store_u8_release(&watchdog->alive_rw, 0);
-        engine->watch_alive = true;
-        engine->watch_since = now;
-    } else if (engine->watch_alive && now - engine->watch_since > period) {
-        engine->watch_alive = false;
-        engine->watch_missed = true;
-        own_error(engine, ERROR_WATCHDOG, 7);
-        ATOMIC_SET(engine->watchdog_event, 1);
+        engine->watchdog.alive = true;
+        engine->watchdog.since = now;
+    } else if (engine->watchdog.alive
+               && now - engine->watchdog.since > period) {
+        engine->watchdog.alive = false;
+        engine->watchdog.missed = true;
+        own_error(&engine->errors, ERROR_WATCHDOG, 7);
+        ATOMIC_SET(engine->watchdog.event, 1);
     }
     show_u8(&watchdog->alive_state_r,
-            engine->watch_alive && !engine->watch_missed);
+            engine->watchdog.alive && !engine->watchdog.missed);
 }
 
 /* The other direction: the CNC shows that it lives; the PLC clears alive_rw
  * when it has seen it. */
-static void show_life(struct engine *engine, bool present) {
-    MC_WATCHDOG_UNIT *watchdog = &engine->channel->head.lc_watchdog;
+static void show_life(struct shared_areas *hli, bool present) {
+    MC_WATCHDOG_UNIT *watchdog = &hli->channel->head.lc_watchdog;
     bool enabled = present && load_u8_acquire(&watchdog->enable_w);
     if (enabled) {
         store_u8_release(&watchdog->alive_rw, 1);
@@ -221,25 +224,25 @@ static void read_command(
 /* Stop and resume are for the path alone; true if the command was one of these.
  */
 static bool stop_or_resume(
-    struct engine *engine,
+    struct mode_unit *modes,
     const struct engine_mode_command *engine_mode_command) {
-    uint32_t state = ATOMIC_GET(engine->mode_state);
-    if (engine_mode_command->to_mode != ATOMIC_GET(engine->mode)
-        || ATOMIC_GET(engine->hold_to_cell)) {
+    uint32_t state = ATOMIC_GET(modes->state);
+    if (engine_mode_command->to_mode != ATOMIC_GET(modes->mode)
+        || ATOMIC_GET(modes->hold_to_cell)) {
         return false;
     }
     if (engine_mode_command->to_state == HOLD
         && (state == ACTIVE || state == HOLD || state == STOPPING)) {
-        ATOMIC_SET(engine->stopped, 1);
+        ATOMIC_SET(modes->stopped, 1);
         if (state == ACTIVE) {
-            ATOMIC_SET(engine->mode_state, STOPPING);
+            ATOMIC_SET(modes->state, STOPPING);
         }
         return true;
     }
     if (engine_mode_command->to_state == ACTIVE
         && (state == HOLD || state == STOPPING)) {
-        ATOMIC_SET(engine->stopped, 0);
-        ATOMIC_SET(engine->mode_state, ACTIVE);
+        ATOMIC_SET(modes->stopped, 0);
+        ATOMIC_SET(modes->state, ACTIVE);
         return true;
     }
     return false;
@@ -247,16 +250,16 @@ static bool stop_or_resume(
 
 /* HOLD and back, by the cell. */
 void engine_hold(struct engine *engine, int hold) {
-    ATOMIC_SET(engine->stopped, hold);
-    ATOMIC_SET(engine->mode_state, hold ? STOPPING : ACTIVE);
+    ATOMIC_SET(engine->modes.stopped, hold);
+    ATOMIC_SET(engine->modes.state, hold ? STOPPING : ACTIVE);
 }
 
 void engine_hold_by_cell(struct engine *engine, int by_cell) {
-    ATOMIC_SET(engine->hold_to_cell, by_cell);
+    ATOMIC_SET(engine->modes.hold_to_cell, by_cell);
 }
 
 void engine_macro_runs(struct engine *engine, int runs) {
-    ATOMIC_SET(engine->macro_runs, runs);
+    ATOMIC_SET(engine->modes.macro_runs, runs);
 }
 
 /* Transient state while the cell carries the command out. */
@@ -269,48 +272,48 @@ static uint32_t on_the_way(uint32_t target) {
 static void take_command(struct engine *engine,
                          MC_CONTROL_MCM_MODE_STATE_UNIT *unit) {
     struct engine_mode_command engine_mode_command;
-    if (ATOMIC_GET(engine->mode_pending)) {
+    if (ATOMIC_GET(engine->modes.pending)) {
         return; /* one at a time */
     }
     read_command(&engine_mode_command, &unit->command_w);
     store_u8_release(&unit->command_semaphor_rw, 0);
     if (!legal_target(engine_mode_command.to_mode,
                       engine_mode_command.to_state)) {
-        own_error(engine, ERROR_TO_STATE, 1);
+        own_error(&engine->errors, ERROR_TO_STATE, 1);
         return;
     }
     if ((engine_mode_command.from_mode
-         && engine_mode_command.from_mode != ATOMIC_GET(engine->mode))
+         && engine_mode_command.from_mode != ATOMIC_GET(engine->modes.mode))
         || (engine_mode_command.from_state
             && engine_mode_command.from_state
-                   != ATOMIC_GET(engine->mode_state))) {
-        engine->mode_warnings++;
+                   != ATOMIC_GET(engine->modes.state))) {
+        engine->modes.warnings++;
     }
-    if (stop_or_resume(engine, &engine_mode_command)) {
+    if (stop_or_resume(&engine->modes, &engine_mode_command)) {
         return;
     }
-    engine_mode_command.state = ATOMIC_GET(engine->mode_state);
-    ATOMIC_SET(engine->mode_state,
+    engine_mode_command.state = ATOMIC_GET(engine->modes.state);
+    ATOMIC_SET(engine->modes.state,
                on_the_way(engine_mode_command
                               .to_state)); /* so that nobody takes the old state
                                               for the command's outcome */
-    engine->mode_command = engine_mode_command;
-    ATOMIC_SET(engine->mode_pending, 1);
+    engine->modes.command = engine_mode_command;
+    ATOMIC_SET(engine->modes.pending, 1);
 }
 
 /* Once a cycle, ahead of the motion. */
 void mode_cycle(struct engine *engine, bool present) {
     MC_CONTROL_MCM_MODE_STATE_UNIT *unit =
-        &engine->channel->channel_mc_control.mode_and_state;
+        &engine->hli.channel->channel_mc_control.mode_and_state;
     if (present && load_u8_acquire(&unit->enable_w)
         && load_u8_acquire(&unit->command_semaphor_rw)) {
         take_command(engine, unit);
     }
-    if (ATOMIC_GET(engine->mode_state) == STOPPING && engine->geo.v <= 0.0
-        && !ATOMIC_GET(engine->macro_runs)) {
-        ATOMIC_SET(engine->mode_state, HOLD);
+    if (ATOMIC_GET(engine->modes.state) == STOPPING && engine->geo.v <= 0.0
+        && !ATOMIC_GET(engine->modes.macro_runs)) {
+        ATOMIC_SET(engine->modes.state, HOLD);
     }
     watch_plc(engine, present);
-    show_life(engine, present);
+    show_life(&engine->hli, present);
     take_plc_error(engine);
 }

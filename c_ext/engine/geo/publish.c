@@ -3,14 +3,13 @@
 #include <math.h>
 #include <string.h>
 #include "engine/geo/publish.h"
+#include "engine/geo/commands.h"
 #include "engine/geo/interpolate.h"
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/modes.h"
 #include "engine/plan/prediction.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
-
-#define OVERRIDE_FULL 1000u
 
 static int32_t dint(double v) {
     return v >= 2147483647.0    ? INT32_MAX
@@ -20,13 +19,13 @@ static int32_t dint(double v) {
 
 static void publish_axis(struct engine *engine, int i) {
     const struct geo *geo = &engine->geo;
-    HLI_COORD *coord = &engine->channel->bahn_state.coord_r[i];
-    const struct piece *piece = piece_at(engine, geo->piece);
+    HLI_COORD *coord = &engine->hli.channel->bahn_state.coord_r[i];
+    const struct piece *piece = piece_at(&engine->run, geo->piece);
     double target = geo->piece != UINT64_MAX ? load_f64_relaxed(&piece->end[i])
                                              : geo->position[i];
     int32_t now = dint(geo->position[i] * TENTH_UM);
     uint16_t state = geo->v > 0 ? 3 : 1;
-    HLI_LR_STATE *lr = &engine->segment->axis[i].lr_state;
+    HLI_LR_STATE *lr = &engine->hli.segment->axis[i].lr_state;
     show_u32(&coord->cmd_position_r, (uint32_t)dint(target * TENTH_UM));
     show_u32(&coord->act_position_r, (uint32_t)now);
     show_u32(&coord->current_position_r, (uint32_t)now);
@@ -38,8 +37,7 @@ static void publish_axis(struct engine *engine, int i) {
     show_u16(&lr->axis_state_r, state);
 }
 
-static double display_distance(struct engine *engine) {
-    const struct geo *geo = &engine->geo;
+static double display_distance(const struct geo *geo) {
     return (geo->dist_shift + geo->dist) * TENTH_UM;
 }
 
@@ -48,33 +46,33 @@ static uint32_t stop_conditions(struct engine *engine) {
     if (engine->geo.v > 0) {
         return 0;
     }
-    if (engine->feedhold_now) {
+    if (engine->orders.feedhold) {
         bits |= 1u;
     }
-    if (ATOMIC_GET(engine->held_axes)) {
+    if (ATOMIC_GET(engine->orders.held_axes)) {
         bits |= 2u;
     }
-    if (ATOMIC_GET(engine->stopped)) {
+    if (ATOMIC_GET(engine->modes.stopped)) {
         bits |= 1024u;
     }
-    if (!engine->released) {
+    if (!engine->orders.released) {
         bits |= 4096u;
     }
-    if (engine->program_active && !engine->finished
-        && engine->store_done >= ATOMIC_GET(engine->store_head)) {
+    if (engine->program.active && !engine->program.finished
+        && engine->store.done >= ATOMIC_GET(engine->store.head)) {
         bits |= 8192u;
     }
-    if (ATOMIC_GET(engine->mode_state) == 6u) {
+    if (ATOMIC_GET(engine->modes.state) == 6u) {
         bits |= 512u;
     }
-    if (engine->override_now <= 0) {
+    if (engine->orders.override <= 0) {
         bits |= 4u;
     }
     if (engine->geo.waiting_continue) {
-        bits |= engine->geo.stands_single                        ? 8u
-                : piece_at(engine, engine->geo.piece)->inserted  ? 2048u
-                : piece_at(engine, engine->geo.piece)->code == 1 ? 32u
-                                                                 : 16u;
+        bits |= engine->geo.stands_single                              ? 8u
+                : piece_at(&engine->run, engine->geo.piece)->inserted  ? 2048u
+                : piece_at(&engine->run, engine->geo.piece)->code == 1 ? 32u
+                                                                       : 16u;
     }
     if (engine->geo.waiting_techno) {
         bits |= 64u;
@@ -87,9 +85,10 @@ static uint32_t stop_conditions(struct engine *engine) {
 
 static void publish_next_stop(struct engine *engine) {
     HLI_INSERT_CMD_STATE *insert_cmd_state =
-        &engine->channel->bahn_mc_control.insert_cmd.state_r;
-    bool found = engine->stops_done < ATOMIC_GET(engine->stops_fed);
-    const inserted_stop *stop = &engine->stops[engine->stops_done % STOPS_MAX];
+        &engine->hli.channel->bahn_mc_control.insert_cmd.state_r;
+    bool found = engine->stops.done < ATOMIC_GET(engine->stops.fed);
+    const inserted_stop *stop =
+        &engine->stops.entries[engine->stops.done % STOPS_MAX];
     show_f64(&insert_cmd_state->distance_of_next_stop,
              found ? load_f64_relaxed(&stop->dist) * TENTH_UM : -1.0);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
@@ -102,16 +101,16 @@ static void publish_next_stop(struct engine *engine) {
 
 static void publish_bahn(struct engine *engine) {
     const struct geo *geo = &engine->geo;
-    HLI_BAHN_STATE *bahn_state = &engine->channel->bahn_state;
+    HLI_BAHN_STATE *bahn_state = &engine->hli.channel->bahn_state;
     const struct piece *piece =
-        geo->piece == UINT64_MAX ? NULL : piece_at(engine, geo->piece);
+        geo->piece == UINT64_MAX ? NULL : piece_at(&engine->run, geo->piece);
     bool motion = piece && is_motion(piece);
-    show_f64(&bahn_state->dist_prog_start, display_distance(engine));
+    show_f64(&bahn_state->dist_prog_start, display_distance(&engine->geo));
     /* the planner may shorten the piece in which GEO stands: read once */
     double length =
         !motion ? 0.0
         : piece->mapped
-            ? element_at(engine, geo->active)->facts.length / TENTH_UM
+            ? element_at(&engine->store, geo->active)->facts.length / TENTH_UM
             : load_f64_relaxed(&piece->length);
     double driven = !motion         ? 0.0
                     : piece->mapped ? fmin(geo->element_distance, length)
@@ -122,7 +121,8 @@ static void publish_bahn(struct engine *engine) {
     show_u32(&bahn_state->block_count_r, geo->count);
     show_u32(&bahn_state->block_number_r, geo->n);
     show_u32(&bahn_state->command_feed_r, (uint32_t)dint(geo->feed * 1000.0));
-    bool external = engine->ext_speed < NEVER && motion && piece->dir < 0;
+    bool external =
+        engine->orders.ext_speed < NEVER && motion && piece->dir < 0;
     show_u32(&bahn_state->active_feed_r,
              (uint32_t)dint(
                  (external ? -geo_path_speed(engine) : geo_path_speed(engine))
@@ -130,47 +130,48 @@ static void publish_bahn(struct engine *engine) {
     show_u32(&bahn_state->stop_condition_r, stop_conditions(engine));
     show_u32(&bahn_state->tool_nr_r, (uint32_t)geo->tool);
     show_u16(&bahn_state->override_r,
-             (uint16_t)lrint(engine->override_now * OVERRIDE_FULL));
+             (uint16_t)lrint(engine->orders.override * OVERRIDE_FULL));
     show_u8(&bahn_state->interpolation_active_r, motion && geo->has_phase);
     show_u8(&bahn_state->axes_in_position_r, geo->v <= 0);
     show_u8(&bahn_state->wait_continue_r, geo->waiting_continue);
     show_u8(&bahn_state->wait_techno_acknowledge_r, geo->waiting_techno);
     show_u8(&bahn_state->dwell_time_active_r, geo->dwelling && geo->has_phase);
-    show_u8(&bahn_state->feedhold_active_r, engine->hold_now != 0);
+    show_u8(&bahn_state->feedhold_active_r, engine->orders.hold != 0);
     show_u8(&bahn_state->rapid_active_r, motion && geo->rapid);
-    show_u8(&engine->channel->decoder_state.program_end_r,
-            ATOMIC_GET(engine->finished) != 0);
-    show_u8(&bahn_state->program_end_r, engine->program_end != 0);
+    show_u8(&engine->hli.channel->decoder_state.program_end_r,
+            ATOMIC_GET(engine->program.finished) != 0);
+    show_u8(&bahn_state->program_end_r, engine->program.end != 0);
     show_u8(&bahn_state->wait_error_removal_r,
-            ATOMIC_GET(engine->mode_state) == 6u);
-    show_u8(&engine->channel->decoder_state.wait_after_error_r,
-            ATOMIC_GET(engine->mode_state) == 6u);
-    show_u32(&bahn_state->error_id_r, ATOMIC_GET(engine->error_id));
-    show_u8(&bahn_state->error_r, ATOMIC_GET(engine->error_id) != 0);
-    if (ATOMIC_GET(engine->name_changed)) {
-        ATOMIC_SET(engine->name_changed, 0);
+            ATOMIC_GET(engine->modes.state) == 6u);
+    show_u8(&engine->hli.channel->decoder_state.wait_after_error_r,
+            ATOMIC_GET(engine->modes.state) == 6u);
+    show_u32(&bahn_state->error_id_r, ATOMIC_GET(engine->errors.channel_id));
+    show_u8(&bahn_state->error_r, ATOMIC_GET(engine->errors.channel_id) != 0);
+    if (ATOMIC_GET(engine->program.name_changed)) {
+        ATOMIC_SET(engine->program.name_changed, 0);
         memcpy(bahn_state->prog_name_r,
-               engine->program_name,
-               sizeof engine->program_name);
+               engine->program.name,
+               sizeof engine->program.name);
     }
     show_u8(&bahn_state->backward_active_r, motion && piece->dir < 0);
-    if (motion && engine->was_backward && piece->dir >= 0) {
-        ATOMIC_SET(engine->retraced_event, 1);
+    if (motion && engine->retracing.backward && piece->dir >= 0) {
+        ATOMIC_SET(engine->retracing.event, 1);
     }
     if (motion) {
-        engine->was_backward = piece->dir < 0;
+        engine->retracing.backward = piece->dir < 0;
     }
     show_u8(&bahn_state->delete_distance_to_go_active_r,
-            ATOMIC_GET(engine->feed.shortcuts) != engine->shortcut_requests
+            ATOMIC_GET(engine->dispatch.shortcuts)
+                    != engine->orders.shortcut_requests
                 || (motion && piece->shortcut));
     publish_next_stop(engine);
-    foresight_publish(engine);
+    prediction_publish(engine);
 }
 
 /* Entries were written first; now their count, and f_log_is_active last. */
 static void publish_lookahead(struct engine *engine) {
     HLI_CONTOUR_LOOKAHEAD_STATE *contour_lookahead_state =
-        &engine->channel->contour_lookahead.state;
+        &engine->hli.channel->contour_lookahead.state;
     uint32_t active = ATOMIC_GET(engine->log.active);
     show_f64(&contour_lookahead_state->max_dist_prog_start,
              max_dist_prog_start(engine));
@@ -180,15 +181,15 @@ static void publish_lookahead(struct engine *engine) {
 }
 
 static void publish_stats(struct engine *engine) {
-    HLI_SIDE_STATS *side_stats = &engine->side->stats;
+    HLI_SIDE_STATS *side_stats = &engine->hli.side->stats;
     store_u64_relaxed(&side_stats->requests_mode1,
-                      ATOMIC_GET(engine->requests_mode1));
+                      ATOMIC_GET(engine->service.requests_mode1));
     store_u64_relaxed(&side_stats->requests_mode2,
-                      ATOMIC_GET(engine->requests_mode2));
+                      ATOMIC_GET(engine->service.requests_mode2));
     store_u64_relaxed(&side_stats->requests_bad,
-                      ATOMIC_GET(engine->requests_bad));
-    store_u64_relaxed(&side_stats->overruns, engine->overruns);
-    store_u64_relaxed(&side_stats->bad_commands, engine->bad_commands);
+                      ATOMIC_GET(engine->service.requests_bad));
+    store_u64_relaxed(&side_stats->overruns, engine->timing.overruns);
+    store_u64_relaxed(&side_stats->bad_commands, engine->orders.bad);
 }
 
 /* Showing it twice is showing it once. */
@@ -202,26 +203,26 @@ static void show_channel(struct engine *engine) {
 }
 
 void publish(struct engine *engine) {
-    seq_begin(&engine->side->channel_seq.word);
+    seq_begin(&engine->hli.side->channel_seq.word);
     show_channel(engine);
     mode_publish_errors(engine);
-    seq_end(&engine->side->channel_seq.word);
+    seq_end(&engine->hli.side->channel_seq.word);
     publish_stats(engine);
-    store_u64_release(&engine->side->cnc.cell_time_ns,
+    store_u64_release(&engine->hli.side->cnc.cell_time_ns,
                       (uint64_t)llrint((double)engine->geo.cycle
                                        * engine->cfg.cycle_s * 1e9));
-    store_u64_release(&engine->side->cnc.cycle, engine->geo.cycle);
+    store_u64_release(&engine->hli.side->cnc.cycle, engine->geo.cycle);
 }
 
 /* Between two cycles: the channel's state once more. */
 void publish_again(struct engine *engine) {
-    seq_begin(&engine->side->channel_seq.word);
+    seq_begin(&engine->hli.side->channel_seq.word);
     show_channel(engine);
-    seq_end(&engine->side->channel_seq.word);
+    seq_end(&engine->hli.side->channel_seq.word);
 }
 
 /* Power-up state, before the first cycle. */
 void publish_initial(struct engine *engine) {
     publish(engine);
-    store_u8_release(&engine->channel->head.init_done_r, 1);
+    store_u8_release(&engine->hli.channel->head.init_done_r, 1);
 }

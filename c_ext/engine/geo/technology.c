@@ -19,26 +19,20 @@
 #include "hli/sync.h"
 #include "rows/nc_block.h"
 
-#define STD_UNITS (HLI_TU_CH_STD_SYNC_MAXIDX + 1u)
-#define LATE_UNITS (HLI_TU_CH_LATE_SYNC_MAXIDX + 1u)
-#define WAITS                                                                  \
-    (SYNCH_MVS_SVS | SYNCH_MVS_SNS | SYNCH_MNS_SNS | SYNCH_MEP_SVS             \
-     | SYNCH_MET_SVS)
-#define LATE (SYNCH_MVS_SLM | SYNCH_MVS_SLP)
-
 static void techno_clear_units(struct engine *engine);
 
-static uint32_t free_spindle_slot(const struct engine *engine) {
+static uint32_t free_spindle_slot(const struct technology_state *technology) {
     uint32_t i = 0;
-    while (i <= HLI_TU_AX_STD_SYNC_MAXIDX && engine->spindle_slots[0][i].used) {
+    while (i <= HLI_TU_AX_STD_SYNC_MAXIDX
+           && technology->spindle_slots[0][i].used) {
         i++;
     }
     return i;
 }
 
-static uint32_t free_std_slot(const struct engine *engine) {
+static uint32_t free_std_slot(const struct technology_state *technology) {
     uint32_t i = 0;
-    while (i < STD_UNITS && engine->std_slots[i].used) {
+    while (i < STD_UNITS && technology->std_slots[i].used) {
         i++;
     }
     return i;
@@ -46,35 +40,39 @@ static uint32_t free_std_slot(const struct engine *engine) {
 
 /* An event that cannot be run yet: a gate that is not open, a repeated function
  * without a free unit. */
-bool techno_blocked(struct engine *e, const struct piece *p) {
-    if (p->gated
-        && !gate_open(p->replay ? &e->done_again : &e->done, &p->need)) {
+bool techno_blocked(struct engine *engine, const struct piece *piece) {
+    if (piece->gated
+        && !gate_open(piece->replay ? &engine->technology.done_again
+                                    : &engine->technology.done,
+                      &piece->need)) {
         return true;
     }
-    if (!(p->flags & NC_OUTPUT) || p->synch & LATE) {
+    if (!(piece->flags & NC_OUTPUT) || piece->synch & LATE) {
         return false;
     }
-    if (p->type == NC_S) {
-        return free_spindle_slot(e) > HLI_TU_AX_STD_SYNC_MAXIDX;
+    if (piece->type == NC_S) {
+        return free_spindle_slot(&engine->technology)
+               > HLI_TU_AX_STD_SYNC_MAXIDX;
     }
-    if (p->replay) {
-        return free_std_slot(e) >= STD_UNITS;
+    if (piece->replay) {
+        return free_std_slot(&engine->technology) >= STD_UNITS;
     }
-    return !store_at(e, p->origin)->put_out && e->std_slots[p->unit].used;
+    return !store_at(&engine->store, piece->origin)->put_out
+           && engine->technology.std_slots[piece->unit].used;
 }
 
 static void count(uint64_t *counter) {
     ATOMIC_SET(*counter, *counter + 1);
 }
 
-static void acknowledge(struct engine *engine,
+static void acknowledge(struct technology_state *technology,
                         struct techno_slot *techno_slot) {
     if (techno_slot->acked) {
         return;
     }
     techno_slot->acked = true;
     struct techno_counts *done =
-        techno_slot->replay ? &engine->done_again : &engine->done;
+        techno_slot->replay ? &technology->done_again : &technology->done;
     if (techno_slot->synch & SYNCH_MVS_SLM) {
         count(&done->slm_acked);
     } else if (techno_slot->synch & SYNCH_MVS_SLP) {
@@ -84,16 +82,16 @@ static void acknowledge(struct engine *engine,
     }
 }
 
-static void release(struct engine *engine,
+static void release(struct technology_state *technology,
                     struct techno_slot *techno_slot,
                     bool late) {
     struct techno_counts *done =
-        techno_slot->replay ? &engine->done_again : &engine->done;
+        techno_slot->replay ? &technology->done_again : &technology->done;
     techno_slot->used = false;
     count(late ? &done->late_freed : &done->std_freed);
 }
 
-static void fill_function(struct engine *engine,
+static void fill_function(struct technology_state *technology,
                           TECHNO_UNIT_CH *unit,
                           const struct piece *piece) {
     HLI_M_H_PROZESS m_h_prozess;
@@ -105,23 +103,23 @@ static void fill_function(struct engine *engine,
         piece->flags & NC_HAS_VALUE
             ? (int32_t)lrint(fmax(-2e9, fmin(2e9, piece->value)))
             : 0;
-    m_h_prozess.nr_late_sync = (uint16_t)engine->late_open;
+    m_h_prozess.nr_late_sync = (uint16_t)technology->late_open;
     m_h_prozess.synch_mode = piece->synch;
     memcpy(&unit->attribut_r, &m_h_prozess, sizeof m_h_prozess);
 }
 
-static void fill_tool(struct engine *engine,
+static void fill_tool(struct technology_state *technology,
                       TECHNO_UNIT_CH *unit,
                       const struct piece *piece) {
     HLI_T_PROZESS t_prozess;
     memset(&t_prozess, 0, sizeof t_prozess);
     t_prozess.id.basic = piece->code;
-    t_prozess.nr_late_sync = (uint16_t)engine->late_open;
+    t_prozess.nr_late_sync = (uint16_t)technology->late_open;
     t_prozess.synch_mode = piece->synch;
     memcpy(&unit->attribut_r, &t_prozess, sizeof t_prozess);
 }
 
-static void fill_spindle(struct engine *engine,
+static void fill_spindle(engine_config *cfg,
                          TECHNO_UNIT_CH *unit,
                          const struct piece *piece) {
     HLI_S_PROZESS s_prozess;
@@ -131,7 +129,7 @@ static void fill_spindle(struct engine *engine,
         fmin(2e9, piece->value * 6000.0)); /* rev/min as 1e-3 degrees/s */
     s_prozess.move_cmd = piece->code == 19 ? 0 : (uint16_t)piece->code;
     s_prozess.pos_cmd = piece->code == 19 ? 19 : 0;
-    s_prozess.axis_nr = (uint16_t)engine->cfg.spindle_id[0];
+    s_prozess.axis_nr = (uint16_t)cfg->spindle_id[0];
     s_prozess.synch_mode = piece->synch;
     s_prozess.satz_nr = piece->n;
     s_prozess.zeilen_nr = piece->count;
@@ -145,11 +143,11 @@ static void put_out(struct engine *engine,
                     const struct piece *piece) {
     memset(&unit->attribut_r, 0, sizeof unit->attribut_r);
     if (piece->type == NC_S) {
-        fill_spindle(engine, unit, piece);
+        fill_spindle(&engine->cfg, unit, piece);
     } else if (piece->type == NC_T) {
-        fill_tool(engine, unit, piece);
+        fill_tool(&engine->technology, unit, piece);
     } else {
-        fill_function(engine, unit, piece);
+        fill_function(&engine->technology, unit, piece);
     }
     store_u16_relaxed(&unit->fkt_ctrl_r,
                       piece->type == NC_M   ? 1
@@ -163,9 +161,9 @@ static void put_out(struct engine *engine,
                                         .replay = piece->replay};
 }
 
-static uint32_t free_late_slot(const struct engine *engine) {
+static uint32_t free_late_slot(const struct technology_state *technology) {
     uint32_t i = 0;
-    while (i < LATE_UNITS && engine->late_slots[i].used) {
+    while (i < LATE_UNITS && technology->late_slots[i].used) {
         i++;
     }
     return i;
@@ -173,33 +171,35 @@ static uint32_t free_late_slot(const struct engine *engine) {
 
 /* Spindle functions go to the spindle's axis area. */
 static void output_spindle(struct engine *engine, struct piece *piece) {
-    HLI_AXIS *axis =
-        engine->segment ? &engine->segment->axis[engine->cfg.axis_count] : NULL;
-    bool present = axis && !engine->suppressed
+    HLI_AXIS *axis = engine->hli.segment
+                         ? &engine->hli.segment->axis[engine->cfg.axis_count]
+                         : NULL;
+    bool present = axis && !engine->technology.suppressed
                    && load_u8_acquire(&axis->head.plc_present_w);
-    uint32_t i = free_spindle_slot(engine);
+    uint32_t i = free_spindle_slot(&engine->technology);
     struct techno_slot here = {.used = true,
                                .synch = piece->synch,
                                .replay = piece->replay};
     if (!present) {
-        engine->techno_unseen++;
-        acknowledge(engine, &here);
-        release(engine, &here, false);
+        engine->technology.unseen++;
+        acknowledge(&engine->technology, &here);
+        release(&engine->technology, &here, false);
         return;
     }
-    engine->techno_functions++;
+    engine->technology.functions++;
     put_out(engine,
             (TECHNO_UNIT_CH *)&axis->techno_unit_std_sync[i],
-            &engine->spindle_slots[0][i],
+            &engine->technology.spindle_slots[0][i],
             piece);
-    engine->spindle_open[0]++;
-    if (!piece->replay && ATOMIC_GET(engine->simulate_now)
+    engine->technology.spindle_open[0]++;
+    if (!piece->replay && ATOMIC_GET(engine->orders.simulate)
         && !(piece->synch & SYNCH_FWD)) {
-        acknowledge(engine, &engine->spindle_slots[0][i]);
+        acknowledge(&engine->technology,
+                    &engine->technology.spindle_slots[0][i]);
     }
-    if (i >= engine->spindle_used) {
+    if (i >= engine->technology.spindle_used) {
         store_u16_relaxed(&axis->used_units_std_sync_r,
-                          (uint16_t)(engine->spindle_used = i + 1));
+                          (uint16_t)(engine->technology.spindle_used = i + 1));
     }
 }
 
@@ -213,49 +213,51 @@ void techno_output(struct engine *engine, struct piece *piece) {
         return;
     }
     bool late = piece->synch & LATE;
-    bool present = engine->channel && !engine->suppressed
-                   && load_u8_acquire(&engine->channel->head.plc_present_w);
-    uint32_t index = late            ? free_late_slot(engine)
-                     : piece->replay ? free_std_slot(engine)
+    bool present = engine->hli.channel && !engine->technology.suppressed
+                   && load_u8_acquire(&engine->hli.channel->head.plc_present_w);
+    uint32_t index = late            ? free_late_slot(&engine->technology)
+                     : piece->replay ? free_std_slot(&engine->technology)
                                      : piece->unit;
     struct techno_slot here = {.used = true,
                                .synch = piece->synch,
                                .replay = piece->replay},
-                       *techno_slot = present
-                                          ? (late ? &engine->late_slots[index]
-                                                  : &engine->std_slots[index])
-                                          : &here;
+                       *techno_slot =
+                           present
+                               ? (late ? &engine->technology.late_slots[index]
+                                       : &engine->technology.std_slots[index])
+                               : &here;
     if (!present) {
-        engine->techno_unseen++;
-        acknowledge(engine, techno_slot);
-        release(engine, techno_slot, late);
+        engine->technology.unseen++;
+        acknowledge(&engine->technology, techno_slot);
+        release(&engine->technology, techno_slot, late);
         return;
     }
-    engine->techno_functions++;
+    engine->technology.functions++;
     put_out(engine,
-            late ? &engine->channel->techno_unit_late_sync[index]
-                 : &engine->channel->techno_unit_std_sync[index],
+            late ? &engine->hli.channel->techno_unit_late_sync[index]
+                 : &engine->hli.channel->techno_unit_std_sync[index],
             techno_slot,
             piece);
-    if (!piece->replay && ATOMIC_GET(engine->simulate_now)
+    if (!piece->replay && ATOMIC_GET(engine->orders.simulate)
         && !(piece->synch & SYNCH_FWD)) {
-        acknowledge(engine, techno_slot);
+        acknowledge(&engine->technology, techno_slot);
     }
     if (late) {
-        engine->late_open++;
+        engine->technology.late_open++;
     } else {
-        engine->std_open++;
-        if (index >= engine->std_used) {
-            store_u16_relaxed(&engine->channel->used_units_std_sync_r,
-                              (uint16_t)(engine->std_used = index + 1));
+        engine->technology.std_open++;
+        if (index >= engine->technology.std_used) {
+            store_u16_relaxed(
+                &engine->hli.channel->used_units_std_sync_r,
+                (uint16_t)(engine->technology.std_used = index + 1));
         }
     }
-    store_u16_relaxed(&engine->channel->used_units_late_sync_r,
-                      (uint16_t)engine->late_open);
+    store_u16_relaxed(&engine->hli.channel->used_units_late_sync_r,
+                      (uint16_t)engine->technology.late_open);
 }
 
 /* What the PLC has done with a unit; true if it is free now. */
-static bool look_at_unit(struct engine *engine,
+static bool look_at_unit(struct technology_state *technology,
                          TECHNO_UNIT_CH *unit,
                          struct techno_slot *techno_slot,
                          bool late) {
@@ -265,32 +267,32 @@ static bool look_at_unit(struct engine *engine,
     bool fetched = !load_u8_acquire(&unit->please_rw),
          done = load_u8_acquire(&unit->done_w);
     if (fetched && done) {
-        acknowledge(engine, techno_slot);
+        acknowledge(technology, techno_slot);
     }
     if (!fetched
         || ((techno_slot->synch & (WAITS | LATE)) && !techno_slot->acked)) {
         return false;
     }
-    release(engine, techno_slot, late);
+    release(technology, techno_slot, late);
     return true;
 }
 
 static void look_at_spindle(struct engine *engine) {
-    if (!engine->cfg.spindle_count || !engine->spindle_open[0]) {
+    if (!engine->cfg.spindle_count || !engine->technology.spindle_open[0]) {
         return;
     }
-    HLI_AXIS *axis = &engine->segment->axis[engine->cfg.axis_count];
+    HLI_AXIS *axis = &engine->hli.segment->axis[engine->cfg.axis_count];
     for (uint32_t i = 0; i <= HLI_TU_AX_STD_SYNC_MAXIDX; i++) {
-        if (look_at_unit(engine,
+        if (look_at_unit(&engine->technology,
                          (TECHNO_UNIT_CH *)&axis->techno_unit_std_sync[i],
-                         &engine->spindle_slots[0][i],
+                         &engine->technology.spindle_slots[0][i],
                          false)) {
-            engine->spindle_open[0]--;
+            engine->technology.spindle_open[0]--;
         }
     }
-    if (!engine->spindle_open[0]) {
+    if (!engine->technology.spindle_open[0]) {
         store_u16_relaxed(&axis->used_units_std_sync_r,
-                          (uint16_t)(engine->spindle_used = 0));
+                          (uint16_t)(engine->technology.spindle_used = 0));
     }
 }
 
@@ -298,97 +300,101 @@ static void look_at(struct engine *engine,
                     TECHNO_UNIT_CH *unit,
                     struct techno_slot *techno_slot,
                     bool late) {
-    if (!look_at_unit(engine, unit, techno_slot, late)) {
+    if (!look_at_unit(&engine->technology, unit, techno_slot, late)) {
         return;
     }
     if (late) {
-        engine->late_open--;
-    } else if (--engine->std_open == 0) {
-        store_u16_relaxed(&engine->channel->used_units_std_sync_r,
-                          (uint16_t)(engine->std_used = 0));
+        engine->technology.late_open--;
+    } else if (--engine->technology.std_open == 0) {
+        store_u16_relaxed(&engine->hli.channel->used_units_std_sync_r,
+                          (uint16_t)(engine->technology.std_used = 0));
     }
 }
 
 static void look_at_early(struct engine *engine) {
-    while (engine->early_done < ATOMIC_GET(engine->early_head)) {
+    while (engine->early.done < ATOMIC_GET(engine->early.head)) {
         const struct early_output *early_output =
-            &engine->early[engine->early_done % EARLY_MAX];
-        double rest =
+            &engine->early.entries[engine->early.done % EARLY_MAX];
+        double remainder =
             early_output->path - (engine->geo.path - engine->geo.path_shift);
-        bool passed = ATOMIC_GET(engine->store_done) > early_output->piece;
-        if (!passed && rest > early_output->distance
-            && rest > early_output->time * engine->geo.v) {
+        bool passed = ATOMIC_GET(engine->store.done) > early_output->piece;
+        if (!passed && remainder > early_output->distance
+            && remainder > early_output->time * engine->geo.v) {
             return;
         }
         if (!passed
-            && (engine->done.std_freed < early_output->free_before
-                || engine
-                       ->std_slots[store_at(engine, early_output->piece)->unit]
+            && (engine->technology.done.std_freed < early_output->free_before
+                || engine->technology
+                       .std_slots[store_at(&engine->store, early_output->piece)
+                                      ->unit]
                        .used)) {
             return;
         }
         if (!passed) {
-            techno_output(engine, store_at(engine, early_output->piece));
+            techno_output(engine,
+                          store_at(&engine->store, early_output->piece));
         }
-        ATOMIC_SET(engine->early_done, engine->early_done + 1);
+        ATOMIC_SET(engine->early.done, engine->early.done + 1);
     }
 }
 
 /* Once a cycle: what the PLC fetched and acknowledged; early outputs that are
  * due. */
 void techno_cycle(struct engine *engine) {
-    if (engine->channel) {
+    if (engine->hli.channel) {
         techno_clear_units(engine);
         for (uint32_t i = 0; i < STD_UNITS; i++) {
             look_at(engine,
-                    &engine->channel->techno_unit_std_sync[i],
-                    &engine->std_slots[i],
+                    &engine->hli.channel->techno_unit_std_sync[i],
+                    &engine->technology.std_slots[i],
                     false);
         }
         for (uint32_t i = 0; i < LATE_UNITS; i++) {
             look_at(engine,
-                    &engine->channel->techno_unit_late_sync[i],
-                    &engine->late_slots[i],
+                    &engine->hli.channel->techno_unit_late_sync[i],
+                    &engine->technology.late_slots[i],
                     true);
         }
-        store_u16_relaxed(&engine->channel->used_units_std_sync_r,
-                          (uint16_t)engine->std_used);
-        store_u16_relaxed(&engine->channel->used_units_late_sync_r,
-                          (uint16_t)engine->late_open);
+        store_u16_relaxed(&engine->hli.channel->used_units_std_sync_r,
+                          (uint16_t)engine->technology.std_used);
+        store_u16_relaxed(&engine->hli.channel->used_units_late_sync_r,
+                          (uint16_t)engine->technology.late_open);
         look_at_spindle(engine);
     }
     look_at_early(engine);
 }
 
-void technology_clear(struct engine *engine) {
-    memset(engine->std_slots, 0, sizeof engine->std_slots);
-    memset(engine->late_slots, 0, sizeof engine->late_slots);
-    memset(engine->spindle_slots, 0, sizeof engine->spindle_slots);
-    engine->std_open = engine->late_open = engine->std_used = 0;
-    memset(engine->spindle_open, 0, sizeof engine->spindle_open);
-    engine->spindle_used = 0;
-    ATOMIC_SET(engine->units_cleared, 0);
+void technology_clear(struct technology_state *technology) {
+    memset(technology->std_slots, 0, sizeof technology->std_slots);
+    memset(technology->late_slots, 0, sizeof technology->late_slots);
+    memset(technology->spindle_slots, 0, sizeof technology->spindle_slots);
+    technology->std_open = technology->late_open = technology->std_used = 0;
+    memset(technology->spindle_open, 0, sizeof technology->spindle_open);
+    technology->spindle_used = 0;
+    ATOMIC_SET(technology->units_cleared, 0);
 }
 
 /* The PLC's side of it, in the cycle. */
 static void techno_clear_units(struct engine *engine) {
-    if (ATOMIC_GET(engine->units_cleared)) {
+    if (ATOMIC_GET(engine->technology.units_cleared)) {
         return;
     }
-    ATOMIC_SET(engine->units_cleared, 1);
+    ATOMIC_SET(engine->technology.units_cleared, 1);
     for (uint32_t i = 0; i <= HLI_TU_CH_STD_SYNC_MAXIDX; i++) {
-        store_u8_release(&engine->channel->techno_unit_std_sync[i].please_rw,
-                         0);
+        store_u8_release(
+            &engine->hli.channel->techno_unit_std_sync[i].please_rw,
+            0);
     }
     for (uint32_t i = 0; i <= HLI_TU_CH_LATE_SYNC_MAXIDX; i++) {
-        store_u8_release(&engine->channel->techno_unit_late_sync[i].please_rw,
-                         0);
+        store_u8_release(
+            &engine->hli.channel->techno_unit_late_sync[i].please_rw,
+            0);
     }
-    store_u16_relaxed(&engine->channel->used_units_std_sync_r, 0);
-    store_u16_relaxed(&engine->channel->used_units_late_sync_r, 0);
+    store_u16_relaxed(&engine->hli.channel->used_units_std_sync_r, 0);
+    store_u16_relaxed(&engine->hli.channel->used_units_late_sync_r, 0);
     for (uint32_t k = 0; k < engine->cfg.spindle_count; k++) {
         HLI_AXIS *axis =
-            &engine->segment->axis[engine->cfg.axis_count + (int)k];
+            &engine->hli.segment->axis[engine->cfg.axis_count + (int)k];
         for (uint32_t i = 0; i <= HLI_TU_AX_STD_SYNC_MAXIDX; i++) {
             store_u8_release(&axis->techno_unit_std_sync[i].please_rw, 0);
         }

@@ -4,8 +4,8 @@
 #define ENGINE_GEO_TECHNOLOGY_H
 #include "engine/state/state.h"
 
-bool techno_blocked(struct engine *e, const struct piece *p);
+bool techno_blocked(struct engine *engine, const struct piece *piece);
 void techno_output(struct engine *engine, struct piece *piece);
 void techno_cycle(struct engine *engine);
-void technology_clear(struct engine *engine);
+void technology_clear(struct technology_state *technology);
 #endif

@@ -14,25 +14,11 @@
 #include "engine/commit/commit.h"
 #include "engine/commit/planner.h"
 #include "engine/jerk_adapter/path_push.h"
+#include "engine/jerk_adapter/tuning.h"
 #include "engine/path/technology_counts.h"
-#include "engine/run/dispatch.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "jerk/planner.h"
-
-#define BRAKES_AHEAD                                                           \
-    1.6 /* window in planner intervals, over the stopping distance from full   \
-           speed */
-#define KNOTS_PER_BLOCK 3.0 /* of the window, on the whole */
-#define MAX_KNOTS 1000.0
-#define SAME_TIME 1e-9           /* s */
-#define SAME_TIME_FORESEEN 1e-6  /* s */
-#define SAME_SPEED_FORESEEN 1e-6 /* relative */
-#define THREAD_MARGIN_S                                                        \
-    0.010 /* a place to rejoin at is so far ahead of GEO where the planner has \
-             its own thread, ... */
-#define JERK_SEEN                                                              \
-    3.0 /* a jerk that reaches the acceleration in less of a cycle is none     \
-           that anybody sees */
 
 typedef struct conditions {
     struct techno_counts done, done_again;
@@ -57,7 +43,7 @@ static jerk_config config_of(const engine_config *cfg) {
     return config;
 }
 
-bool drive_wanted(const engine_config *cfg) {
+bool jerk_adapter_wanted(const engine_config *cfg) {
     for (int i = 0; i < cfg->axis_count; i++) {
         if (cfg->j_max[i] > 0) {
             return true;
@@ -72,66 +58,70 @@ static jerk_planner *spare(const struct engine *engine) {
     return jerk_new(&config, 2 * config.window_knots);
 }
 
-bool drive_new(struct engine *e) {
-    if (!drive_wanted(&e->cfg)) {
+bool jerk_adapter_new(struct engine *engine) {
+    if (!jerk_adapter_wanted(&engine->cfg)) {
         return true;
     }
-    for (int i = 0; i < e->cfg.axis_count; i++) {
-        e->cfg.j_max[i] =
-            fmin(e->cfg.j_max[i], JERK_SEEN * e->cfg.a_max[i] / e->cfg.cycle_s);
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        engine->cfg.j_max[i] =
+            fmin(engine->cfg.j_max[i],
+                 JERK_SEEN * engine->cfg.a_max[i] / engine->cfg.cycle_s);
     }
-    jerk_config c = config_of(&e->cfg);
-    e->drive.laws_max = c.window_knots + 128 + jerk_laws_kept();
-    if (e->plan.tail_max < 2 * (uint32_t)e->drive.laws_max + 1024) {
-        e->plan.tail_max = 2 * (uint32_t)e->drive.laws_max + 1024;
+    jerk_config c = config_of(&engine->cfg);
+    engine->jerk_adapter.laws_max = c.window_knots + 128 + jerk_laws_kept();
+    if (engine->commit.tail_max
+        < 2 * (uint32_t)engine->jerk_adapter.laws_max + 1024) {
+        engine->commit.tail_max =
+            2 * (uint32_t)engine->jerk_adapter.laws_max + 1024;
     }
-    e->drive.planner = jerk_new(&c, 2 * c.window_knots);
-    e->drive.laws = calloc((size_t)e->drive.laws_max, sizeof(jerk_law));
+    engine->jerk_adapter.planner = jerk_new(&c, 2 * c.window_knots);
+    engine->jerk_adapter.laws =
+        calloc((size_t)engine->jerk_adapter.laws_max, sizeof(jerk_law));
     for (int i = 0; i < 2; i++) {
-        e->plan.tails[i].place =
-            calloc((size_t)e->drive.laws_max, sizeof(uint32_t));
+        engine->commit.tails[i].place =
+            calloc((size_t)engine->jerk_adapter.laws_max, sizeof(uint32_t));
     }
-    return e->drive.planner && e->drive.laws && e->plan.tails[0].place
-           && e->plan.tails[1].place;
+    return engine->jerk_adapter.planner && engine->jerk_adapter.laws
+           && engine->commit.tails[0].place && engine->commit.tails[1].place;
 }
 
-void drive_free(struct engine *engine) {
-    jerk_free(engine->drive.planner);
-    free(engine->drive.laws);
+void jerk_adapter_free(struct engine *engine) {
+    jerk_free(engine->jerk_adapter.planner);
+    free(engine->jerk_adapter.laws);
     for (int i = 0; i < 2; i++) {
-        free(engine->plan.tails[i].place);
+        free(engine->commit.tails[i].place);
     }
 }
 
 static void read_conditions(struct engine *engine,
                             struct conditions *conditions) {
     memset(conditions, 0, sizeof *conditions);
-    conditions->done = techno_done(&engine->done);
-    conditions->done_again = techno_done(&engine->done_again);
-    conditions->single = ATOMIC_GET(engine->single_now);
-    conditions->m01 = ATOMIC_GET(engine->m01_now);
-    conditions->held_axes = ATOMIC_GET(engine->held_axes);
+    conditions->done = techno_done(&engine->technology.done);
+    conditions->done_again = techno_done(&engine->technology.done_again);
+    conditions->single = ATOMIC_GET(engine->orders.single);
+    conditions->m01 = ATOMIC_GET(engine->orders.m01);
+    conditions->held_axes = ATOMIC_GET(engine->orders.held_axes);
 }
 
 static bool conditions_change(struct engine *engine) {
-    planner *plan = &engine->plan;
     struct conditions want;
     read_conditions(engine, &want);
     bool same =
-        plan->single == want.single && plan->m01 == want.m01
-        && plan->held_axes == want.held_axes
-        && memcmp(&plan->done, &want.done, sizeof want.done) == 0
-        && memcmp(&plan->done_again, &want.done_again, sizeof want.done) == 0;
-    plan->done = want.done;
-    plan->done_again = want.done_again;
-    plan->single = want.single;
-    plan->m01 = want.m01;
-    plan->held_axes = want.held_axes;
+        engine->plan.single == want.single && engine->plan.m01 == want.m01
+        && engine->plan.held_axes == want.held_axes
+        && memcmp(&engine->plan.done, &want.done, sizeof want.done) == 0
+        && memcmp(&engine->plan.done_again, &want.done_again, sizeof want.done)
+               == 0;
+    engine->plan.done = want.done;
+    engine->plan.done_again = want.done_again;
+    engine->plan.single = want.single;
+    engine->plan.m01 = want.m01;
+    engine->plan.held_axes = want.held_axes;
     return !same;
 }
 
 static void set_speeds(struct engine *engine) {
-    jerk_planner *planner = engine->drive.planner;
+    jerk_planner *planner = engine->jerk_adapter.planner;
     jerk_hold(planner, engine->plan.hold);
     jerk_command_speed(planner,
                        engine->plan.ext_speed < NEVER ? engine->plan.ext_speed
@@ -143,16 +133,17 @@ static void set_speeds(struct engine *engine) {
     }
 }
 
-static bool steps_over(struct engine *engine, uint64_t i) {
-    const struct piece *piece = piece_at(engine, i);
+static bool steps_over(struct run_ring *run, uint64_t i) {
+    const struct piece *piece = piece_at(run, i);
     return !is_motion(piece) || piece->length <= STEPPED_OVER_MM;
 }
 
 /* Events, and pieces without a length, up to piece `until`. */
 static void pass_events(struct writer *writer, uint64_t until) {
     while (writer->piece < until && !writer_full(writer)
-           && steps_over(writer->e, writer->piece)) {
-        const struct piece *piece = piece_at(writer->e, writer->piece);
+           && steps_over(&writer->engine->run, writer->piece)) {
+        const struct piece *piece =
+            piece_at(&writer->engine->run, writer->piece);
         if (is_motion(piece)) {
             const phase ph = {.piece = writer->piece,
                               .s0 = piece->length,
@@ -192,9 +183,9 @@ static void write_law(struct writer *writer, const jerk_law *law) {
 static void write_commit(struct engine *engine,
                          struct writer *writer,
                          bool changed) {
-    jerk_planner *planner = engine->drive.planner;
+    jerk_planner *planner = engine->jerk_adapter.planner;
     jerk_law law;
-    pass_events(writer, engine->piece_head);
+    pass_events(writer, engine->run.head);
     while (!writer_full(writer)) {
         if (!jerk_next_within(planner,
                               &law,
@@ -211,7 +202,7 @@ static void write_commit(struct engine *engine,
         }
         changed = false;
         write_law(writer, &law);
-        pass_events(writer, engine->piece_head);
+        pass_events(writer, engine->run.head);
     }
     writer->v = jerk_speed(planner);
 }
@@ -220,22 +211,22 @@ static void write_commit(struct engine *engine,
 static bool tail_continues(struct engine *engine,
                            struct tail *tail,
                            const struct writer *from) {
-    const jerk_planner *planner = engine->drive.planner;
+    const jerk_planner *planner = engine->jerk_adapter.planner;
     jerk_law law;
     if (tail->edition == 0 || tail->edition != jerk_edition(planner)
         || !(from->v > 0.0) || jerk_tail(planner, &law, 1) != 1) {
         return false;
     }
     tail->first = tail->place[jerk_used(planner) - tail->from];
-    while (steps_over(engine, tail->phases[tail->first].piece)
+    while (steps_over(&engine->run, tail->phases[tail->first].piece)
            && tail->phases[tail->first].piece < from->piece) {
         tail->first++; /* events that are committed */
     }
     uint32_t i = tail->first;
-    while (steps_over(engine, tail->phases[i].piece)) {
+    while (steps_over(&engine->run, tail->phases[i].piece)) {
         i++;
     }
-    struct writer writer = {.e = engine,
+    struct writer writer = {.engine = engine,
                             .out = tail->phases,
                             .count = i,
                             .budget = NEVER};
@@ -247,148 +238,153 @@ static bool tail_continues(struct engine *engine,
 static bool write_tail(struct engine *engine,
                        struct tail *tail,
                        const struct writer *from) {
-    struct drive *drive = &engine->drive;
+    struct jerk_adapter *adapter = &engine->jerk_adapter;
     if (tail_continues(engine, tail, from)) {
         return true;
     }
-    struct writer writer = {.e = engine,
+    struct writer writer = {.engine = engine,
                             .out = tail->phases,
-                            .max = engine->plan.tail_max,
+                            .max = engine->commit.tail_max,
                             .piece = from->piece,
                             .s = from->s,
                             .v = from->v,
                             .budget = NEVER};
     int64_t count =
-        from->v > 0.0 ? jerk_tail(drive->planner, drive->laws, drive->laws_max)
-                      : 0;
+        from->v > 0.0
+            ? jerk_tail(adapter->planner, adapter->laws, adapter->laws_max)
+            : 0;
     tail->edition = 0;
     for (int64_t i = 0; i < count; i++) {
         tail->place[i] = writer.count;
-        pass_events(&writer, drive->laws[i].tag);
+        pass_events(&writer, adapter->laws[i].tag);
         if (writer_full(&writer)) {
             return false;
         }
-        write_law(&writer, &drive->laws[i]);
+        write_law(&writer, &adapter->laws[i]);
     }
     tail->first = 0;
     tail->count = writer.count;
-    tail->edition = count > 0 ? jerk_edition(drive->planner) : 0;
-    tail->from = jerk_used(drive->planner);
+    tail->edition = count > 0 ? jerk_edition(adapter->planner) : 0;
+    tail->from = jerk_used(adapter->planner);
     tail->piece = writer.piece;
     tail->s = writer.s;
-    return count < drive->laws_max;
+    return count < adapter->laws_max;
 }
 
 /* The stopping tail becomes the shortest one there is, so that what lies behind
  * it may be changed. False: not now. */
-static bool shorten_tail(struct engine *e) {
-    if (e->plan.v <= 0.0) {
+static bool shorten_tail(struct engine *engine) {
+    if (engine->commit.v <= 0.0) {
         return true;
     }
-    uint64_t word = ATOMIC_GET(e->commit);
-    if (e->drive.restart || (word & 1)) {
+    uint64_t word = ATOMIC_GET(engine->commit.word);
+    if (engine->jerk_adapter.restart || (word & 1)) {
         return false;
     }
     uint32_t next = ((word >> 1) & 1) ^ 1;
-    struct writer w = {.e = e,
-                       .piece = e->plan.piece,
-                       .s = e->plan.s,
-                       .v = e->plan.v};
-    jerk_brake(e->drive.planner);
-    if (write_tail(e, &e->plan.tails[next], &w)
-        && __atomic_compare_exchange_n(&e->commit,
+    struct writer w = {.engine = engine,
+                       .piece = engine->commit.piece,
+                       .s = engine->commit.s,
+                       .v = engine->commit.v};
+    jerk_brake(engine->jerk_adapter.planner);
+    if (write_tail(engine, &engine->commit.tails[next], &w)
+        && __atomic_compare_exchange_n(&engine->commit.word,
                                        &word,
-                                       e->plan.written << 2 | next << 1,
+                                       engine->commit.written << 2 | next << 1,
                                        false,
                                        __ATOMIC_ACQ_REL,
                                        __ATOMIC_ACQUIRE)) {
         return true;
     }
-    e->drive.restart = true;
+    engine->jerk_adapter.restart = true;
     return false;
 }
 
 /* The last `seconds` that were committed, or a little less, are the beginning
  * of the plan again. */
 static double take_back(struct engine *engine, double seconds) {
-    double back = jerk_take_back(engine->drive.planner, seconds);
+    double back = jerk_take_back(engine->jerk_adapter.planner, seconds);
     if (back > 0.0) {
         update_stands(engine);
     }
     return back;
 }
 
-/* Motion from where w is, as much as its budget, and the tail behind it; false
- * if that finds no room. */
-static bool write_plan(struct engine *e, struct writer *w, struct tail *t) {
-    bool changed = conditions_change(e);
+/* Motion from where writer is, as much as its budget, and the tail behind it;
+ * false if that finds no room. */
+static bool write_plan(struct engine *engine,
+                       struct writer *writer,
+                       struct tail *tail) {
+    bool changed = conditions_change(engine);
     if (changed) {
-        update_stands(e);
+        update_stands(engine);
     }
-    push_path(e);
-    set_speeds(e);
-    write_commit(e, w, changed);
-    return write_tail(e, t, w);
+    push_path(engine);
+    set_speeds(engine);
+    write_commit(engine, writer, changed);
+    return write_tail(engine, tail, writer);
 }
 
 /* GEO has taken the tail behind the last commit: the planner goes back to where
  * it begins. False if its plan is another one by now. */
-static bool back_to_tail(struct engine *engine,
+static bool back_to_tail(struct jerk_adapter *jerk_adapter,
                          const struct writer *writer,
                          uint64_t edition) {
-    if (jerk_edition(engine->drive.planner) != edition) {
+    if (jerk_edition(jerk_adapter->planner) != edition) {
         return false;
     }
     return !(writer->motion > 0.0)
-           || fabs(jerk_take_back(engine->drive.planner, writer->motion)
+           || fabs(jerk_take_back(jerk_adapter->planner, writer->motion)
                    - writer->motion)
                   < SAME_TIME;
 }
 
 /* Commit motion until commit_high of it is ahead of GEO. */
 static void commit(struct engine *engine) {
-    if (engine->drive.restart && engine->plan.v > 0.0) {
+    if (engine->jerk_adapter.restart && engine->commit.v > 0.0) {
         return; /* the stored tail is driven first */
     }
-    if (engine->drive.restart) {
+    if (engine->jerk_adapter.restart) {
         adapter_restart(engine);
     }
-    uint64_t word = ATOMIC_GET(engine->commit), before = engine->plan.written,
-             edition = jerk_edition(engine->drive.planner);
-    struct writer writer = {.e = engine,
-                            .piece = engine->plan.piece,
-                            .s = engine->plan.s,
-                            .v = engine->plan.v,
-                            .budget = commit_high(engine) - ahead_s(engine)};
+    uint64_t word = ATOMIC_GET(engine->commit.word),
+             before = engine->commit.written,
+             edition = jerk_edition(engine->jerk_adapter.planner);
+    struct writer writer = {.engine = engine,
+                            .piece = engine->commit.piece,
+                            .s = engine->commit.s,
+                            .v = engine->commit.v,
+                            .budget =
+                                commit_high(&engine->cfg) - ahead_s(engine)};
     uint32_t next = ((word >> 1) & 1) ^ 1;
     if (word & 1) {
         return; /* GEO has taken the tail */
     }
-    jerk_watch(engine->drive.planner, &engine->commit);
-    bool fits = write_plan(engine, &writer, &engine->plan.tails[next]);
-    jerk_watch(engine->drive.planner, NULL);
+    jerk_watch(engine->jerk_adapter.planner, &engine->commit.word);
+    bool fits = write_plan(engine, &writer, &engine->commit.tails[next]);
+    jerk_watch(engine->jerk_adapter.planner, NULL);
     if (!fits
-        || !__atomic_compare_exchange_n(&engine->commit,
+        || !__atomic_compare_exchange_n(&engine->commit.word,
                                         &word,
-                                        engine->plan.written << 2 | next << 1,
+                                        engine->commit.written << 2 | next << 1,
                                         false,
                                         __ATOMIC_ACQ_REL,
                                         __ATOMIC_ACQUIRE)) {
-        engine->plan.written = before;
-        engine->drive.restart =
+        engine->commit.written = before;
+        engine->jerk_adapter.restart =
             !fits
             || !back_to_tail(
-                engine,
+                &engine->jerk_adapter,
                 &writer,
                 edition); /* from rest: where the tail that GEO drives now ends,
                              or where the path stands already */
         return;
     }
-    engine->plan.phases += engine->plan.written - before;
-    engine->plan.piece = writer.piece;
-    engine->plan.s = writer.s;
-    engine->plan.v = writer.v;
-    engine->plan.committed_s += writer.seconds;
+    engine->commit.phases += engine->commit.written - before;
+    engine->commit.piece = writer.piece;
+    engine->commit.s = writer.s;
+    engine->commit.v = writer.v;
+    engine->commit.committed_s += writer.seconds;
 }
 
 /* Committed motion ends where the writer is. */
@@ -399,10 +395,10 @@ static bool write_behind(struct engine *engine,
     if (!write_plan(engine, writer, tail)) {
         return false;
     }
-    engine->plan.piece = writer->piece;
-    engine->plan.s = writer->s;
-    engine->plan.v = writer->v;
-    engine->plan.committed_s += at_s + writer->seconds;
+    engine->commit.piece = writer->piece;
+    engine->commit.s = writer->s;
+    engine->commit.v = writer->v;
+    engine->commit.committed_s += at_s + writer->seconds;
     return true;
 }
 
@@ -411,36 +407,36 @@ static void no_tail_due(struct engine *engine) {
 }
 
 static void stand_elsewhere(struct engine *engine) {
-    engine->drive.restart = true;
+    engine->jerk_adapter.restart = true;
 }
 
 static bool stands_elsewhere(const struct engine *engine) {
-    return engine->drive.restart;
+    return engine->jerk_adapter.restart;
 }
 
 /* It follows: GEO comes to the tail, whose beginning that is (rejoin.c). Else
  * the path goes on from where the tail ends. */
 static void taken_back(struct engine *engine, bool follows) {
     if (follows) {
-        engine->plan.v = jerk_speed(engine->drive.planner);
+        engine->commit.v = jerk_speed(engine->jerk_adapter.planner);
     } else {
-        engine->drive.restart = true;
+        engine->jerk_adapter.restart = true;
     }
 }
 
 static bool may_rejoin(const struct engine *engine) {
-    return !engine->drive.restart;
+    return !engine->jerk_adapter.restart;
 }
 
 static bool follow(struct engine *engine, double motion_s) {
-    return fabs(jerk_advance(engine->drive.planner, motion_s) - motion_s)
+    return fabs(jerk_advance(engine->jerk_adapter.planner, motion_s) - motion_s)
            <= SAME_TIME;
 }
 
 /* The stored tail is the rest of the plan. */
-static void rest_of_plan(struct engine *engine, struct writer *writer) {
+static void remainder_of_plan(struct engine *engine, struct writer *writer) {
     const struct tail *tail =
-        &engine->plan.tails[(ATOMIC_GET(engine->commit) >> 1) & 1];
+        &engine->commit.tails[(ATOMIC_GET(engine->commit.word) >> 1) & 1];
     for (uint32_t i = tail->first; i < tail->count; i++) {
         if (writer->count >= writer->max || !(tail->phases[i].time >= 0.0)) {
             return;
@@ -451,30 +447,30 @@ static void rest_of_plan(struct engine *engine, struct writer *writer) {
 
 /* Whether the plan has come to where the last forecast has looked from: what it
  * has found there holds. */
-static bool as_foreseen(const struct engine *engine,
-                        const struct rest_search *search) {
+static bool as_predicted(const struct engine *engine,
+                         const struct standstill_search *search) {
     return !engine->plan.hold && search->next.v > 0.0
-           && fabs(engine->plan.committed_s - search->next_s)
-                  < SAME_TIME_FORESEEN
-           && fabs(engine->plan.v - search->next.v)
-                  < SAME_SPEED_FORESEEN * search->next.v;
+           && fabs(engine->commit.committed_s - search->next_s)
+                  < SAME_TIME_PREDICTED
+           && fabs(engine->commit.v - search->next.v)
+                  < SAME_SPEED_PREDICTED * search->next.v;
 }
 
-static void ways_to_rest(struct engine *engine,
-                         struct rest_search *search,
-                         double way[2]) {
-    jerk_planner *planner = engine->drive.planner;
+static void ways_to_standstill(struct engine *engine,
+                               struct standstill_search *search,
+                               double way[2]) {
+    jerk_planner *planner = engine->jerk_adapter.planner;
     way[0] = way[1] = 0.0;
-    if (engine->plan.v <= 0.0 && engine->drive.restart) {
+    if (engine->commit.v <= 0.0 && engine->jerk_adapter.restart) {
         return;
     }
     double later = next_commit(engine);
     jerk_preview now = search->next;
-    if (!as_foreseen(engine, search)) {
+    if (!as_predicted(engine, search)) {
         jerk_stop_preview(planner, search->scratch, 0.0, &now);
     }
     jerk_stop_preview(planner, search->scratch, later, &search->next);
-    search->next_s = engine->plan.committed_s + later;
+    search->next_s = engine->commit.committed_s + later;
     way[0] = now.way;
     way[1] = search->next.before + search->next.way;
 }
@@ -483,16 +479,16 @@ static double line_time(const struct engine *engine,
                         const double *most,
                         double length,
                         double fastest) {
-    return jerk_line_time(engine->drive.planner, most, length, fastest);
+    return jerk_line_time(engine->jerk_adapter.planner, most, length, fastest);
 }
 
 const struct planner_ops jerk_limited_planner = {
     .commit = commit,
     .write = write_behind,
     .store_tail = no_tail_due,
-    .cut = drive_cut_run,
+    .cut = adapter_cut,
     .begin_run = stand_elsewhere,
-    .shorten = drive_shorten,
+    .shorten = adapter_shorten,
     .shorten_tail = shorten_tail,
     .take_back = take_back,
     .taken_back = taken_back,
@@ -501,14 +497,14 @@ const struct planner_ops jerk_limited_planner = {
     .may_rejoin = may_rejoin,
     .follow = follow,
     .give_up_rejoin = stand_elsewhere,
-    .rest_of_plan = rest_of_plan,
-    .ways_to_rest = ways_to_rest,
+    .remainder_of_plan = remainder_of_plan,
+    .ways_to_standstill = ways_to_standstill,
     .spare = spare,
-    .stands_behind = drive_stands_behind,
+    .stands_behind = adapter_stands_behind,
     .line_time = line_time,
     .traits =
         {
-            .rejoin_margin_s = THREAD_MARGIN_S,
+            .rejoin_margin_s = REJOIN_MARGIN_S,
             .fed_ahead = FED_AHEAD,
             .cuts_phases = true,
             .tries_stops = true,

@@ -6,9 +6,9 @@
 #include "engine/commit/planner.h"
 #include "engine/state/state.h"
 
-bool drive_wanted(const engine_config *cfg);
-bool drive_new(struct engine *e);
-void drive_free(struct engine *engine);
+bool jerk_adapter_wanted(const engine_config *cfg);
+bool jerk_adapter_new(struct engine *engine);
+void jerk_adapter_free(struct engine *engine);
 
 extern const struct planner_ops jerk_limited_planner;
 #endif

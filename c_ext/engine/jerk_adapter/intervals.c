@@ -3,26 +3,12 @@
 #include <math.h>
 #include <string.h>
 #include "engine/jerk_adapter/intervals.h"
+#include "engine/jerk_adapter/tuning.h"
 #include "engine/path/piece.h"
 #include "engine/path/piece_curve.h"
 #include "engine/state/state.h"
 #include "jerk/planner.h"
 #include "rows/nc_block.h"
-
-#define TURN_STEP 0.1 /* rad of turn over an interval */
-#define CURVE_MISS                                                             \
-    0.001 /* of the third derivative: beyond it an interval of a curve is      \
-             halved, ... */
-#define CURVE_HALVINGS 3    /* ... so often, but none shorter than ... */
-#define CURVE_SHORTEST 2e-3 /* mm, or ... */
-#define CURVE_UNSEEN                                                           \
-    0.25 /* cycles at the speed that its third derivative allows, if that is   \
-            less */
-#define CURVE_NOISE 1e-3
-#define STRAIGHT                                                               \
-    1e-9 /* change of the tangent over an interval that does not bend */
-#define LEAST_SHARE 1e-4 /* of a limit, however small the program asks for */
-#define LEAST_MM 1e-6    /* of an interval of a curve, however much it bends */
 
 static void derivatives(const struct engine *engine,
                         const struct piece *piece,
@@ -31,7 +17,7 @@ static void derivatives(const struct engine *engine,
                         double *d2,
                         double *d3) {
     if (piece->kind == PIECE_CURVE) {
-        curve_piece_derivatives(engine, piece, s, d1, d2, d3);
+        curve_piece_derivatives(&engine->store, piece, s, d1, d2, d3);
         return;
     }
     piece_tangent(engine, piece, s, d1);
@@ -80,7 +66,7 @@ static double turn_rate(const struct engine *engine,
         bend = fmax(bend, sqrt(sum));
         fast = fmax(fast, sqrt(rate));
     }
-    if (curve_of(engine, piece)->natural > 0.0 && fast > 0.0) {
+    if (curve_of(&engine->store, piece)->natural > 0.0 && fast > 0.0) {
         return bend / fast;
     }
     for (int i = 0; i < engine->cfg.axis_count; i++) {
@@ -91,10 +77,10 @@ static double turn_rate(const struct engine *engine,
 
 /* The program asks for a slow corner at the start: a short interval of its own
  * holds that speed. */
-static double entry_stretch(const struct engine *engine,
+static double entry_stretch(const engine_config *cfg,
                             const struct piece *piece) {
     return fmin(0.25 * piece->length,
-                fmax(1e-3, piece->entry_speed * engine->cfg.cycle_s));
+                fmax(1e-3, piece->entry_speed * cfg->cycle_s));
 }
 
 /* Where the interval that begins at s ends. */
@@ -103,7 +89,7 @@ static double interval_end(const struct engine *engine,
                            double s) {
     double end = piece->length, bend = 0.0;
     if (s <= 0.0 && piece->entry_speed < NEVER) {
-        end = entry_stretch(engine, piece);
+        end = entry_stretch(&engine->cfg, piece);
     }
     if (piece->kind == PIECE_LINE) {
         return end;
@@ -111,10 +97,10 @@ static double interval_end(const struct engine *engine,
     if (piece->kind == PIECE_ARC) {
         bend = fabs(piece->sweep) / piece->whole;
     } else {
-        end = fmin(end, curve_piece_cell_end(engine, piece, s));
+        end = fmin(end, curve_piece_cell_end(&engine->store, piece, s));
         bend = turn_rate(engine, piece, s, end);
     }
-    double parts = fmin(ceil((end - s) * bend / TURN_STEP - 1e-9),
+    double parts = fmin(ceil((end - s) * bend / INTERVAL_TURN - 1e-9),
                         floor((end - s) / LEAST_MM)),
            next = parts > 1.0 ? s + (end - s) / parts : end;
     return piece->length - next < STEPPED_OVER_MM ? piece->length : next;
@@ -136,9 +122,9 @@ static double shared_speed(const struct engine *engine,
         derivatives(engine, piece, from + 0.5 * k * (to - from), d1, d2, d3);
         for (int i = 0; i < engine->cfg.axis_count; i++) {
             if (shared >> i & 1 && fabs(d1[i]) > 1e-12) {
-                v = fmin(
-                    v,
-                    fmax(piece_v_max(engine, piece, i) / fabs(d1[i]), 1e-6));
+                v = fmin(v,
+                         fmax(piece_v_max(&engine->cfg, piece, i) / fabs(d1[i]),
+                              1e-6));
             }
         }
     }
@@ -171,13 +157,13 @@ static double programmed_speed(const struct engine *engine,
 }
 
 /* A part of a curve that does not bend is a line. */
-static bool is_line(const struct engine *engine,
+static bool is_line(const engine_config *cfg,
                     const struct piece *piece,
                     const jerk_interval *interval) {
     if (piece->kind == PIECE_LINE) {
         return true;
     }
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         if (fabs(interval->d1[1][i] - interval->d1[0][i]) > STRAIGHT
             || (fabs(interval->d2[0][i]) + fabs(interval->d2[1][i]))
                        * interval->length
@@ -191,20 +177,20 @@ static bool is_line(const struct engine *engine,
 /* Weights of the program as shares of the axes' limits. A limit of the path's
  * acceleration or jerk becomes one of the axis that moves most on a line, of
  * all axes where the path bends. */
-static void set_shares(const struct engine *engine,
+static void set_shares(const engine_config *cfg,
                        const struct piece *piece,
                        jerk_interval *interval) {
     const struct motion_limits *motion_limits = &piece->limits;
     bool path = motion_limits->path_acceleration > 0
                 || motion_limits->path_jerk > 0,
-         line = path && is_line(engine, piece, interval);
+         line = path && is_line(cfg, piece, interval);
     int most = 0;
-    for (int i = 1; i < engine->cfg.axis_count; i++) {
+    for (int i = 1; i < cfg->axis_count; i++) {
         if (fabs(interval->d1[0][i]) > fabs(interval->d1[0][most])) {
             most = i;
         }
     }
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         bool takes = !line || i == most;
         double along = line ? fabs(interval->d1[0][i]) : 1.0,
                acc = motion_limits->acceleration[i],
@@ -212,12 +198,12 @@ static void set_shares(const struct engine *engine,
         if (takes && motion_limits->path_acceleration > 0) {
             acc = fmin(acc,
                        (double)motion_limits->path_acceleration * along
-                           / engine->cfg.a_max[i]);
+                           / cfg->a_max[i]);
         }
-        if (takes && motion_limits->path_jerk > 0 && engine->cfg.j_max[i] > 0) {
-            jerk = fmin(jerk,
-                        (double)motion_limits->path_jerk * along
-                            / engine->cfg.j_max[i]);
+        if (takes && motion_limits->path_jerk > 0 && cfg->j_max[i] > 0) {
+            jerk =
+                fmin(jerk,
+                     (double)motion_limits->path_jerk * along / cfg->j_max[i]);
         }
         interval->acc_share[i] = (float)fmax(acc, LEAST_SHARE);
         interval->jerk_share[i] = (float)fmax(jerk, LEAST_SHARE);
@@ -238,7 +224,7 @@ static void end_interval(const struct engine *engine,
                 interval->d2[1],
                 interval->d3[1]);
     interval->v_hard = programmed_speed(engine, piece, from, to);
-    set_shares(engine, piece, interval);
+    set_shares(&engine->cfg, piece, interval);
     interval->blocks = to >= piece->length;
     if (from <= 0.0 && piece->entry_speed < NEVER) {
         interval->v_hard = interval->v_hard > 0.0
@@ -295,20 +281,19 @@ static bool fits_curve(const struct engine *engine,
 
 /* Shortest interval of a curve that is worth halving: a blend of a micrometre
  * is seen by many cycles if it must be crept through. */
-static double shortest_seen(const struct engine *engine,
+static double shortest_seen(const engine_config *cfg,
                             const jerk_interval *interval) {
     double most = 0.0;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
-        double j = engine->cfg.j_max[i] > 0
-                       ? engine->cfg.j_max[i]
-                       : engine->cfg.a_max[i] / engine->cfg.cycle_s;
+    for (int i = 0; i < cfg->axis_count; i++) {
+        double j =
+            cfg->j_max[i] > 0 ? cfg->j_max[i] : cfg->a_max[i] / cfg->cycle_s;
         most =
             fmax(most,
                  fmax(fabs(interval->d3[0][i]), fabs(interval->d3[1][i])) / j);
     }
-    return most > 0.0 ? fmin(CURVE_SHORTEST,
-                             CURVE_UNSEEN * engine->cfg.cycle_s / cbrt(most))
-                      : CURVE_SHORTEST;
+    return most > 0.0
+               ? fmin(CURVE_SHORTEST, CURVE_UNSEEN * cfg->cycle_s / cbrt(most))
+               : CURVE_SHORTEST;
 }
 
 /* The next interval of the path of a piece. */
@@ -334,7 +319,7 @@ jerk_interval next_interval(const struct engine *engine,
     for (int k = 0;
          piece->kind == PIECE_CURVE && !fits_curve(engine, piece, &interval)
          && k < CURVE_HALVINGS
-         && interval.length > shortest_seen(engine, &interval);
+         && interval.length > shortest_seen(&engine->cfg, &interval);
          k++) {
         to = 0.5 * (from + to);
         end_interval(engine, piece, to, &interval);

@@ -5,11 +5,11 @@
 #include "engine/state/state.h"
 #include "jerk/planner.h"
 
-bool drive_stands_behind(struct engine *e, uint64_t i);
+bool adapter_stands_behind(struct engine *engine, uint64_t i);
 void push_path(struct engine *engine);
 void adapter_restart(struct engine *engine);
-void drive_cut_run(struct engine *engine, uint64_t head);
-void drive_shorten(struct engine *engine, uint64_t i, double s);
+void adapter_cut(struct engine *engine, uint64_t head);
+void adapter_shorten(struct engine *engine, uint64_t i, double s);
 void update_stands(struct engine *engine);
 void forget_missed_stands(jerk_planner *planner);
 #endif

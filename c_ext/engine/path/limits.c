@@ -11,9 +11,9 @@
     1e4 /* S ramps of a profile lift the jerk limit; nothing lifts velocity or \
            acceleration */
 
-void limits_reset(struct engine *engine) {
+void limits_reset(struct push_state *push) {
     for (int k = 0; k < 2; k++) {
-        struct motion_limits *motion_limits = &engine->limits[k];
+        struct motion_limits *motion_limits = &push->limits[k];
         memset(motion_limits, 0, sizeof *motion_limits);
         for (int i = 0; i < NC_AXES; i++) {
             motion_limits->velocity[i] = motion_limits->acceleration[i] =
@@ -23,7 +23,7 @@ void limits_reset(struct engine *engine) {
     }
 }
 
-bool limits_row_check(const struct engine *e, const nc_block *row) {
+bool limits_row_check(const engine_config *cfg, const nc_block *row) {
     if (row->code == NC_DYNAMICS_PROFILE) {
         return row->value >= 0 && row->value <= PROFILES;
     }
@@ -32,7 +32,7 @@ bool limits_row_check(const struct engine *e, const nc_block *row) {
     }
     bool path = row->code == NC_DYNAMICS_PATH;
     double most = row->code == NC_DYNAMICS_JERK ? JERK_SHARE_MAX : 1.0;
-    for (int i = 0; i < (path ? PATH_LIMITS : e->cfg.axis_count); i++) {
+    for (int i = 0; i < (path ? PATH_LIMITS : cfg->axis_count); i++) {
         if (path ? !(row->end[i] >= 0)
                  : !(row->end[i] >= 1e-6 && row->end[i] <= most)) {
             return false;
@@ -52,12 +52,12 @@ static void set_path(struct motion_limits *motion_limits, const double *v) {
 
 void limits_set(struct engine *engine, const nc_block *row) {
     if (row->code == NC_DYNAMICS_PROFILE) {
-        engine->limits[0].profile = engine->limits[1].profile =
+        engine->push.limits[0].profile = engine->push.limits[1].profile =
             (uint8_t)row->value;
         return;
     }
     struct motion_limits *motion_limits =
-        &engine->limits[row->value > 0 ? 1 : 0];
+        &engine->push.limits[row->value > 0 ? 1 : 0];
     if (row->code == NC_DYNAMICS_PATH) {
         set_path(motion_limits, row->end);
         return;

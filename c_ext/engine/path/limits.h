@@ -5,7 +5,7 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-void limits_reset(struct engine *engine);
-bool limits_row_check(const struct engine *e, const nc_block *row);
+void limits_reset(struct push_state *push);
+bool limits_row_check(const engine_config *cfg, const nc_block *row);
 void limits_set(struct engine *engine, const nc_block *row);
 #endif

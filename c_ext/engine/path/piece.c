@@ -4,26 +4,23 @@
 #include "engine/path/piece.h"
 #include "engine/path/piece_curve.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "hli/sync.h"
 #include "rows/nc_block.h"
 
-#define ARC_NORMAL                                                             \
-    0.8 /* share of the acceleration limit for the normal direction; 0.6 is    \
-           left for the tangent */
-
-static void set_plane(struct engine *engine,
+static void set_plane(engine_config *cfg,
                       struct piece *piece,
                       const nc_block *row) {
     static const int planes[3][2] = {{0, 1}, {2, 0}, {1, 2}};
     const int *axes = planes[row->plane - 17];
-    piece->axis1 = (uint8_t)engine->cfg.main[axes[0]];
-    piece->axis2 = (uint8_t)engine->cfg.main[axes[1]];
+    piece->axis1 = (uint8_t)cfg->main[axes[0]];
+    piece->axis2 = (uint8_t)cfg->main[axes[1]];
 }
 
-static void build_arc(struct engine *engine,
+static void build_arc(engine_config *cfg,
                       struct piece *piece,
                       const nc_block *row) {
-    set_plane(engine, piece, row);
+    set_plane(cfg, piece, row);
     piece->centre[0] = row->center[0];
     piece->centre[1] = row->center[1];
     double d1 = piece->start[piece->axis1] - piece->centre[0],
@@ -46,13 +43,13 @@ static double axis_speed_limit(const struct engine *engine,
             in_plane ? !engine->traits.exact_arcs ? piece->plane_speed : 0.0
                      : fabs(piece->slope[i]);
         if (share > 1e-12) {
-            v = fmin(v, piece_v_max(engine, piece, i) / share);
+            v = fmin(v, piece_v_max(&engine->cfg, piece, i) / share);
         }
     }
     if (piece->kind == PIECE_ARC && engine->traits.exact_arcs) {
         v = fmin(v,
-                 hypot(piece_v_max(engine, piece, piece->axis1),
-                       piece_v_max(engine, piece, piece->axis2))
+                 hypot(piece_v_max(&engine->cfg, piece, piece->axis1),
+                       piece_v_max(&engine->cfg, piece, piece->axis2))
                      / piece->plane_speed);
     }
     return v;
@@ -65,8 +62,8 @@ static double speed_limit(const struct engine *engine,
         v = fmin(v, (double)piece->limits.path_velocity);
     }
     if (piece->kind == PIECE_ARC) {
-        double a1 = piece_a_max(engine, piece, piece->axis1),
-               a2 = piece_a_max(engine, piece, piece->axis2);
+        double a1 = piece_a_max(&engine->cfg, piece, piece->axis1),
+               a2 = piece_a_max(&engine->cfg, piece, piece->axis2);
         double a =
             !engine->traits.exact_arcs
                 ? ARC_NORMAL * fmin(a1, a2)
@@ -80,9 +77,9 @@ static double speed_limit(const struct engine *engine,
     return v;
 }
 
-static void note_moving(const struct engine *engine, struct piece *piece) {
+static void note_moving(const engine_config *cfg, struct piece *piece) {
     piece->moving = 0;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         if (fabs(piece->slope[i]) > 1e-12
             || (piece->kind == PIECE_ARC
                 && (i == piece->axis1 || i == piece->axis2))) {
@@ -92,11 +89,10 @@ static void note_moving(const struct engine *engine, struct piece *piece) {
 }
 
 /* No acceleration along the piece is larger. */
-static double most_accel(const struct engine *engine,
-                         const struct piece *piece) {
+static double most_accel(const engine_config *cfg, const struct piece *piece) {
     double most = NEVER, sum = 0.0;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
-        double a = piece_a_max(engine, piece, i),
+    for (int i = 0; i < cfg->axis_count; i++) {
+        double a = piece_a_max(cfg, piece, i),
                share = fabs(piece->slope[i]); /* zero in the plane of an arc and
                                                  on polynomials */
         if (piece->moving >> i & 1) {
@@ -128,7 +124,7 @@ void piece_build(struct engine *engine,
     memcpy(piece->end, row->end, sizeof piece->end);
     if (piece->kind == PIECE_CURVE) {
         curve_piece_build(engine, piece);
-        piece->accel = most_accel(engine, piece);
+        piece->accel = most_accel(&engine->cfg, piece);
         return;
     }
     for (int i = 0; i < NC_AXES; i++) {
@@ -138,11 +134,11 @@ void piece_build(struct engine *engine,
                 : 0.0;
     }
     if (piece->kind == PIECE_ARC) {
-        build_arc(engine, piece, row);
+        build_arc(&engine->cfg, piece, row);
     }
     piece->v_hard = speed_limit(engine, piece);
-    note_moving(engine, piece);
-    piece->accel = most_accel(engine, piece);
+    note_moving(&engine->cfg, piece);
+    piece->accel = most_accel(&engine->cfg, piece);
     piece_tangent(engine, piece, 0.0, piece->tangent_in);
     piece_tangent(engine, piece, piece->length, piece->tangent_out);
 }
@@ -153,7 +149,7 @@ static void whole_position(const struct engine *engine,
                            double u,
                            double *q) {
     if (piece->kind == PIECE_CURVE) {
-        curve_piece_position(engine, piece, u, q);
+        curve_piece_position(&engine->store, piece, u, q);
         return;
     }
     for (int i = 0; i < engine->cfg.axis_count; i++) {
@@ -241,8 +237,8 @@ void piece_shortcut(const struct engine *engine,
     piece->dist_rate =
         piece->length > 0 ? (dist_end - dist) / piece->length : 0.0;
     piece->v_hard = speed_limit(engine, piece);
-    note_moving(engine, piece);
-    piece->accel = most_accel(engine, piece);
+    note_moving(&engine->cfg, piece);
+    piece->accel = most_accel(&engine->cfg, piece);
     piece_tangent(engine, piece, 0.0, piece->tangent_in);
     piece_tangent(engine, piece, piece->length, piece->tangent_out);
 }
@@ -253,7 +249,7 @@ void piece_tangent(const struct engine *engine,
                    double s,
                    double *u) {
     if (piece->kind == PIECE_CURVE) {
-        curve_piece_tangent(engine, piece, s, u);
+        curve_piece_tangent(&engine->store, piece, s, u);
         return;
     }
     for (int i = 0; i < NC_AXES; i++) {

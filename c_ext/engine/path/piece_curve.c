@@ -5,8 +5,8 @@
  * (derivatives by arc length), two sufficient conditions for |q' a + q'' v^2|
  * <= A are known: m1 a + m2 v^2 <= A                 any axis a^2 + (kappa
  * v^2)^2 <= A^2         axes the length is measured over: there q' and q'' are
- * orthogonal, |q'| = 1 The speed is bounded so that m2 v^2 takes NORMAL of A;
- * what the speed that occurs leaves over is for the tangent.
+ * orthogonal, |q'| = 1 The speed is bounded so that m2 v^2 takes ARC_NORMAL of
+ * A; what the speed that occurs leaves over is for the tangent.
  */
 #include <math.h>
 #include <string.h>
@@ -14,20 +14,8 @@
 #include "curve/curve.h"
 #include "engine/path/speed_caps.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "rows/nc_block.h"
-
-#define USABLE                                                                 \
-    0.98 /* share of the acceleration limit that is planned with, as in        \
-            lookahead.c */
-#define NORMAL 0.8 /* share of it for the normal direction */
-#define LENGTH_MISS                                                            \
-    1e-6 /* mm by which the row's length and start may differ from its         \
-            coefficients' */
-#define CELL_LEAST                                                             \
-    1e-7               /* mm: what is left of a cell counts as the next one's */
-#define BOUND_POINTS 5 /* per cell */
-#define OVER_FEED 2.0  /* the largest override */
-#define BETWEEN 1.2    /* speeds squared may be that much larger between them */
 
 /* Bounds of the derivatives over one cell. */
 typedef struct cell_bounds {
@@ -36,23 +24,23 @@ typedef struct cell_bounds {
 
 static const double no_reserve[NC_AXES];
 
-static uint16_t main_mask(const struct engine *engine) {
+static uint16_t main_mask(const engine_config *cfg) {
     uint16_t mask = 0;
     for (int i = 0; i < 3; i++) {
-        if (engine->cfg.main[i] >= 0) {
-            mask |= (uint16_t)(1u << engine->cfg.main[i]);
+        if (cfg->main[i] >= 0) {
+            mask |= (uint16_t)(1u << cfg->main[i]);
         }
     }
     return mask;
 }
 
-static bool meets(const struct engine *engine,
+static bool meets(const engine_config *cfg,
                   const struct curve *curve,
                   double w,
                   const double *q) {
     double at[NC_AXES];
     curve_position(curve, w, at);
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         if (!(fabs(at[i] - q[i]) <= LENGTH_MISS)) {
             return false;
         }
@@ -62,12 +50,12 @@ static bool meets(const struct engine *engine,
 
 /* The row's coefficients, checked and kept for the piece that is pushed next.
  */
-bool curve_row_check(struct engine *e,
+bool curve_row_check(struct engine *engine,
                      const nc_block *row,
                      const double *pool,
                      int64_t pool_n) {
-    int64_t n = (int64_t)e->cfg.axis_count * (row->degree + 1);
-    struct curve *c = &e->next_curve;
+    int64_t n = (int64_t)engine->cfg.axis_count * (row->degree + 1);
+    struct curve *c = &engine->push.next_curve;
     if (!pool || row->pool + n > pool_n) {
         return false;
     }
@@ -79,22 +67,23 @@ bool curve_row_check(struct engine *e,
     bool built = row->flags & NC_BY_LENGTH
                      ? curve_build_by_length(c,
                                              pool + row->pool,
-                                             e->cfg.axis_count,
+                                             engine->cfg.axis_count,
                                              row->degree,
                                              row->angle,
                                              row->length)
                      : curve_build(c,
                                    pool + row->pool,
-                                   e->cfg.axis_count,
+                                   engine->cfg.axis_count,
                                    row->degree,
                                    row->angle,
-                                   main_mask(e));
+                                   main_mask(&engine->cfg));
     if (!built) {
         return false;
     }
     double miss = fabs(curve_length(c) - row->length);
     return miss <= LENGTH_MISS + 1e-9 * row->length
-           && meets(e, c, 0.0, e->last_end) && meets(e, c, 1.0, row->end);
+           && meets(&engine->cfg, c, 0.0, engine->push.last_end)
+           && meets(&engine->cfg, c, 1.0, row->end);
 }
 
 /* Largest magnitude of a smooth function from its samples: a peak between them
@@ -138,7 +127,7 @@ static struct cell_bounds bound_cell(const struct curve *curve, int cell) {
     return cell_bounds;
 }
 
-static double speed_bound(const struct engine *engine,
+static double speed_bound(const engine_config *cfg,
                           const struct piece *piece,
                           const struct cell_bounds *cell_bounds,
                           const double *reserve) {
@@ -150,15 +139,15 @@ static double speed_bound(const struct engine *engine,
     if (path > 0) {
         v2 = fmin(v2, path * path);
     }
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
-        double room = USABLE * piece_a_max(engine, piece, i) - reserve[i];
+    for (int i = 0; i < cfg->axis_count; i++) {
+        double room =
+            POLYNOMIAL_USABLE * piece_a_max(cfg, piece, i) - reserve[i];
         if (cell_bounds->d1[i] > 1e-12) {
-            v2 = fmin(
-                v2,
-                pow(piece_v_max(engine, piece, i) / cell_bounds->d1[i], 2));
+            v2 = fmin(v2,
+                      pow(piece_v_max(cfg, piece, i) / cell_bounds->d1[i], 2));
         }
         if (cell_bounds->d2[i] > 1e-12) {
-            v2 = fmin(v2, NORMAL * room / cell_bounds->d2[i]);
+            v2 = fmin(v2, ARC_NORMAL * room / cell_bounds->d2[i]);
         }
     }
     return sqrt(v2);
@@ -170,7 +159,7 @@ static double accel_bound(const struct engine *engine,
                           const struct cell_bounds *cell_bounds,
                           const double *reserve,
                           double v) {
-    const struct curve *curve = curve_of(engine, piece);
+    const struct curve *curve = curve_of(&engine->store, piece);
     double accel = piece->limits.path_acceleration > 0
                        ? (double)piece->limits.path_acceleration
                        : NEVER;
@@ -178,7 +167,8 @@ static double accel_bound(const struct engine *engine,
         if (cell_bounds->d1[i] <= 1e-12) {
             continue;
         }
-        double room = USABLE * piece_a_max(engine, piece, i) - reserve[i],
+        double room = POLYNOMIAL_USABLE * piece_a_max(&engine->cfg, piece, i)
+                      - reserve[i],
                normal = cell_bounds->kappa * v * v;
         double a = (room - cell_bounds->d2[i] * v * v) / cell_bounds->d1[i];
         if (curve->metric >> i & 1 && normal < room) {
@@ -191,7 +181,7 @@ static double accel_bound(const struct engine *engine,
 
 /* Largest speed squared anywhere on a cell of what its limits let through where
  * the path acceleration helps, about. */
-static double fastest2(const struct engine *engine,
+static double fastest2(const engine_config *cfg,
                        const struct piece *piece,
                        const struct curve *curve,
                        int cell) {
@@ -206,12 +196,12 @@ static double fastest2(const struct engine *engine,
         double x = NEVER, across = 0.0, bend2 = 0.0;
         for (int i = 0; i < curve->axes; i++) {
             if (fabs(at.d1[i]) > 1e-12) {
-                x = fmin(x, pow(piece_v_max(engine, piece, i) / at.d1[i], 2));
+                x = fmin(x, pow(piece_v_max(cfg, piece, i) / at.d1[i], 2));
             }
             if (!(curve->metric >> i & 1)) {
                 continue;
             }
-            across += fabs(at.d2[i]) * piece_a_max(engine, piece, i);
+            across += fabs(at.d2[i]) * piece_a_max(cfg, piece, i);
             bend2 += at.d2[i] * at.d2[i];
         }
         most = fmax(most, bend2 > 1e-24 ? fmin(x, across / bend2) : x);
@@ -222,53 +212,56 @@ static double fastest2(const struct engine *engine,
 /* Fill p from the coefficients kept by curve_row_check; length, end and feed
  * are set. */
 void curve_piece_build(struct engine *engine, struct piece *piece) {
-    struct curve *curve = &engine->curves[piece->origin & engine->store_mask];
-    *curve = engine->next_curve;
+    struct curve *curve =
+        &engine->store.curves[piece->origin & engine->store.mask];
+    *curve = engine->push.next_curve;
     piece->kind = PIECE_CURVE;
     piece->moving = curve->moving;
     piece->v_hard = 0.0;
     memset(curve->bend, 0, sizeof curve->bend);
     for (int k = 0; k < curve->cells; k++) {
         struct cell_bounds cell_bounds = bound_cell(curve, k);
-        piece->v_hard =
-            fmax(piece->v_hard,
-                 !engine->traits.exact_arcs
-                     ? speed_bound(engine, piece, &cell_bounds, no_reserve)
-                     : sqrt(fastest2(engine, piece, curve, k)));
+        piece->v_hard = fmax(
+            piece->v_hard,
+            !engine->traits.exact_arcs
+                ? speed_bound(&engine->cfg, piece, &cell_bounds, no_reserve)
+                : sqrt(fastest2(&engine->cfg, piece, curve, k)));
         for (int i = 0; i < curve->axes; i++) {
             curve->bend[i] = fmax(curve->bend[i], cell_bounds.d2[i]);
         }
     }
-    curve_piece_tangent(engine, piece, 0.0, piece->tangent_in);
-    curve_piece_tangent(engine, piece, piece->length, piece->tangent_out);
+    curve_piece_tangent(&engine->store, piece, 0.0, piece->tangent_in);
+    curve_piece_tangent(&engine->store,
+                        piece,
+                        piece->length,
+                        piece->tangent_out);
 }
 
 /* Parameter at u of the whole piece. */
-static double parameter_at(const struct engine *engine,
+static double parameter_at(const struct piece_store *store,
                            const struct piece *piece,
                            double u,
                            const struct curve **curve) {
-    *curve = curve_of(engine, piece);
+    *curve = curve_of(store, piece);
     return curve_parameter(*curve, u * (curve_length(*curve) / piece->whole));
 }
 
 /* Position at u of the whole piece. */
-void curve_piece_position(const struct engine *engine,
+void curve_piece_position(const struct piece_store *store,
                           const struct piece *piece,
                           double u,
                           double *q) {
     const struct curve *curve;
-    double w = parameter_at(engine, piece, u, &curve);
+    double w = parameter_at(store, piece, u, &curve);
     curve_position(curve, w, q);
 }
 
-void curve_piece_tangent(const struct engine *engine,
+void curve_piece_tangent(const struct piece_store *store,
                          const struct piece *piece,
                          double s,
                          double *u) {
     const struct curve *curve;
-    double w =
-        parameter_at(engine, piece, piece->from + piece->dir * s, &curve);
+    double w = parameter_at(store, piece, piece->from + piece->dir * s, &curve);
     memset(u, 0, sizeof(double) * NC_AXES);
     curve_tangent(curve, w, u);
     for (int i = 0; i < curve->axes; i++) {
@@ -286,15 +279,14 @@ static double cell_ahead(const struct curve *curve,
 }
 
 /* Derivatives by length at s of the piece as it is driven. */
-void curve_piece_derivatives(const struct engine *engine,
+void curve_piece_derivatives(const struct piece_store *store,
                              const struct piece *piece,
                              double s,
                              double *d1,
                              double *d2,
                              double *d3) {
     const struct curve *curve;
-    double w =
-        parameter_at(engine, piece, piece->from + piece->dir * s, &curve);
+    double w = parameter_at(store, piece, piece->from + piece->dir * s, &curve);
     struct curve_point at;
     curve_at(curve, w, &at);
     curve_third(curve, w, d3);
@@ -311,8 +303,8 @@ double curve_piece_main_rate(const struct engine *engine,
                              const struct piece *piece,
                              double s) {
     double d1[NC_AXES] = {0}, d2[NC_AXES], d3[NC_AXES], main2 = 0.0, all2 = 0.0;
-    curve_piece_derivatives(engine, piece, s, d1, d2, d3);
-    uint16_t main = main_mask(engine) & piece->moving;
+    curve_piece_derivatives(&engine->store, piece, s, d1, d2, d3);
+    uint16_t main = main_mask(&engine->cfg) & piece->moving;
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         if (main >> i & 1) {
             main2 += d1[i] * d1[i];
@@ -323,10 +315,10 @@ double curve_piece_main_rate(const struct engine *engine,
 }
 
 /* Next end of a cell behind s, mm of the piece as it is driven. */
-double curve_piece_cell_end(const struct engine *engine,
+double curve_piece_cell_end(const struct piece_store *store,
                             const struct piece *piece,
                             double s) {
-    const struct curve *curve = curve_of(engine, piece);
+    const struct curve *curve = curve_of(store, piece);
     double scale = piece->whole / curve_length(curve);
     int cell = piece->dir > 0 ? 0 : curve->cells - 1,
         last = piece->dir > 0 ? curve->cells - 1 : 0;
@@ -344,12 +336,13 @@ void curve_cell_span(const struct engine *engine,
                      const double *reserve,
                      double length,
                      struct span *out) {
-    struct cell_bounds cell_bounds = bound_cell(curve_of(engine, piece), cell);
+    struct cell_bounds cell_bounds =
+        bound_cell(curve_of(&engine->store, piece), cell);
     double feed =
         reachable(piece, greater(engine->plan.reserve_override, OVER_FEED));
-    *out = (struct span){.length = length,
-                         .v_hard =
-                             speed_bound(engine, piece, &cell_bounds, reserve)};
+    *out = (struct span){
+        .length = length,
+        .v_hard = speed_bound(&engine->cfg, piece, &cell_bounds, reserve)};
     out->accel = accel_bound(engine,
                              piece,
                              &cell_bounds,

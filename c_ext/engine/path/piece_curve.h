@@ -5,20 +5,20 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-bool curve_row_check(struct engine *e,
+bool curve_row_check(struct engine *engine,
                      const nc_block *row,
                      const double *pool,
                      int64_t pool_n);
 void curve_piece_build(struct engine *engine, struct piece *piece);
-void curve_piece_position(const struct engine *engine,
+void curve_piece_position(const struct piece_store *store,
                           const struct piece *piece,
                           double u,
                           double *q);
-void curve_piece_tangent(const struct engine *engine,
+void curve_piece_tangent(const struct piece_store *store,
                          const struct piece *piece,
                          double s,
                          double *u);
-void curve_piece_derivatives(const struct engine *engine,
+void curve_piece_derivatives(const struct piece_store *store,
                              const struct piece *piece,
                              double s,
                              double *d1,
@@ -27,7 +27,7 @@ void curve_piece_derivatives(const struct engine *engine,
 double curve_piece_main_rate(const struct engine *engine,
                              const struct piece *piece,
                              double s);
-double curve_piece_cell_end(const struct engine *engine,
+double curve_piece_cell_end(const struct piece_store *store,
                             const struct piece *piece,
                             double s);
 void curve_cell_span(const struct engine *engine,

@@ -12,23 +12,22 @@ static inline double reachable(const struct piece *piece, double override) {
 
 /* Feed and override: what the operator and the program ask for. The machine's
  * own limits come on top. */
-static inline double soft_cap(const struct engine *engine,
+static inline double soft_cap(const struct plan_conditions *plan,
                               const struct piece *piece) {
-    if (engine->plan.hold) {
+    if (plan->hold) {
         return 0.0;
     }
-    if (engine->plan.ext_speed < NEVER) {
-        return lesser(reachable(piece, engine->plan.reserve_override),
-                      engine->plan.ext_speed);
+    if (plan->ext_speed < NEVER) {
+        return lesser(reachable(piece, plan->reserve_override),
+                      plan->ext_speed);
     }
     if (piece->feed > 0) {
-        return lesser(piece->v_hard,
-                      piece->feed
-                          * (piece->flags & NC_NO_OVERRIDE
-                                 ? 1.0
-                                 : engine->plan.override));
+        return lesser(
+            piece->v_hard,
+            piece->feed
+                * (piece->flags & NC_NO_OVERRIDE ? 1.0 : plan->override));
     }
-    return piece->v_hard * lesser(1.0, engine->plan.rapid);
+    return piece->v_hard * lesser(1.0, plan->rapid);
 }
 
 #endif

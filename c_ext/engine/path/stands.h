@@ -5,17 +5,15 @@
 #include "engine/path/technology_counts.h"
 #include "engine/state/state.h"
 
-static inline bool stands_before(const struct engine *engine,
+static inline bool stands_before(const struct plan_conditions *plan,
                                  const struct piece *piece) {
-    if ((piece->m01 && engine->plan.m01)
-        || (piece->new_block && engine->plan.single)
-        || (piece->moving & engine->plan.held_axes)) {
+    if ((piece->m01 && plan->m01) || (piece->new_block && plan->single)
+        || (piece->moving & plan->held_axes)) {
         return true;
     }
     return piece->stop_before
            || (piece->gated
-               && !gate_open(piece->replay ? &engine->plan.done_again
-                                           : &engine->plan.done,
+               && !gate_open(piece->replay ? &plan->done_again : &plan->done,
                              &piece->need));
 }
 

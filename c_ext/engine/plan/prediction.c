@@ -24,87 +24,90 @@
 #define SECOND_US 1e6
 #define SAME 1e-6
 
-struct foresight {
+struct prediction {
     struct forecast of[BUFFERS];
     uint32_t latest, held;
     double times[ENGINE_ESA_TIMES]; /* GEO: as configured, or as the program has
                                        set them */
     uint32_t max;
     uint64_t seen; /* phases written when it was made */
-    struct rest_search search;
+    struct standstill_search search;
 };
 
-bool foresight_new(struct engine *e) {
-    if (!(e->cfg.functions
+bool prediction_new(struct engine *engine) {
+    if (!(engine->cfg.functions
           & (ENGINE_FCT_CALC_TIME | ENGINE_FCT_CALC_POS_V_0
              | ENGINE_FCT_CALC_STATE_AT_T))) {
         return true;
     }
-    struct foresight *f = e->foresight = calloc(1, sizeof *f);
-    if (!f) {
+    struct prediction *prediction = engine->prediction =
+        calloc(1, sizeof *prediction);
+    if (!prediction) {
         return false;
     }
-    foresight_begin_program(e);
-    f->max = e->plan.tail_max;
-    f->latest = f->held = NONE;
+    prediction_begin_program(engine);
+    prediction->max = engine->commit.tail_max;
+    prediction->latest = prediction->held = NONE;
     for (uint32_t i = 0; i < BUFFERS; i++) {
-        if (!(f->of[i].phases = calloc(f->max, sizeof(phase)))) {
+        if (!(prediction->of[i].phases =
+                  calloc(prediction->max, sizeof(phase)))) {
             return false;
         }
     }
-    if (!e->traits.tries_stops
-        || !(e->cfg.functions & ENGINE_FCT_CALC_POS_V_0)) {
+    if (!engine->traits.tries_stops
+        || !(engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0)) {
         return true;
     }
-    return (f->search.scratch = e->planner->spare(e)) != NULL;
+    return (prediction->search.scratch = engine->planner->spare(engine))
+           != NULL;
 }
 
-void foresight_begin_program(struct engine *engine) {
-    if (engine->foresight) {
-        memcpy(engine->foresight->times,
+void prediction_begin_program(struct engine *engine) {
+    if (engine->prediction) {
+        memcpy(engine->prediction->times,
                engine->cfg.esa_time,
                sizeof engine->cfg.esa_time);
     }
 }
 
 /* #CHANNEL SET [ESA_TIMEi]; any other index: not of this function. */
-void foresight_time(struct engine *engine, int index, double seconds) {
-    if (engine->foresight && index >= 0 && index < ENGINE_ESA_TIMES) {
-        engine->foresight->times[index] = seconds;
+void prediction_time(struct engine *engine, int index, double seconds) {
+    if (engine->prediction && index >= 0 && index < ENGINE_ESA_TIMES) {
+        engine->prediction->times[index] = seconds;
     }
 }
 
-void foresight_free(struct engine *engine) {
-    if (!engine->foresight) {
+void prediction_free(struct engine *engine) {
+    if (!engine->prediction) {
         return;
     }
     for (uint32_t i = 0; i < BUFFERS; i++) {
-        free(engine->foresight->of[i].phases);
+        free(engine->prediction->of[i].phases);
     }
-    jerk_free(engine->foresight->search.scratch);
-    free(engine->foresight);
+    jerk_free(engine->prediction->search.scratch);
+    free(engine->prediction);
 }
 
-static void rest_of_plan(struct engine *engine, struct forecast *to) {
-    struct writer writer = {.e = engine,
+static void remainder_of_plan(struct engine *engine, struct forecast *to) {
+    struct writer writer = {.engine = engine,
                             .out = to->phases,
-                            .max = engine->foresight->max,
-                            .piece = engine->plan.piece,
-                            .s = engine->plan.s,
-                            .v = engine->plan.v,
+                            .max = engine->prediction->max,
+                            .piece = engine->commit.piece,
+                            .s = engine->commit.s,
+                            .v = engine->commit.v,
                             .budget = NEVER};
-    engine->planner->rest_of_plan(engine, &writer);
+    engine->planner->remainder_of_plan(engine, &writer);
     to->count = writer.count;
 }
 
 /* Piece i is the first of a feed block behind rapid motion. */
-static bool begins_feed(struct engine *engine, uint64_t i) {
-    const struct piece *piece = piece_at(engine, i);
+static bool begins_feed(struct run_ring *run, uint64_t i) {
+    const struct piece *piece = piece_at(run, i);
     if (!is_motion(piece) || piece->feed <= 0.0 || piece->dir < 0) {
         return false;
     }
     for (uint64_t k = i; k-- > 0 && i - k < KEPT_BEHIND;) {
-        const struct piece *piece_b = piece_at(engine, k);
+        const struct piece *piece_b = piece_at(run, k);
         if (is_motion(piece_b)) {
             return piece_b->feed <= 0.0 && piece_b->dir > 0;
         }
@@ -124,11 +127,11 @@ static double stretch_time(struct engine *engine,
     double length = 0.0, fastest = 0.0, time = 0.0, u[NC_AXES],
            most[NC_AXES] = {0};
     for (uint64_t i = first; i <= last; i++) {
-        const struct piece *piece = piece_at(engine, i);
+        const struct piece *piece = piece_at(&engine->run, i);
         if (!is_motion(piece)) {
             continue;
         }
-        double speed = soft_cap(engine, piece);
+        double speed = soft_cap(&engine->plan, piece);
         if (speed <= 0.0) {
             return NEVER;
         }
@@ -155,9 +158,9 @@ static void marks_behind_plan(struct engine *engine,
                               uint64_t i) {
     uint64_t first = i;
     for (uint32_t motions = 0;
-         i < engine->piece_head && motions <= engine->cfg.window && at < NEVER;
+         i < engine->run.head && motions <= engine->cfg.window && at < NEVER;
          i++) {
-        const struct piece *piece = piece_at(engine, i);
+        const struct piece *piece = piece_at(&engine->run, i);
         if (!is_motion(piece)) {
             if (piece->type == NC_DWELL) {
                 at += piece->value;
@@ -165,7 +168,7 @@ static void marks_behind_plan(struct engine *engine,
             continue;
         }
         motions++;
-        if (begins_feed(engine, i)) {
+        if (begins_feed(&engine->run, i)) {
             add_mark(
                 to,
                 at + (first < i ? stretch_time(engine, first, i - 1) : 0.0));
@@ -183,14 +186,14 @@ static void marks_behind_plan(struct engine *engine,
 static void find_marks(struct engine *engine, struct forecast *to) {
     double at = to->begin_s;
     uint64_t first = ATOMIC_GET(engine->geo.consumed);
-    for (uint64_t k = engine->plan.written; k-- > first;) {
-        at -= engine->phase_ring[k & (PHASE_RING - 1)].time;
+    for (uint64_t k = engine->commit.written; k-- > first;) {
+        at -= engine->commit.ring[k & (PHASE_RING - 1)].time;
     }
     for (uint64_t k = first;
-         k < engine->plan.written && to->mark_count < MARKS_MAX;
+         k < engine->commit.written && to->mark_count < MARKS_MAX;
          k++) {
-        const phase *ph = &engine->phase_ring[k & (PHASE_RING - 1)];
-        if (ph->s0 <= 0.0 && begins_feed(engine, ph->piece)) {
+        const phase *ph = &engine->commit.ring[k & (PHASE_RING - 1)];
+        if (ph->s0 <= 0.0 && begins_feed(&engine->run, ph->piece)) {
             add_mark(to, at);
         }
         at += ph->time;
@@ -198,7 +201,7 @@ static void find_marks(struct engine *engine, struct forecast *to) {
     at = to->begin_s;
     for (uint32_t i = 0; i < to->count && to->mark_count < MARKS_MAX; i++) {
         const phase *ph = &to->phases[i];
-        if (ph->s0 <= 0.0 && begins_feed(engine, ph->piece)) {
+        if (ph->s0 <= 0.0 && begins_feed(&engine->run, ph->piece)) {
             add_mark(to, at);
         }
         at += ph->time;
@@ -207,21 +210,21 @@ static void find_marks(struct engine *engine, struct forecast *to) {
         return;
     }
     const phase *end = to->count ? &to->phases[to->count - 1] : NULL;
-    if (!end || end->last || engine->plan.v <= 0.0) {
+    if (!end || end->last || engine->commit.v <= 0.0) {
         marks_behind_plan(engine,
                           to,
                           at,
-                          end ? end->piece + 1 : engine->plan.piece);
+                          end ? end->piece + 1 : engine->commit.piece);
     }
 }
 
 /* Axis positions `way` mm behind the commit's end; false: the path has no place
  * there. */
 static bool position_behind(struct engine *engine, double way, double *q) {
-    double at = engine->plan.s + way;
-    uint64_t i = engine->plan.piece;
-    for (; i < engine->piece_head; i++) {
-        const struct piece *piece = piece_at(engine, i);
+    double at = engine->commit.s + way;
+    uint64_t i = engine->commit.piece;
+    for (; i < engine->run.head; i++) {
+        const struct piece *piece = piece_at(&engine->run, i);
         if (!is_motion(piece)) {
             continue;
         }
@@ -231,72 +234,73 @@ static bool position_behind(struct engine *engine, double way, double *q) {
         }
         at -= piece->length;
     }
-    while (i-- > 0 && engine->piece_head - i < KEPT_BEHIND) {
-        if (is_motion(piece_at(engine, i))) {
-            memcpy(q, piece_at(engine, i)->end, sizeof(double) * NC_AXES);
+    while (i-- > 0 && engine->run.head - i < KEPT_BEHIND) {
+        if (is_motion(piece_at(&engine->run, i))) {
+            memcpy(q, piece_at(&engine->run, i)->end, sizeof(double) * NC_AXES);
             return true;
         }
     }
     return false;
 }
 
-static struct forecast *free_buffer(struct foresight *foresight) {
-    uint32_t held = __atomic_load_n(&foresight->held, __ATOMIC_SEQ_CST);
+static struct forecast *free_buffer(struct prediction *prediction) {
+    uint32_t held = __atomic_load_n(&prediction->held, __ATOMIC_SEQ_CST);
     for (uint32_t i = 0; i < BUFFERS; i++) {
-        if (i != foresight->latest && i != held) {
-            return &foresight->of[i];
+        if (i != prediction->latest && i != held) {
+            return &prediction->of[i];
         }
     }
     return NULL;
 }
 
 /* Behind a turn of the planner. */
-void foresight_plan(struct engine *engine, bool pumped) {
-    struct foresight *foresight = engine->foresight;
-    if (!foresight
-        || (!pumped && foresight->latest != NONE
-            && foresight->seen == engine->plan.written)) {
+void prediction_plan(struct engine *engine, bool pumped) {
+    struct prediction *prediction = engine->prediction;
+    if (!prediction
+        || (!pumped && prediction->latest != NONE
+            && prediction->seen == engine->commit.written)) {
         return;
     }
-    if ((ATOMIC_GET(engine->commit) & 1)
+    if ((ATOMIC_GET(engine->commit.word) & 1)
         || ATOMIC_GET(engine->rejoin.state) != REJOIN_NONE) {
         return; /* GEO drives the stored tail */
     }
-    struct forecast *to = free_buffer(foresight);
+    struct forecast *to = free_buffer(prediction);
     if (!to) {
         return;
     }
-    to->begin_s = engine->plan.committed_s;
+    to->begin_s = engine->commit.committed_s;
     to->count = to->mark_count = 0;
-    rest_of_plan(engine, to);
+    remainder_of_plan(engine, to);
     uint64_t last =
-        to->count ? to->phases[to->count - 1].piece + 1 : engine->plan.piece;
-    to->complete = engine->feed.final && last >= engine->piece_head;
+        to->count ? to->phases[to->count - 1].piece + 1 : engine->commit.piece;
+    to->complete = engine->dispatch.final && last >= engine->run.head;
     if (!engine->plan.hold) {
         find_marks(engine, to);
     }
-    to->piece = engine->plan.piece;
-    to->s = engine->plan.s;
+    to->piece = engine->commit.piece;
+    to->s = engine->commit.s;
     if (engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0) {
         double way[2];
-        engine->planner->ways_to_rest(engine, &foresight->search, way);
+        engine->planner->ways_to_standstill(engine, &prediction->search, way);
         for (int i = 0; i < 2; i++) {
-            to->rest[i].way = way[i];
-            to->rest[i].moving = position_behind(engine, way[i], to->rest[i].q);
+            to->standstill[i].way = way[i];
+            to->standstill[i].moving =
+                position_behind(engine, way[i], to->standstill[i].q);
         }
     }
-    foresight->seen = engine->plan.written;
-    __atomic_store_n(&foresight->latest,
-                     (uint32_t)(to - foresight->of),
+    prediction->seen = engine->commit.written;
+    __atomic_store_n(&prediction->latest,
+                     (uint32_t)(to - prediction->of),
                      __ATOMIC_SEQ_CST);
 }
 
-static const struct forecast *hold_latest(struct foresight *foresight) {
+static const struct forecast *hold_latest(struct prediction *prediction) {
     for (;;) {
-        uint32_t i = __atomic_load_n(&foresight->latest, __ATOMIC_SEQ_CST);
-        __atomic_store_n(&foresight->held, i, __ATOMIC_SEQ_CST);
-        if (i == __atomic_load_n(&foresight->latest, __ATOMIC_SEQ_CST)) {
-            return i == NONE ? NULL : &foresight->of[i];
+        uint32_t i = __atomic_load_n(&prediction->latest, __ATOMIC_SEQ_CST);
+        __atomic_store_n(&prediction->held, i, __ATOMIC_SEQ_CST);
+        if (i == __atomic_load_n(&prediction->latest, __ATOMIC_SEQ_CST)) {
+            return i == NONE ? NULL : &prediction->of[i];
         }
     }
 }
@@ -310,7 +314,7 @@ static void publish_feed_block(struct engine *engine,
             at = fmin(at, forecast->marks[i]);
         }
     }
-    bool known = at < NEVER && !engine->program_end;
+    bool known = at < NEVER && !engine->program.end;
     show_f64(&bahn_state->eta_time_r, known ? (at - now) * SECOND_US : 0.0);
     show_u8(&bahn_state->eta_valid_r, known);
 }
@@ -319,42 +323,45 @@ static void publish_feed_block(struct engine *engine,
 static double committed_way(struct engine *engine,
                             const struct forecast *forecast) {
     const struct geo *geo = &engine->geo;
-    bool inside = geo->piece != UINT64_MAX
-                  && ATOMIC_GET(engine->piece_done) <= geo->piece;
+    bool inside =
+        geo->piece != UINT64_MAX && ATOMIC_GET(engine->run.done) <= geo->piece;
     double sum =
         forecast->s
-        - (inside && is_motion(piece_at(engine, geo->piece)) ? geo->s : 0.0);
-    for (uint64_t i = inside ? geo->piece : ATOMIC_GET(engine->piece_done);
+        - (inside && is_motion(piece_at(&engine->run, geo->piece)) ? geo->s
+                                                                   : 0.0);
+    for (uint64_t i = inside ? geo->piece : ATOMIC_GET(engine->run.done);
          i < forecast->piece;
          i++) {
-        if (is_motion(piece_at(engine, i))) {
-            sum += load_f64_relaxed(&piece_at(engine, i)->length);
+        if (is_motion(piece_at(&engine->run, i))) {
+            sum += load_f64_relaxed(&piece_at(&engine->run, i)->length);
         }
     }
     return fmax(0.0, sum);
 }
 
-static void publish_rest(struct engine *engine,
-                         HLI_BAHN_STATE *bahn_state,
-                         const struct forecast *forecast) {
+static void publish_standstill(struct engine *engine,
+                               HLI_BAHN_STATE *bahn_state,
+                               const struct forecast *forecast) {
     const struct geo *geo = &engine->geo;
     bool stands = geo->v <= 0.0 && !geo->has_phase;
     bool later =
-        forecast && !ATOMIC_GET(engine->hold_now)
+        forecast && !ATOMIC_GET(engine->orders.hold)
         && forecast->begin_s - geo->consumed_s < commit_low(
                engine); /* the planner is first, then the hold is seen */
-    const struct place_of_rest *place_of_rest =
-        forecast ? &forecast->rest[later] : NULL;
-    bool known = place_of_rest && place_of_rest->moving && !stands;
+    const struct place_of_standstill *place_of_standstill =
+        forecast ? &forecast->standstill[later] : NULL;
+    bool known = place_of_standstill && place_of_standstill->moving && !stands;
     show_f64(&bahn_state->dist_v_0_r,
-             known ? (committed_way(engine, forecast) + place_of_rest->way)
-                         * TENTH_UM
-                   : 0.0);
+             known
+                 ? (committed_way(engine, forecast) + place_of_standstill->way)
+                       * TENTH_UM
+                 : 0.0);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        uint32_t at = (uint32_t)(int32_t)llrint(fmax(
-            -2147483648.0,
-            fmin(2147483647.0,
-                 (known ? place_of_rest->q[i] : geo->position[i]) * TENTH_UM)));
+        uint32_t at = (uint32_t)(int32_t)llrint(
+            fmax(-2147483648.0,
+                 fmin(2147483647.0,
+                      (known ? place_of_standstill->q[i] : geo->position[i])
+                          * TENTH_UM)));
         show_u32((uint32_t *)&bahn_state->pos_v_0_pcs_r[i], at);
         show_u32((uint32_t *)&bahn_state->pos_v_0_acs_r[i], at);
     }
@@ -393,10 +400,10 @@ static double speed_at(struct engine *engine,
     if (geo->in_tail) {
         return -1.0;
     }
-    for (uint64_t k = geo->consumed, end = ATOMIC_GET(engine->commit) >> 2;
+    for (uint64_t k = geo->consumed, end = ATOMIC_GET(engine->commit.word) >> 2;
          k < end;
          k++) {
-        const phase *ph = &engine->phase_ring[k & (PHASE_RING - 1)];
+        const phase *ph = &engine->commit.ring[k & (PHASE_RING - 1)];
         if (t <= ph->time) {
             return speed_in(ph, t);
         }
@@ -409,8 +416,8 @@ static void publish_speeds(struct engine *engine,
                            HLI_BAHN_STATE *bahn_state,
                            const struct forecast *forecast) {
     for (int i = 0; i < ENGINE_ESA_TIMES; i++) {
-        double ahead = engine->foresight->times[i],
-               v = ahead > 0.0 && !engine->program_end
+        double ahead = engine->prediction->times[i],
+               v = ahead > 0.0 && !engine->program.end
                        ? speed_at(engine, forecast, ahead)
                        : -1.0;
         show_f64(&bahn_state->esa_vb[i], v < 0.0 ? -1.0 : v * 1000.0);
@@ -419,21 +426,21 @@ static void publish_speeds(struct engine *engine,
 }
 
 /* In each cycle, inside the seqlock. */
-void foresight_publish(struct engine *engine) {
-    struct foresight *foresight = engine->foresight;
-    if (!foresight) {
+void prediction_publish(struct engine *engine) {
+    struct prediction *prediction = engine->prediction;
+    if (!prediction) {
         return;
     }
-    const struct forecast *now = hold_latest(foresight);
-    HLI_BAHN_STATE *bahn_state = &engine->channel->bahn_state;
+    const struct forecast *now = hold_latest(prediction);
+    HLI_BAHN_STATE *bahn_state = &engine->hli.channel->bahn_state;
     if (engine->cfg.functions & ENGINE_FCT_CALC_TIME) {
         publish_feed_block(engine, bahn_state, now);
     }
     if (engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0) {
-        publish_rest(engine, bahn_state, now);
+        publish_standstill(engine, bahn_state, now);
     }
     if (engine->cfg.functions & ENGINE_FCT_CALC_STATE_AT_T) {
         publish_speeds(engine, bahn_state, now);
     }
-    __atomic_store_n(&foresight->held, NONE, __ATOMIC_SEQ_CST);
+    __atomic_store_n(&prediction->held, NONE, __ATOMIC_SEQ_CST);
 }

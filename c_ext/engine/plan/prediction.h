@@ -7,11 +7,11 @@
 
 #define MARKS_MAX 4 /* feed blocks looked ahead to */
 
-typedef struct place_of_rest {
+typedef struct place_of_standstill {
     bool moving; /* there is one ahead of the commit's end, ... */
     double way;  /* ... mm from there */
     double q[NC_AXES];
-} place_of_rest;
+} place_of_standstill;
 
 typedef struct forecast {
     double begin_s; /* motion time at which the first phase begins */
@@ -21,16 +21,16 @@ typedef struct forecast {
                                 rapid motion */
     uint64_t piece;          /* the commit's end ... */
     double s;
-    struct place_of_rest
-        rest[2]; /* of a hold that comes now; that comes so late that more is
-                    committed before it acts */
+    struct place_of_standstill
+        standstill[2]; /* of a hold that comes now; that comes so late that more
+                    is committed before it acts */
     phase *phases;
 } forecast;
 
-bool foresight_new(struct engine *e);
-void foresight_begin_program(struct engine *engine);
-void foresight_time(struct engine *engine, int index, double seconds);
-void foresight_free(struct engine *engine);
-void foresight_plan(struct engine *engine, bool pumped);
-void foresight_publish(struct engine *engine);
+bool prediction_new(struct engine *engine);
+void prediction_begin_program(struct engine *engine);
+void prediction_time(struct engine *engine, int index, double seconds);
+void prediction_free(struct engine *engine);
+void prediction_plan(struct engine *engine, bool pumped);
+void prediction_publish(struct engine *engine);
 #endif

@@ -11,15 +11,7 @@
 #include "engine/commit/commit.h"
 #include "engine/commit/planner.h"
 #include "engine/state/state.h"
-
-#define THREAD_MARGIN_S                                                        \
-    0.006 /* motion that is left to GEO while a planner on its own thread      \
-             computes the stop */
-#define THREAD_MARGIN_CYCLES                                                   \
-    2.0 /* ... and at least so many cycles: in the one ahead of the cut        \
-           nothing may be changed any more */
-#define SAME_TIME 1e-9
-#define SHORT_REST 0.05 /* of a cycle: no less of a phase is taken back */
+#include "engine/state/tuning.h"
 
 typedef struct cut {
     uint64_t phase;  /* first one that is taken back */
@@ -27,13 +19,13 @@ typedef struct cut {
     double motion_s; /* of what is taken back, dwells left out */
 } cut;
 
-static const phase *phase_at(const struct engine *engine, uint64_t i) {
-    return &engine->phase_ring[i & (PHASE_RING - 1)];
+static const phase *phase_at(const struct commit_state *commit, uint64_t i) {
+    return &commit->ring[i & (PHASE_RING - 1)];
 }
 
-static double consumed_s(struct engine *engine) {
+static double consumed_s(struct geo *geo) {
     double s;
-    __atomic_load(&engine->geo.consumed_s, &s, __ATOMIC_ACQUIRE);
+    __atomic_load(&geo->consumed_s, &s, __ATOMIC_ACQUIRE);
     return s;
 }
 
@@ -48,63 +40,65 @@ static void end_present_phase(struct engine *engine) {
     double dt = engine->cfg.cycle_s,
            t = greater(geo->t, geo->t > 0.0 ? 0.0 : dt);
     if (geo->in_tail || !geo->has_phase
-        || !is_motion(piece_at(engine, geo->now.piece))
-        || geo->now.time - t < SHORT_REST * dt) {
+        || !is_motion(piece_at(&engine->run, geo->now.piece))
+        || geo->now.time - t < SHORT_PART * dt) {
         return;
     }
-    phase *rest = &engine->phase_ring[(geo->consumed - 1) & (PHASE_RING - 1)];
-    *rest = geo->now;
-    rest->s0 = geo->now.s0 + (geo->now.v0 + 0.5 * geo->now.a * t) * t;
-    rest->v0 = greater(0.0, geo->now.v0 + geo->now.a * t);
-    rest->time = geo->now.time - t;
+    phase *remainder =
+        &engine->commit.ring[(geo->consumed - 1) & (PHASE_RING - 1)];
+    *remainder = geo->now;
+    remainder->s0 = geo->now.s0 + (geo->now.v0 + 0.5 * geo->now.a * t) * t;
+    remainder->v0 = greater(0.0, geo->now.v0 + geo->now.a * t);
+    remainder->time = geo->now.time - t;
     geo->now.time = t;
     geo->now.last = false;
     ATOMIC_SET(geo->consumed, geo->consumed - 1);
-    engine->plan.phases++;
+    engine->commit.phases++;
 }
 
 static double margin_s(struct engine *engine) {
-    return ATOMIC_GET(engine->run_running)
-               ? greater(THREAD_MARGIN_S,
-                         THREAD_MARGIN_CYCLES * engine->cfg.cycle_s)
+    return ATOMIC_GET(engine->threads.running)
+               ? greater(RECALL_MARGIN_S,
+                         RECALL_MARGIN_CYCLES * engine->cfg.cycle_s)
                : 0.0;
 }
 
 /* Everything that begins no earlier than `margin` from where GEO is. */
 static bool find_cut(struct engine *engine, double margin, struct cut *cut) {
-    double earliest = consumed_s(engine) + margin;
+    double earliest = consumed_s(&engine->geo) + margin;
     uint64_t first = ATOMIC_GET(engine->geo.consumed);
-    *cut = (struct cut){engine->plan.written, engine->plan.committed_s, 0.0};
+    *cut =
+        (struct cut){engine->commit.written, engine->commit.committed_s, 0.0};
     while (cut->phase > first) {
-        const phase *ph = phase_at(engine, cut->phase - 1);
+        const phase *ph = phase_at(&engine->commit, cut->phase - 1);
         if (cut->at_s - ph->time < earliest - SAME_TIME) {
             break;
         }
         cut->phase--;
         cut->at_s -= ph->time;
-        if (is_motion(piece_at(engine, ph->piece))) {
+        if (is_motion(piece_at(&engine->run, ph->piece))) {
             cut->motion_s += ph->time;
         }
     }
-    if (cut->phase >= engine->plan.written || !(cut->motion_s > 0.0)) {
+    if (cut->phase >= engine->commit.written || !(cut->motion_s > 0.0)) {
         return false;
     }
-    return !ATOMIC_GET(engine->run_running)
-           || phase_at(engine, cut->phase)->v0 > GEO_MOVES;
+    return !ATOMIC_GET(engine->threads.running)
+           || phase_at(&engine->commit, cut->phase)->v0 > GEO_MOVES;
 }
 
 /* The motion that is taken back, and the stored tail behind it. */
-static bool longer_tail(const struct engine *engine,
+static bool longer_tail(const struct commit_state *commit,
                         const struct cut *cut,
                         const struct tail *old,
                         struct tail *tail) {
-    uint64_t count = engine->plan.written - cut->phase,
+    uint64_t count = commit->written - cut->phase,
              kept = old->count - old->first;
-    if (count + kept > engine->plan.tail_max) {
+    if (count + kept > commit->tail_max) {
         return false;
     }
     for (uint64_t i = 0; i < count; i++) {
-        tail->phases[i] = *phase_at(engine, cut->phase + i);
+        tail->phases[i] = *phase_at(commit, cut->phase + i);
     }
     memcpy(tail->phases + count,
            old->phases + old->first,
@@ -117,29 +111,29 @@ static bool longer_tail(const struct engine *engine,
     return true;
 }
 
-static void go_back(struct engine *engine, const struct cut *cut) {
-    const phase *ph = phase_at(engine, cut->phase);
-    engine->plan.phases -= engine->plan.written - cut->phase;
-    engine->plan.written = cut->phase;
-    engine->plan.committed_s = cut->at_s;
-    engine->plan.piece = ph->piece;
-    engine->plan.s = ph->s0;
-    engine->plan.v = ph->v0;
+static void go_back(struct commit_state *commit, const struct cut *cut) {
+    const phase *ph = phase_at(commit, cut->phase);
+    commit->phases -= commit->written - cut->phase;
+    commit->written = cut->phase;
+    commit->committed_s = cut->at_s;
+    commit->piece = ph->piece;
+    commit->s = ph->s0;
+    commit->v = ph->v0;
 }
 
 /* GEO has come too near to the cut: it may be about to read the next phase, so
  * that one is not written any more. */
 static bool too_late(struct engine *engine, const struct cut *cut) {
-    return ATOMIC_GET(engine->run_running)
-           && consumed_s(engine) > cut->at_s - engine->cfg.cycle_s;
+    return ATOMIC_GET(engine->threads.running)
+           && consumed_s(&engine->geo) > cut->at_s - engine->cfg.cycle_s;
 }
 
 /* Forward to where the last `seconds` of motion begin. */
 static void cut_later(struct engine *engine, struct cut *cut, double seconds) {
     while (cut->motion_s > seconds + SAME_TIME) {
-        const phase *ph = phase_at(engine, cut->phase++);
+        const phase *ph = phase_at(&engine->commit, cut->phase++);
         cut->at_s += ph->time;
-        if (is_motion(piece_at(engine, ph->piece))) {
+        if (is_motion(piece_at(&engine->run, ph->piece))) {
             cut->motion_s -= ph->time;
         }
     }
@@ -151,14 +145,14 @@ static bool publish_cut(struct engine *engine,
                         uint64_t word,
                         const struct cut *cut) {
     uint32_t old = (word >> 1) & 1, next = old ^ 1;
-    if (cut->phase >= engine->plan.written
-        || !longer_tail(engine,
+    if (cut->phase >= engine->commit.written
+        || !longer_tail(&engine->commit,
                         cut,
-                        &engine->plan.tails[old],
-                        &engine->plan.tails[next])) {
+                        &engine->commit.tails[old],
+                        &engine->commit.tails[next])) {
         return false;
     }
-    if (!__atomic_compare_exchange_n(&engine->commit,
+    if (!__atomic_compare_exchange_n(&engine->commit.word,
                                      &word,
                                      cut->phase << 2 | next << 1,
                                      false,
@@ -166,15 +160,15 @@ static bool publish_cut(struct engine *engine,
                                      __ATOMIC_ACQUIRE)) {
         return false;
     }
-    go_back(engine, cut);
-    engine->plan.late = too_late(engine, cut);
-    return !engine->plan.late;
+    go_back(&engine->commit, cut);
+    engine->commit.late = too_late(engine, cut);
+    return !engine->commit.late;
 }
 
 void recall_commit(struct engine *engine) {
-    uint64_t word = ATOMIC_GET(engine->commit);
+    uint64_t word = ATOMIC_GET(engine->commit.word);
     struct cut cut;
-    if ((word & 1) || ATOMIC_GET(engine->withdraw) != WITHDRAW_NONE
+    if ((word & 1) || ATOMIC_GET(engine->withdrawal.state) != WITHDRAW_NONE
         || engine->planner->stands_elsewhere(engine)) {
         return;
     }
@@ -192,5 +186,5 @@ void recall_commit(struct engine *engine) {
     }
     cut_later(engine, &cut, seconds);
     bool in_time = publish_cut(engine, word, &cut);
-    engine->planner->taken_back(engine, in_time || engine->plan.late);
+    engine->planner->taken_back(engine, in_time || engine->commit.late);
 }

@@ -3,7 +3,7 @@
 #define ENGINE_PLAN_REJOIN_H
 #include "engine/state/state.h"
 
-bool rejoin_possible(struct engine *e);
+bool rejoin_possible(struct engine *engine);
 void rejoin_offer(struct engine *engine);
-bool rejoin_settled(struct engine *e);
+bool rejoin_settled(struct engine *engine);
 #endif

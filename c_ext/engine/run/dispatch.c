@@ -16,38 +16,35 @@
 #include "engine/run/inserted_stop.h"
 #include "engine/run/run_ring.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "rows/nc_block.h"
-
-#define FED_AT_ONCE 8u /* ... of which so many may be missing ... */
-#define LOOP_AHEAD                                                             \
-    8u /* the same inside a real-time loop, whose end is decided as late as    \
-          possible */
 
 /* Lowest piece of the store that is still needed: the backward store, or the
  * beginning of the loop being driven. */
-static void feed_store_floor(struct engine *engine) {
-    uint64_t done = ATOMIC_GET(engine->store_done),
+static void set_store_floor(struct engine *engine) {
+    uint64_t done = ATOMIC_GET(engine->store.done),
              kept =
-                 engine->store_kept
+                 engine->store.kept
                  + KEPT_BEHIND; /* curves are looked at behind the path too */
     uint64_t floor = done > kept ? done - kept : 0;
-    if (engine->feed.next < floor) {
-        floor = engine->feed.next;
+    if (engine->dispatch.next < floor) {
+        floor = engine->dispatch.next;
     }
-    if (engine->feed.in_loop && engine->feed.loop_begin < floor) {
-        floor = engine->feed.loop_begin;
+    if (engine->dispatch.in_loop && engine->dispatch.loop_begin < floor) {
+        floor = engine->dispatch.loop_begin;
     }
-    if (floor > engine->store_floor) {
-        ATOMIC_SET(engine->store_floor, floor);
+    if (floor > engine->store.floor) {
+        ATOMIC_SET(engine->store.floor, floor);
     }
 }
 
 /* Change of direction per axis between the piece before and this one. */
 static void set_jump(struct engine *engine, struct piece *piece) {
-    if (piece->stop_before || !engine->feed.has_motion) {
+    if (piece->stop_before || !engine->dispatch.has_motion) {
         return;
     }
-    const struct piece *before = piece_at(engine, engine->feed.last_motion);
+    const struct piece *before =
+        piece_at(&engine->run, engine->dispatch.last_motion);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         piece->jump[i] = fabs(piece->tangent_in[i] - before->tangent_out[i]);
     }
@@ -57,10 +54,10 @@ static void set_jump(struct engine *engine, struct piece *piece) {
  * more; simply repeated, as configured. */
 static uint32_t synch_again(struct engine *engine, const struct piece *piece) {
     bool waits = piece->synch & ~(SYNCH_MOS | SYNCH_BWD | SYNCH_FWD);
-    if (engine->feed.dir < 0) {
+    if (engine->dispatch.dir < 0) {
         return piece->synch & SYNCH_BWD ? SYNCH_MVS_SVS : SYNCH_MOS;
     }
-    if (ATOMIC_GET(engine->simulate_now) && !(piece->synch & SYNCH_FWD)) {
+    if (ATOMIC_GET(engine->orders.simulate) && !(piece->synch & SYNCH_FWD)) {
         return SYNCH_MOS;
     }
     return waits ? SYNCH_MVS_SVS : SYNCH_MOS;
@@ -73,28 +70,29 @@ static bool is_branch(const struct piece *piece) {
 }
 
 /* Whether a loop is driven once more; one without a path would never end. */
-static bool loop_wanted(struct engine *engine, const struct piece *piece) {
-    return ATOMIC_GET(engine->rt_loop_now) && piece->value > 0.0;
+static bool loop_wanted(struct orders *orders, const struct piece *piece) {
+    return ATOMIC_GET(orders->rt_loop) && piece->value > 0.0;
 }
 
-static void decide_branch(struct engine *engine,
+static void decide_branch(struct dispatch *dispatch,
                           struct piece *piece,
                           bool again) {
     piece->again = again;
-    engine->feed.next = again ? piece->mate + (uint64_t)piece->dir
-                              : piece->origin + (uint64_t)piece->dir;
-    engine->feed.at = -1.0;
-    engine->feed.in_loop = true; /* until the path has passed the decision */
+    dispatch->next = again ? piece->mate + (uint64_t)piece->dir
+                           : piece->origin + (uint64_t)piece->dir;
+    dispatch->at = -1.0;
+    dispatch->in_loop = true; /* until the path has passed the decision */
 }
 
 /* Where the stopping tail runs over a decision that has changed, a shorter one
  * may leave it open. */
 static void free_decisions(struct engine *engine) {
-    for (uint64_t i = engine->plan.piece + 1, end = feed_first_free(engine);
-         i < end && i < engine->piece_head;
+    for (uint64_t i = engine->commit.piece + 1, end = run_first_free(engine);
+         i < end && i < engine->run.head;
          i++) {
-        const struct piece *piece = piece_at(engine, i);
-        if (!is_branch(piece) || piece->again == loop_wanted(engine, piece)) {
+        const struct piece *piece = piece_at(&engine->run, i);
+        if (!is_branch(piece)
+            || piece->again == loop_wanted(&engine->orders, piece)) {
             continue;
         }
         engine->planner->shorten_tail(engine);
@@ -106,92 +104,95 @@ static void free_decisions(struct engine *engine) {
 static void reconsider_loop(struct engine *engine) {
     bool ahead = false;
     free_decisions(engine);
-    for (uint64_t i = feed_first_free(engine); i < engine->piece_head; i++) {
-        struct piece *piece = piece_at(engine, i);
+    for (uint64_t i = run_first_free(engine); i < engine->run.head; i++) {
+        struct piece *piece = piece_at(&engine->run, i);
         if (!is_branch(piece)) {
             continue;
         }
         ahead = true;
-        bool again = loop_wanted(engine, piece);
+        bool again = loop_wanted(&engine->orders, piece);
         if (piece->again == again) {
             continue;
         }
-        feed_cut(engine, i + 1);
-        decide_branch(engine, piece, again);
+        run_cut(engine, i + 1);
+        decide_branch(&engine->dispatch, piece, again);
         return;
     }
-    const struct piece *begin = store_at(engine, engine->feed.loop_begin);
+    const struct piece *begin =
+        store_at(&engine->store, engine->dispatch.loop_begin);
     if (!ahead) {
-        engine->feed.in_loop =
-            engine->feed.next >= engine->feed.loop_begin
-            && (!begin->mate || engine->feed.next <= begin->mate);
+        engine->dispatch.in_loop =
+            engine->dispatch.next >= engine->dispatch.loop_begin
+            && (!begin->mate || engine->dispatch.next <= begin->mate);
     }
 }
 
-static double piece_end(const struct engine *engine, const struct piece *from) {
-    return engine->feed.dir > 0 ? from->whole : 0.0;
+static double piece_end(const struct dispatch *dispatch,
+                        const struct piece *from) {
+    return dispatch->dir > 0 ? from->whole : 0.0;
 }
 
 /* The part of `from` that is driven from `begin` on. */
-static void feed_part(struct engine *engine,
-                      struct piece *piece,
-                      const struct piece *from,
-                      double begin) {
-    bool whole = engine->feed.dir > 0 && begin <= 0.0;
-    if (engine->feed.displaced) {
+static void dispatch_part(struct engine *engine,
+                          struct piece *piece,
+                          const struct piece *from,
+                          double begin) {
+    bool whole = engine->dispatch.dir > 0 && begin <= 0.0;
+    if (engine->dispatch.displaced) {
         piece_shortcut(engine,
                        piece,
                        engine->geo.position,
                        engine->geo.path - engine->geo.path_shift,
                        engine->geo.dist);
-        engine->feed.displaced = false;
+        engine->dispatch.displaced = false;
         return;
     }
     if (whole) {
         return;
     }
-    piece_cut(engine, piece, begin, piece_end(engine, from));
+    piece_cut(engine, piece, begin, piece_end(&engine->dispatch, from));
     piece->stop_before = piece->m01 = piece->gated = false;
-    if (engine->feed.dir < 0) {
+    if (engine->dispatch.dir < 0) {
         piece->stop_after = false;
     }
-    if (engine->feed.dir < 0 && engine->cfg.retrace_feed > 0.0) {
+    if (engine->dispatch.dir < 0 && engine->cfg.retrace_feed > 0.0) {
         piece->feed = engine->cfg.retrace_feed;
     }
     piece->new_block =
-        engine->feed.has_motion
-        && piece_at(engine, engine->feed.last_motion)->count != piece->count;
+        engine->dispatch.has_motion
+        && piece_at(&engine->run, engine->dispatch.last_motion)->count
+               != piece->count;
 }
 
-void feed_motion(struct engine *engine, const struct piece *from) {
-    struct piece *piece = feed_copy(engine, from);
-    double begin = engine->feed.at >= 0.0 ? engine->feed.at
-                   : engine->feed.dir > 0 ? 0.0
-                                          : from->whole;
-    feed_part(engine, piece, from, begin);
-    if (from->origin < engine->feed.frontier) {
+void dispatch_motion(struct engine *engine, const struct piece *from) {
+    struct piece *piece = run_copy(&engine->run, from);
+    double begin = engine->dispatch.at >= 0.0 ? engine->dispatch.at
+                   : engine->dispatch.dir > 0 ? 0.0
+                                              : from->whole;
+    dispatch_part(engine, piece, from, begin);
+    if (from->origin < engine->dispatch.frontier) {
         piece->gated = false;
     }
-    double stop = engine->feed.dir > 0 && !piece->shortcut
-                      ? feed_stop_in(engine, piece, 0.0)
+    double stop = engine->dispatch.dir > 0 && !piece->shortcut
+                      ? inserted_stop_in(engine, piece, 0.0)
                       : -1.0;
     bool cut = stop >= 0.0 && stop < piece->length - 1e-9;
     if (cut) {
-        feed_shorten(engine, piece, stop);
+        run_shorten(engine, piece, stop);
     }
-    piece->stop_before |= !engine->feed.has_motion || engine->feed.stop;
-    piece->m01 |= engine->feed.m01;
-    engine->feed.stop = engine->feed.m01 = false;
+    piece->stop_before |= !engine->dispatch.has_motion || engine->dispatch.stop;
+    piece->m01 |= engine->dispatch.m01;
+    engine->dispatch.stop = engine->dispatch.m01 = false;
     set_jump(engine, piece);
-    engine->feed.last_motion = engine->piece_head;
-    engine->feed.has_motion = true;
-    feed_publish(engine);
-    engine->feed.at = cut ? piece->from + piece->length : -1.0;
+    engine->dispatch.last_motion = engine->run.head;
+    engine->dispatch.has_motion = true;
+    run_publish(&engine->run);
+    engine->dispatch.at = cut ? piece->from + piece->length : -1.0;
     if (!cut) {
-        engine->feed.next += (uint64_t)engine->feed.dir;
+        engine->dispatch.next += (uint64_t)engine->dispatch.dir;
     }
     if (stop >= 0.0) {
-        feed_stop(engine, piece);
+        insert_stop(engine, piece);
     }
 }
 
@@ -203,145 +204,152 @@ static bool passes_by(const struct engine *engine, const struct piece *piece) {
     case NC_DISTANCE_RESET:
         return false;
     case NC_DWELL:
-        return engine->feed.dir < 0;
+        return engine->dispatch.dir < 0;
     case NC_M:
-        return engine->feed.dir < 0 || ATOMIC_GET(engine->simulate_now);
+        return engine->dispatch.dir < 0 || ATOMIC_GET(engine->orders.simulate);
     default:
         return true;
     }
 }
 
-void feed_event(struct engine *engine, const struct piece *from) {
-    bool again = engine->feed.dir < 0 || from->origin < engine->feed.frontier;
-    uint64_t next = engine->feed.next + (uint64_t)engine->feed.dir;
-    engine->feed.at = -1.0;
-    engine->feed.next = next;
+void dispatch_event(struct engine *engine, const struct piece *from) {
+    bool again =
+        engine->dispatch.dir < 0 || from->origin < engine->dispatch.frontier;
+    uint64_t next = engine->dispatch.next + (uint64_t)engine->dispatch.dir;
+    engine->dispatch.at = -1.0;
+    engine->dispatch.next = next;
     if (again && (from->flags & NC_OUTPUT)) {
         if (from->type != NC_T) {
-            feed_function(engine, from, synch_again(engine, from));
+            run_function(engine, from, synch_again(engine, from));
         }
         return;
     }
     if (again && passes_by(engine, from)) {
         return;
     }
-    struct piece *piece = feed_copy(engine, from);
-    piece->dir = (int8_t)engine->feed.dir;
+    struct piece *piece = run_copy(&engine->run, from);
+    piece->dir = (int8_t)engine->dispatch.dir;
     if (piece->dir < 0) {
         piece->stop_before = piece->m01 = false;
     }
     if (piece->type == NC_RT_LOOP_BEGIN || piece->type == NC_RT_LOOP_END) {
-        engine->feed.in_loop = true;
-        engine->feed.loop_begin =
+        engine->dispatch.in_loop = true;
+        engine->dispatch.loop_begin =
             piece->type == NC_RT_LOOP_BEGIN ? piece->origin : piece->mate;
     }
     if (is_branch(piece)) {
-        decide_branch(engine, piece, loop_wanted(engine, piece));
+        decide_branch(&engine->dispatch,
+                      piece,
+                      loop_wanted(&engine->orders, piece));
     }
-    feed_publish(engine);
+    run_publish(&engine->run);
 }
 
 /* Backward motion ends here. */
-uint64_t feed_oldest(struct engine *engine) {
-    uint64_t kept = engine->feed.frontier > engine->store_kept
-                        ? engine->feed.frontier - engine->store_kept
+uint64_t dispatch_oldest(struct engine *engine) {
+    uint64_t kept = engine->dispatch.frontier > engine->store.kept
+                        ? engine->dispatch.frontier - engine->store.kept
                         : 0,
-             first = ATOMIC_GET(engine->store_first);
-    if (kept < engine->feed.program_first) {
-        kept = engine->feed.program_first;
+             first = ATOMIC_GET(engine->store.first);
+    if (kept < engine->dispatch.program_first) {
+        kept = engine->dispatch.program_first;
     }
     return first > kept ? first : kept;
 }
 
-static bool can_feed(struct engine *engine, uint64_t head) {
-    if (engine->feed.dir < 0) {
-        return engine->feed.next != UINT64_MAX
-               && engine->feed.next >= feed_oldest(engine);
+static bool can_dispatch(struct engine *engine, uint64_t head) {
+    if (engine->dispatch.dir < 0) {
+        return engine->dispatch.next != UINT64_MAX
+               && engine->dispatch.next >= dispatch_oldest(engine);
     }
-    return engine->feed.next < head;
+    return engine->dispatch.next < head;
 }
 
 /* Neither the piece that is copied next nor its place in the ring has been
  * touched for a long time. */
 static void prefetch_next(struct engine *engine) {
     const char *from = (const char *)store_at(
-                   engine,
-                   engine->feed.next + (uint64_t)(2 * engine->feed.dir)),
-               *to = (const char *)piece_at(engine, engine->piece_head + 1);
+                   &engine->store,
+                   engine->dispatch.next
+                       + (uint64_t)(2 * engine->dispatch.dir)),
+               *to = (const char *)piece_at(&engine->run, engine->run.head + 1);
     for (size_t at = 0; at < sizeof(struct piece); at += 64) {
         __builtin_prefetch(from + at, 0);
         __builtin_prefetch(to + at, 1);
     }
 }
 
-static void feed_next(struct engine *engine) {
-    const struct piece *from = store_at(engine, engine->feed.next);
+static void dispatch_next(struct engine *engine) {
+    const struct piece *from = store_at(&engine->store, engine->dispatch.next);
     if (is_motion(from)) {
-        feed_motion(engine, from);
+        dispatch_motion(engine, from);
     } else {
-        feed_event(engine, from);
+        dispatch_event(engine, from);
     }
 }
 
 static uint64_t fed_ahead(const struct engine *engine) {
     return engine->cfg.window
-           + (engine->feed.in_loop
+           + (engine->dispatch.in_loop
                   ? LOOP_AHEAD
-                  : engine->traits.fed_ahead + engine->feed.reach);
+                  : engine->traits.fed_ahead + engine->dispatch.reach);
 }
 
 static bool wants_more(struct engine *engine) {
-    return engine->piece_head - engine->plan.piece < fed_ahead(engine)
-           && run_has_room(engine)
-           && engine->stops_fed - ATOMIC_GET(engine->stops_done) < STOPS_MAX;
+    return engine->run.head - engine->commit.piece < fed_ahead(engine)
+           && run_has_room(&engine->run)
+           && engine->stops.fed - ATOMIC_GET(engine->stops.done) < STOPS_MAX;
 }
 
 /* Nothing has changed but the path: without jerk some pieces are fed at a time.
  */
-static bool feed_waits(struct engine *engine, bool finished, uint64_t head) {
-    const struct feeder *feeder = &engine->feed;
-    if (!engine->traits.feeds_in_batches || feeder->in_loop || feeder->dir < 0
-        || feeder->armed
-        || ATOMIC_GET(engine->insert_requests) != feeder->inserts) {
+static bool dispatch_waits(struct engine *engine,
+                           bool finished,
+                           uint64_t head) {
+    const struct dispatch *dispatch = &engine->dispatch;
+    if (!engine->traits.feeds_in_batches || dispatch->in_loop
+        || dispatch->dir < 0 || dispatch->armed
+        || ATOMIC_GET(engine->orders.insert_requests) != dispatch->inserts) {
         return false;
     }
-    return feeder->final == (finished && feeder->next >= head)
-           && (feeder->next >= head
-               || engine->piece_head - engine->plan.piece + FED_AT_ONCE
+    return dispatch->final == (finished && dispatch->next >= head)
+           && (dispatch->next >= head
+               || engine->run.head - engine->commit.piece + FED_AT_ONCE
                       > fed_ahead(engine));
 }
 
 /* Feed as far as the planner has to see. */
-void feed(struct engine *engine) {
+void dispatch_path(struct engine *engine) {
     bool finished = ATOMIC_GET(
-        engine->finished); /* before the head: nothing is pushed behind it */
-    uint64_t head = ATOMIC_GET(engine->store_head);
-    if (feed_waits(engine, finished, head)) {
-        feed_store_floor(engine);
+        engine->program
+            .finished); /* before the head: nothing is pushed behind it */
+    uint64_t head = ATOMIC_GET(engine->store.head);
+    if (dispatch_waits(engine, finished, head)) {
+        set_store_floor(engine);
         return;
     }
-    if (engine->feed.in_loop) {
+    if (engine->dispatch.in_loop) {
         reconsider_loop(engine);
     }
-    feed_take_insert(engine);
-    while (can_feed(engine, head) && wants_more(engine)) {
+    take_insert(engine);
+    while (can_dispatch(engine, head) && wants_more(engine)) {
         prefetch_next(engine);
-        feed_next(engine);
+        dispatch_next(engine);
     }
-    engine->feed.final = engine->feed.dir < 0
-                             ? !can_feed(engine, head)
-                             : finished && engine->feed.next >= head;
-    feed_stop_at_end(engine);
-    feed_store_floor(engine);
+    engine->dispatch.final = engine->dispatch.dir < 0
+                                 ? !can_dispatch(engine, head)
+                                 : finished && engine->dispatch.next >= head;
+    insert_stop_at_end(engine);
+    set_store_floor(engine);
 }
 
 /* Corner limits look further than what is fed: feed more from now on. */
-bool feed_further(struct engine *e) {
-    if (e->feed.reach || e->feed.in_loop) {
+bool dispatch_further(struct engine *engine) {
+    if (engine->dispatch.reach || engine->dispatch.in_loop) {
         return false;
     }
-    uint64_t head = e->piece_head;
-    e->feed.reach = FED_AHEAD - FED_NEAR;
-    feed(e);
-    return e->piece_head > head;
+    uint64_t head = engine->run.head;
+    engine->dispatch.reach = FED_AHEAD - FED_NEAR;
+    dispatch_path(engine);
+    return engine->run.head > head;
 }

@@ -44,46 +44,45 @@ static double axis_crossing(struct engine *engine,
     return -1.0;
 }
 
-static double dist_shift(struct engine *engine) {
+static double dist_shift(struct geo *geo) {
     double shift;
-    __atomic_load(&engine->geo.dist_shift, &shift, __ATOMIC_ACQUIRE);
+    __atomic_load(&geo->dist_shift, &shift, __ATOMIC_ACQUIRE);
     return shift;
 }
 
 /* Where in a piece, as it is driven, the inserted stop lies, behind `begin`; -1
  * if not there. */
-double feed_stop_in(struct engine *engine,
-                    const struct piece *piece,
-                    double begin) {
-    if (!engine->feed.armed) {
+double inserted_stop_in(struct engine *engine,
+                        const struct piece *piece,
+                        double begin) {
+    if (!engine->dispatch.armed) {
         return -1.0;
     }
-    if (engine->feed.insert.axis) {
+    if (engine->dispatch.insert.axis) {
         return axis_crossing(engine,
                              piece,
-                             engine->feed.insert.axis - 1,
-                             engine->feed.target,
+                             engine->dispatch.insert.axis - 1,
+                             engine->dispatch.target,
                              begin);
     }
     if (piece->dist_rate <= 0.0) {
         return -1.0;
     }
-    double s = (engine->feed.target - (dist_shift(engine) + piece->dist0))
-               / piece->dist_rate;
+    double s =
+        (engine->dispatch.target - (dist_shift(&engine->geo) + piece->dist0))
+        / piece->dist_rate;
     return s > begin + 1e-9 && s <= piece->length + 1e-9
                ? fmin(s, piece->length)
                : -1.0;
 }
 
-static double run_dist(struct engine *engine,
-                       const struct piece *piece,
-                       double s) {
-    return dist_shift(engine) + piece->dist0 + piece->dist_rate * s;
+static double run_dist(struct geo *geo, const struct piece *piece, double s) {
+    return dist_shift(geo) + piece->dist0 + piece->dist_rate * s;
 }
 
 /* The stop stands behind the piece `before`. */
-void feed_stop(struct engine *engine, const struct piece *before) {
-    const struct insert_cmd *insert_cmd = &engine->feed.insert;
+void insert_stop(struct engine *engine, const struct piece *before) {
+    const struct insert_cmd *insert_cmd = &engine->dispatch.insert;
     struct piece stop;
     memset(&stop, 0, sizeof stop);
     stop.kind = PIECE_EVENT;
@@ -100,49 +99,50 @@ void feed_stop(struct engine *engine, const struct piece *before) {
     stop.origin = before->origin;
     stop.from = before->from + before->length;
     stop.whole = before->whole;
-    stop.path0 = engine->feed.target;
+    stop.path0 = engine->dispatch.target;
     memcpy(stop.end, before->end, sizeof stop.end);
-    inserted_stop *entry = &engine->stops[engine->stops_fed % STOPS_MAX];
+    inserted_stop *entry =
+        &engine->stops.entries[engine->stops.fed % STOPS_MAX];
     store_f64_relaxed(
         &entry->dist,
-        run_dist(engine,
+        run_dist(&engine->geo,
                  before,
                  before->length)); /* GEO may be showing the stop it replaces */
     for (int i = 0; i < NC_AXES; i++) {
         store_f64_relaxed(&entry->position[i], before->end[i]);
     }
-    ATOMIC_SET(engine->stops_fed, engine->stops_fed + 1);
-    engine->feed.armed = insert_cmd->mode == INSERT_RELATIVE_REPEATED;
-    if (engine->feed.armed) {
-        engine->feed.target =
+    ATOMIC_SET(engine->stops.fed, engine->stops.fed + 1);
+    engine->dispatch.armed = insert_cmd->mode == INSERT_RELATIVE_REPEATED;
+    if (engine->dispatch.armed) {
+        engine->dispatch.target =
             (insert_cmd->axis ? before->end[insert_cmd->axis - 1] : entry->dist)
             + insert_cmd->value;
     }
     if (insert_cmd->m_function > 1) {
-        feed_function(engine, &stop, SYNCH_MVS_SVS);
-        engine->feed.stop = true;
+        run_function(engine, &stop, SYNCH_MVS_SVS);
+        engine->dispatch.stop = true;
         return;
     }
-    struct piece *piece = feed_copy(engine, &stop);
+    struct piece *piece = run_copy(&engine->run, &stop);
     piece->stop_before = insert_cmd->m_function == 0;
     piece->m01 = insert_cmd->m_function == 1;
-    feed_publish(engine);
-    engine->feed.stop = piece->stop_before;
-    engine->feed.m01 = piece->m01;
+    run_publish(&engine->run);
+    engine->dispatch.stop = piece->stop_before;
+    engine->dispatch.m01 = piece->m01;
 }
 
 /* The program ends ahead of an inserted stop: it stands at the end. */
-void feed_stop_at_end(struct engine *engine) {
-    if (!engine->feed.final || engine->feed.dir < 0 || !engine->feed.armed
-        || !engine->feed.has_motion) {
+void insert_stop_at_end(struct engine *engine) {
+    if (!engine->dispatch.final || engine->dispatch.dir < 0
+        || !engine->dispatch.armed || !engine->dispatch.has_motion) {
         return;
     }
-    if (engine->feed.insert.axis
-        || engine->feed.insert.mode == INSERT_RELATIVE_REPEATED
-        || engine->piece_head == ATOMIC_GET(engine->piece_done)) {
+    if (engine->dispatch.insert.axis
+        || engine->dispatch.insert.mode == INSERT_RELATIVE_REPEATED
+        || engine->run.head == ATOMIC_GET(engine->run.done)) {
         return;
     }
-    feed_stop(engine, piece_at(engine, engine->feed.last_motion));
+    insert_stop(engine, piece_at(&engine->run, engine->dispatch.last_motion));
 }
 
 static bool is_inserted_stop(const struct piece *piece) {
@@ -150,55 +150,56 @@ static bool is_inserted_stop(const struct piece *piece) {
 }
 
 /* Feed from piece i of the run ring on anew: a motion or an inserted stop. */
-static void feed_again_from(struct engine *engine, uint64_t i) {
-    const struct piece *piece = piece_at(engine, i);
+static void dispatch_again_from(struct engine *engine, uint64_t i) {
+    const struct piece *piece = piece_at(&engine->run, i);
     bool behind = piece->inserted && piece->from >= piece->whole - 1e-9;
     uint64_t next = behind ? piece->origin + 1 : piece->origin;
     double at = !behind && piece->from > 0.0 ? piece->from : -1.0;
-    feed_cut(engine, i);
-    engine->feed.next = next;
-    engine->feed.at = at;
+    run_cut(engine, i);
+    engine->dispatch.next = next;
+    engine->dispatch.at = at;
 }
 
 /* Where the path would come to rest if it braked now. */
-static uint64_t rest_piece(struct engine *engine, double *s) {
+static uint64_t standstill_piece(struct engine *engine, double *s) {
     planner_store_tail(engine);
-    uint64_t word = ATOMIC_GET(engine->commit);
-    const struct tail *tail = &engine->plan.tails[(word >> 1) & 1];
-    *s = engine->plan.v > 0.0 ? tail->s : engine->plan.s;
-    return engine->plan.v > 0.0 ? tail->piece : engine->plan.piece;
+    uint64_t word = ATOMIC_GET(engine->commit.word);
+    const struct tail *tail = &engine->commit.tails[(word >> 1) & 1];
+    *s = engine->commit.v > 0.0 ? tail->s : engine->commit.s;
+    return engine->commit.v > 0.0 ? tail->piece : engine->commit.piece;
 }
 
 /* The stop lies in the piece in which the path could come to rest: that one is
  * cut in two. */
-static bool cut_rest_piece(struct engine *engine) {
-    double rest;
-    uint64_t i = rest_piece(engine, &rest);
-    if (i >= engine->piece_head) {
+static bool cut_standstill_piece(struct engine *engine) {
+    double remainder;
+    uint64_t i = standstill_piece(engine, &remainder);
+    if (i >= engine->run.head) {
         return false;
     }
-    struct piece *piece = piece_at(engine, i);
+    struct piece *piece = piece_at(&engine->run, i);
     if (!is_motion(piece) || piece->shortcut || piece->dir < 0) {
         return false;
     }
-    if (!engine->feed.insert.axis
-        && engine->feed.target < run_dist(engine, piece, rest)) {
-        engine->feed.target = run_dist(engine, piece, rest + 1e-6);
+    if (!engine->dispatch.insert.axis
+        && engine->dispatch.target < run_dist(&engine->geo, piece, remainder)) {
+        engine->dispatch.target =
+            run_dist(&engine->geo, piece, remainder + 1e-6);
     }
-    double stop = feed_stop_in(engine, piece, rest);
+    double stop = inserted_stop_in(engine, piece, remainder);
     if (stop < 0.0) {
         return false;
     }
-    bool armed = engine->feed.armed;
-    double target = engine->feed.target;
-    feed_cut(engine, i + 1);
-    engine->feed.armed = armed;
-    engine->feed.target = target;
-    engine->feed.last_motion = i;
-    engine->feed.has_motion = true;
+    bool armed = engine->dispatch.armed;
+    double target = engine->dispatch.target;
+    run_cut(engine, i + 1);
+    engine->dispatch.armed = armed;
+    engine->dispatch.target = target;
+    engine->dispatch.last_motion = i;
+    engine->dispatch.has_motion = true;
     bool cut = stop < piece->length - 1e-9;
     if (cut) {
-        feed_shorten(engine, piece, stop);
+        run_shorten(engine, piece, stop);
     }
     if (cut) {
         engine->planner->shorten(engine, i, stop);
@@ -208,43 +209,43 @@ static bool cut_rest_piece(struct engine *engine) {
         + piece
               ->length; /* behind an earlier stop the piece is a part already */
     bool left = at < piece->whole - 1e-9;
-    engine->feed.next = left ? piece->origin : piece->origin + 1;
-    engine->feed.at = left ? at : -1.0;
-    feed_stop(engine, piece);
-    engine->feed.stop = true; /* the path comes to rest here, whatever is
+    engine->dispatch.next = left ? piece->origin : piece->origin + 1;
+    engine->dispatch.at = left ? at : -1.0;
+    insert_stop(engine, piece);
+    engine->dispatch.stop = true; /* the path comes to rest here, whatever is
                                  inserted: only that is sure to be possible */
     return true;
 }
 
 /* A new insert_cmd: what has been fed is fed again from where that is free, so
  * that the stop finds its place. */
-void feed_take_insert(struct engine *engine) {
-    uint32_t request = ATOMIC_GET(engine->insert_requests);
-    if (request == engine->feed.inserts || engine->feed.dir < 0
+void take_insert(struct engine *engine) {
+    uint32_t request = ATOMIC_GET(engine->orders.insert_requests);
+    if (request == engine->dispatch.inserts || engine->dispatch.dir < 0
         || !engine->planner->shorten_tail(engine)) {
         return;
     }
-    uint64_t i = feed_first_free(engine);
-    while (
-        i < engine->piece_head && !is_inserted_stop(piece_at(engine, i))
-        && (!is_motion(piece_at(engine, i)) || piece_at(engine, i)->shortcut)) {
+    uint64_t i = run_first_free(engine);
+    while (i < engine->run.head && !is_inserted_stop(piece_at(&engine->run, i))
+           && (!is_motion(piece_at(&engine->run, i))
+               || piece_at(&engine->run, i)->shortcut)) {
         i++;
     }
-    if (i < engine->piece_head) {
-        feed_again_from(engine,
-                        i); /* this drops the stops of the command before */
+    if (i < engine->run.head) {
+        dispatch_again_from(engine,
+                            i); /* this drops the stops of the command before */
     }
-    struct insert_cmd *insert_cmd = &engine->feed.insert;
-    *insert_cmd = engine->insert_request;
-    engine->feed.target = insert_cmd->mode == INSERT_ABSOLUTE
-                              ? insert_cmd->value
-                              : insert_cmd->base + insert_cmd->value;
-    engine->feed.armed =
+    struct insert_cmd *insert_cmd = &engine->dispatch.insert;
+    *insert_cmd = engine->orders.insert_request;
+    engine->dispatch.target = insert_cmd->mode == INSERT_ABSOLUTE
+                                  ? insert_cmd->value
+                                  : insert_cmd->base + insert_cmd->value;
+    engine->dispatch.armed =
         insert_cmd->mode == INSERT_ABSOLUTE
             ? insert_cmd->axis || insert_cmd->value >= insert_cmd->base
             : insert_cmd->value != 0.0;
-    if (engine->feed.armed) {
-        cut_rest_piece(engine);
+    if (engine->dispatch.armed) {
+        cut_standstill_piece(engine);
     }
-    ATOMIC_SET(engine->feed.inserts, request);
+    ATOMIC_SET(engine->dispatch.inserts, request);
 }

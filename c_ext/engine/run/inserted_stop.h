@@ -4,10 +4,10 @@
 #define ENGINE_RUN_INSERTED_STOP_H
 #include "engine/state/state.h"
 
-double feed_stop_in(struct engine *engine,
-                    const struct piece *piece,
-                    double begin);
-void feed_stop(struct engine *engine, const struct piece *before);
-void feed_stop_at_end(struct engine *engine);
-void feed_take_insert(struct engine *engine);
+double inserted_stop_in(struct engine *engine,
+                        const struct piece *piece,
+                        double begin);
+void insert_stop(struct engine *engine, const struct piece *before);
+void insert_stop_at_end(struct engine *engine);
+void take_insert(struct engine *engine);
 #endif

@@ -9,110 +9,110 @@
 #include "hli/sync.h"
 #include "rows/nc_block.h"
 
-bool run_has_room(struct engine *engine) {
-    return engine->piece_head - ATOMIC_GET(engine->piece_done)
-           < engine->piece_mask + 1 - KEPT_BEHIND - 8;
+bool run_has_room(struct run_ring *run) {
+    return run->head - ATOMIC_GET(run->done) < run->mask + 1 - KEPT_BEHIND - 8;
 }
 
-struct piece *feed_copy(struct engine *engine, const struct piece *from) {
-    struct piece *piece = piece_at(engine, engine->piece_head);
+struct piece *run_copy(struct run_ring *run, const struct piece *from) {
+    struct piece *piece = piece_at(run, run->head);
     memcpy(piece, from, offsetof(struct piece, capped));
     piece->capped = piece->spanned = piece->settled = piece->cruises = false;
-    piece->corner_v = piece->need2 = 0.0;
+    piece->corner_v = piece->controllable_v2 = 0.0;
     piece->cruise2 = -1.0;
     piece->span_count = 0;
     return piece;
 }
 
-void feed_publish(struct engine *engine) {
-    engine->piece_head++;
+void run_publish(struct run_ring *run) {
+    run->head++;
 }
 
-static struct piece *feed_gate(struct engine *engine,
-                               const struct piece *from,
-                               struct techno_counts need) {
-    struct piece *piece = feed_copy(engine, from);
+static struct piece *run_gate(struct engine *engine,
+                              const struct piece *from,
+                              struct techno_counts need) {
+    struct piece *piece = run_copy(&engine->run, from);
     piece->type = NC_EVENT;
     piece->code = EVENT_GATE;
     piece->flags = 0;
     piece->need = need;
-    piece->dir = (int8_t)engine->feed.dir;
+    piece->dir = (int8_t)engine->dispatch.dir;
     piece->gated = piece->replay = true;
     piece->stop_before = false;
-    feed_publish(engine);
+    run_publish(&engine->run);
     return piece;
 }
 
 /* A function outside the program's count: again on a stretch driven before, or
  * inserted by the PLC. One at a time. */
-void feed_function(struct engine *engine,
-                   const struct piece *from,
-                   uint32_t synch) {
+void run_function(struct engine *engine,
+                  const struct piece *from,
+                  uint32_t synch) {
     struct techno_counts need = {0};
-    need.std_freed = engine->feed.pushed.std_freed;
+    need.std_freed = engine->dispatch.pushed.std_freed;
     if (need.std_freed) {
-        feed_gate(engine, from, need);
+        run_gate(engine, from, need);
     }
-    struct piece *piece = feed_copy(engine, from);
+    struct piece *piece = run_copy(&engine->run, from);
     piece->flags |= NC_OUTPUT;
     piece->replay = true;
     piece->put_out = false;
     piece->synch = synch;
-    piece->dir = (int8_t)engine->feed.dir;
+    piece->dir = (int8_t)engine->dispatch.dir;
     piece->stop_before = false;
-    feed_publish(engine);
-    engine->feed.pushed.std_freed++;
+    run_publish(&engine->run);
+    engine->dispatch.pushed.std_freed++;
     if (!(synch & SYNCH_MVS_SVS)) {
         return;
     }
-    engine->feed.pushed.std_acked++;
-    need = (struct techno_counts){.std_acked = engine->feed.pushed.std_acked};
-    feed_gate(engine, from, need);
+    engine->dispatch.pushed.std_acked++;
+    need =
+        (struct techno_counts){.std_acked = engine->dispatch.pushed.std_acked};
+    run_gate(engine, from, need);
 }
 
 /* First piece of the run ring that may still be changed: none that is
  * committed, none that the tail runs over. */
-uint64_t feed_first_free(struct engine *engine) {
-    if (engine->plan.v <= 0.0) {
-        return engine->plan.piece + (engine->plan.s > 0.0);
+uint64_t run_first_free(struct engine *engine) {
+    if (engine->commit.v <= 0.0) {
+        return engine->commit.piece + (engine->commit.s > 0.0);
     }
     planner_store_tail(engine);
-    uint64_t word = ATOMIC_GET(engine->commit);
-    return engine->plan.tails[(word >> 1) & 1].piece + 1;
+    uint64_t word = ATOMIC_GET(engine->commit.word);
+    return engine->commit.tails[(word >> 1) & 1].piece + 1;
 }
 
 /* An inserted stop that is dropped has to be found again; of several the first.
  */
 static void drop_stop(struct engine *engine, const struct piece *piece) {
-    ATOMIC_SET(engine->stops_fed, engine->stops_fed - 1);
-    if (engine->feed.dropped_stop) {
+    ATOMIC_SET(engine->stops.fed, engine->stops.fed - 1);
+    if (engine->dispatch.dropped_stop) {
         return;
     }
-    engine->feed.dropped_stop = engine->feed.armed = true;
-    engine->feed.target = piece->path0;
+    engine->dispatch.dropped_stop = engine->dispatch.armed = true;
+    engine->dispatch.target = piece->path0;
 }
 
 /* An inserted stop that stays is one for the motion behind it too, when that is
  * fed again. */
-static void stop_behind(struct engine *engine, const struct piece *piece) {
+static void stop_behind(struct dispatch *dispatch, const struct piece *piece) {
     if (!piece->inserted || piece->type != NC_M) {
         return;
     }
     if (piece->m01) {
-        engine->feed.m01 = true;
+        dispatch->m01 = true;
     } else {
-        engine->feed.stop = true;
+        dispatch->stop = true;
     }
 }
 
 /* Drop what has been fed from `head` on. */
-void feed_cut(struct engine *engine, uint64_t head) {
-    for (uint64_t i = head; i < engine->piece_head; i++) {
-        const struct piece *piece = piece_at(engine, i);
-        engine->feed.displaced |=
+void run_cut(struct engine *engine, uint64_t head) {
+    for (uint64_t i = head; i < engine->run.head; i++) {
+        const struct piece *piece = piece_at(&engine->run, i);
+        engine->dispatch.displaced |=
             piece->shortcut
-            && (i > engine->plan.piece
-                || engine->plan.s <= 0.0); /* not begun: the way back to the
+            && (i > engine->commit.piece
+                || engine->commit.s <= 0.0); /* not begun: the way back to the
                                               path is still to go */
         if (piece->inserted && piece->type == NC_M) {
             drop_stop(engine, piece);
@@ -120,29 +120,31 @@ void feed_cut(struct engine *engine, uint64_t head) {
         if (!piece->replay || !(piece->flags & NC_OUTPUT)) {
             continue;
         }
-        engine->feed.pushed.std_freed--;
+        engine->dispatch.pushed.std_freed--;
         if (piece->synch & SYNCH_MVS_SVS) {
-            engine->feed.pushed.std_acked--;
+            engine->dispatch.pushed.std_acked--;
         }
     }
-    engine->feed.dropped_stop = false;
-    engine->plan.fed_anew |= engine->plan.v > 0.0;
+    engine->dispatch.dropped_stop = false;
+    engine->commit.fed_anew |= engine->commit.v > 0.0;
     engine->planner->cut(engine, head);
-    engine->piece_head = head;
-    engine->feed.has_motion = engine->feed.stop = engine->feed.m01 = false;
-    for (uint64_t i = head; i-- > 0 && i + KEPT_BEHIND > engine->plan.piece;) {
-        if (!is_motion(piece_at(engine, i))) {
-            stop_behind(engine, piece_at(engine, i));
+    engine->run.head = head;
+    engine->dispatch.has_motion = engine->dispatch.stop = engine->dispatch.m01 =
+        false;
+    for (uint64_t i = head;
+         i-- > 0 && i + KEPT_BEHIND > engine->commit.piece;) {
+        if (!is_motion(piece_at(&engine->run, i))) {
+            stop_behind(&engine->dispatch, piece_at(&engine->run, i));
             continue;
         }
-        engine->feed.last_motion = i;
-        engine->feed.has_motion = true;
+        engine->dispatch.last_motion = i;
+        engine->dispatch.has_motion = true;
         return;
     }
 }
 
 /* Shorten a motion that is driven forward to its first s mm. */
-void feed_shorten(struct engine *engine, struct piece *piece, double s) {
+void run_shorten(struct engine *engine, struct piece *piece, double s) {
     double end[NC_AXES];
     piece_position(engine, piece, s, end);
     piece_tangent(engine, piece, s, piece->tangent_out);

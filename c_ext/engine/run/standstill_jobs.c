@@ -26,44 +26,45 @@ typedef struct target {
 
 /* Where in the program the path stands. */
 static place stand_place(struct engine *engine) {
-    bool forward = engine->feed.dir > 0;
-    if (engine->plan.piece >= engine->piece_head) {
-        if (forward || engine->feed.at >= 0.0) {
-            return (place){engine->feed.next,
-                           fmax(0.0, engine->feed.at)}; /* it has turned, and
-                                                           nothing is fed yet */
+    bool forward = engine->dispatch.dir > 0;
+    if (engine->commit.piece >= engine->run.head) {
+        if (forward || engine->dispatch.at >= 0.0) {
+            return (place){
+                engine->dispatch.next,
+                fmax(0.0, engine->dispatch.at)}; /* it has turned, and
+                                                nothing is fed yet */
         }
-        return (place){engine->feed.next + 1, 0.0};
+        return (place){engine->dispatch.next + 1, 0.0};
     }
-    const struct piece *piece = piece_at(engine, engine->plan.piece);
+    const struct piece *piece = piece_at(&engine->run, engine->commit.piece);
     if (!is_motion(piece) && !piece->inserted) {
         return (place){piece->origin + (piece->dir > 0 ? 0 : 1),
                        0.0}; /* fed before the last turn, it may be */
     }
     double s = piece->inserted ? piece->from
-                               : piece->from + piece->dir * engine->plan.s;
+                               : piece->from + piece->dir * engine->commit.s;
     return s >= piece->whole - 1e-9 ? (place){piece->origin + 1, 0.0}
                                     : (place){piece->origin, fmax(0.0, s)};
 }
 
 static int wanted_direction(struct engine *engine) {
-    return engine->store_kept && ATOMIC_GET(engine->backward_now) ? -1 : 1;
+    return engine->store.kept && ATOMIC_GET(engine->orders.backward) ? -1 : 1;
 }
 
 static bool on_shortcut(struct engine *engine) {
-    return engine->plan.piece < engine->piece_head
-           && piece_at(engine, engine->plan.piece)->shortcut
-           && engine->plan.s > 0.0;
+    return engine->commit.piece < engine->run.head
+           && piece_at(&engine->run, engine->commit.piece)->shortcut
+           && engine->commit.s > 0.0;
 }
 
 /* The axes stand beside the path, or on the line that leads them back to it. */
 static bool off_path(struct engine *engine) {
-    if (engine->feed.displaced) {
+    if (engine->dispatch.displaced) {
         return true;
     }
-    for (uint64_t i = engine->plan.piece; i < engine->piece_head; i++) {
-        if (is_motion(piece_at(engine, i))) {
-            return piece_at(engine, i)->shortcut;
+    for (uint64_t i = engine->commit.piece; i < engine->run.head; i++) {
+        if (is_motion(piece_at(&engine->run, i))) {
+            return piece_at(&engine->run, i)->shortcut;
         }
     }
     return false;
@@ -71,7 +72,7 @@ static bool off_path(struct engine *engine) {
 
 static bool wants_turn(struct engine *engine) {
     int dir = wanted_direction(engine);
-    if (dir == engine->feed.dir) {
+    if (dir == engine->dispatch.dir) {
         return false;
     }
     if (dir > 0) {
@@ -81,27 +82,29 @@ static bool wants_turn(struct engine *engine) {
         return false; /* what lies behind is left out */
     }
     place at = stand_place(engine);
-    return at.s > 0.0 || at.i > feed_oldest(engine);
+    return at.s > 0.0 || at.i > dispatch_oldest(engine);
 }
 
 static bool wants_shortcut(struct engine *engine) {
-    return engine->store_kept
-           && ATOMIC_GET(engine->shortcut_requests) != engine->feed.shortcuts
-           && engine->feed.dir > 0 && !on_shortcut(engine);
+    return engine->store.kept
+           && ATOMIC_GET(engine->orders.shortcut_requests)
+                  != engine->dispatch.shortcuts
+           && engine->dispatch.dir > 0 && !on_shortcut(engine);
 }
 
-static bool wants_abort(struct engine *engine) {
-    return ATOMIC_GET(engine->abort_now) == 1;
+static bool wants_abort(struct program_state *program) {
+    return ATOMIC_GET(program->abort) == 1;
 }
 
-bool feed_job_pending(struct engine *e) {
-    return wants_abort(e) || wants_turn(e) || wants_shortcut(e);
+bool standstill_job_pending(struct engine *engine) {
+    return wants_abort(&engine->program) || wants_turn(engine)
+           || wants_shortcut(engine);
 }
 
 /* Nothing is left to stand in: an empty piece in its place tells where the path
  * stands, should it turn again. */
-static void stand_at(struct engine *engine, place at) {
-    struct piece *piece = piece_at(engine, engine->piece_head);
+static void stand_at(struct run_ring *run, place at) {
+    struct piece *piece = piece_at(run, run->head);
     memset(piece, 0, sizeof *piece);
     piece->kind = PIECE_EVENT;
     piece->type = NC_FLUSH;
@@ -115,41 +118,45 @@ static void stand_at(struct engine *engine, place at) {
 /* The run ring goes on with new pieces; the one GEO stands in is left as it is.
  */
 static void begin_run(struct engine *engine, place at) {
-    bool stands_in_piece = engine->plan.piece < engine->piece_head;
-    feed_cut(engine, stands_in_piece ? engine->plan.piece : engine->piece_head);
+    bool stands_in_piece = engine->commit.piece < engine->run.head;
+    run_cut(engine, stands_in_piece ? engine->commit.piece : engine->run.head);
     if (!stands_in_piece) {
-        stand_at(engine, at);
+        stand_at(&engine->run, at);
     }
-    engine->plan.piece = engine->feed.run = ++engine->piece_head;
-    engine->plan.s = engine->plan.v = 0.0;
+    engine->commit.piece = engine->dispatch.run = ++engine->run.head;
+    engine->commit.s = engine->commit.v = 0.0;
     engine->planner->begin_run(engine);
-    engine->feed.has_motion = engine->feed.stop = engine->feed.m01 = false;
+    engine->dispatch.has_motion = engine->dispatch.stop = engine->dispatch.m01 =
+        false;
 }
 
 static void turn(struct engine *engine) {
     place at = stand_place(engine);
-    if (engine->feed.dir > 0 && at.i > engine->feed.frontier) {
-        engine->feed.frontier = at.i;
+    if (engine->dispatch.dir > 0 && at.i > engine->dispatch.frontier) {
+        engine->dispatch.frontier = at.i;
     }
     begin_run(engine, at);
-    engine->feed.dir = -engine->feed.dir;
-    engine->feed.next = engine->feed.dir > 0 || at.s > 0.0 ? at.i : at.i - 1;
-    engine->feed.at = at.s > 0.0 ? at.s : -1.0;
+    engine->dispatch.dir = -engine->dispatch.dir;
+    engine->dispatch.next =
+        engine->dispatch.dir > 0 || at.s > 0.0 ? at.i : at.i - 1;
+    engine->dispatch.at = at.s > 0.0 ? at.s : -1.0;
 }
 
 /* A marker of #DEL DIST2GO that the PLC has made valid. */
-static bool is_end_mark(struct engine *engine, const struct piece *piece) {
+static bool is_end_mark(struct orders *orders, const struct piece *piece) {
     return piece->kind == PIECE_EVENT && piece->type == NC_EVENT
            && piece->code == NC_EVENT_DIST2GO_END
-           && ((uint32_t)piece->value & ATOMIC_GET(engine->shortcut_mask));
+           && ((uint32_t)piece->value & ATOMIC_GET(orders->shortcut_mask));
 }
 
 /* Last piece of the block of motion i, as far as it is prepared. */
-static uint64_t block_end(struct engine *engine, uint64_t i, uint64_t head) {
-    uint32_t count = store_at(engine, i)->count;
-    for (uint64_t k = i + 1; k < head && store_at(engine, k)->count == count;
+static uint64_t block_end(struct piece_store *store,
+                          uint64_t i,
+                          uint64_t head) {
+    uint32_t count = store_at(store, i)->count;
+    for (uint64_t k = i + 1; k < head && store_at(store, k)->count == count;
          k++) {
-        if (is_motion(store_at(engine, k))) {
+        if (is_motion(store_at(store, k))) {
             i = k;
         }
     }
@@ -161,11 +168,11 @@ static uint64_t block_end(struct engine *engine, uint64_t i, uint64_t head) {
 static target shortcut_target(struct engine *engine, place at, uint64_t head) {
     target block = {head, false}, before = {at.i, at.s > 0.0};
     if (at.s > 0.0) {
-        before.piece = block_end(engine, at.i, head);
+        before.piece = block_end(&engine->store, at.i, head);
     }
     for (uint64_t k = at.s > 0.0 ? before.piece + 1 : at.i; k < head; k++) {
-        const struct piece *piece = store_at(engine, k);
-        if (is_end_mark(engine, piece)) {
+        const struct piece *piece = store_at(&engine->store, k);
+        if (is_end_mark(&engine->orders, piece)) {
             return before;
         }
         if (piece->type == NC_RT_LOOP_END || piece->type == NC_RT_LOOP_BEGIN) {
@@ -176,9 +183,9 @@ static target shortcut_target(struct engine *engine, place at, uint64_t head) {
         }
         before = (target){k, true};
         if (!block.found) {
-            block = (target){block_end(engine, k, head), true};
+            block = (target){block_end(&engine->store, k, head), true};
         }
-        if (!ATOMIC_GET(engine->shortcut_mask)) {
+        if (!ATOMIC_GET(engine->orders.shortcut_mask)) {
             break;
         }
     }
@@ -186,91 +193,95 @@ static target shortcut_target(struct engine *engine, place at, uint64_t head) {
 }
 
 /* The rest of a piece is left out, with nothing in its place. */
-static void feed_nothing(struct engine *engine, uint64_t i) {
-    struct piece *piece = feed_copy(engine, store_at(engine, i));
+static void dispatch_nothing(struct engine *engine, uint64_t i) {
+    struct piece *piece = run_copy(&engine->run, store_at(&engine->store, i));
     piece->kind = PIECE_EVENT;
     piece->type = NC_FLUSH;
     piece->length = piece->whole = 0.0;
     piece->gated = piece->stop_before = piece->m01 = false;
-    feed_publish(engine);
+    run_publish(&engine->run);
 }
 
 /* Whether more rows may come that the shortcut could lead to. */
 static bool rows_to_come(struct engine *engine) {
-    return !ATOMIC_GET(engine->finished) && !ATOMIC_GET(engine->expect_drain)
-           && ring_has_room(engine);
+    return !ATOMIC_GET(engine->program.finished)
+           && !ATOMIC_GET(engine->program.expect_drain)
+           && store_has_room(engine);
 }
 
 /* Leave out what lies between here and the target but for its events, then a
  * straight line. */
 static void shortcut(struct engine *engine) {
-    uint32_t request = ATOMIC_GET(engine->shortcut_requests);
-    uint64_t head = ATOMIC_GET(engine->store_head);
+    uint32_t request = ATOMIC_GET(engine->orders.shortcut_requests);
+    uint64_t head = ATOMIC_GET(engine->store.head);
     place at = stand_place(engine);
     target to = shortcut_target(engine, at, head);
     if (!to.found && rows_to_come(engine)) {
         return;
     }
     begin_run(engine, at);
-    engine->feed.at = -1.0;
-    engine->feed.next = at.i;
-    engine->feed.displaced |= to.found || at.s > 0.0;
+    engine->dispatch.at = -1.0;
+    engine->dispatch.next = at.i;
+    engine->dispatch.displaced |= to.found || at.s > 0.0;
     uint64_t end = to.found ? to.piece : at.i;
-    while (engine->feed.next
+    while (engine->dispatch.next
            < end) { /* events keep their order and their effect */
-        const struct piece *piece = store_at(engine, engine->feed.next);
+        const struct piece *piece =
+            store_at(&engine->store, engine->dispatch.next);
         if (is_motion(piece)) {
-            engine->feed.next++;
+            engine->dispatch.next++;
         } else {
-            feed_event(engine, piece);
+            dispatch_event(engine, piece);
         }
     }
     if (to.found) {
-        feed_motion(engine, store_at(engine, end));
-        ATOMIC_SET(engine->store_first, end + 1);
+        dispatch_motion(engine, store_at(&engine->store, end));
+        ATOMIC_SET(engine->store.first, end + 1);
     } else if (at.s > 0.0) {
-        feed_nothing(engine, at.i);
-        engine->feed.next++;
-        ATOMIC_SET(engine->store_first, at.i + 1);
+        dispatch_nothing(engine, at.i);
+        engine->dispatch.next++;
+        ATOMIC_SET(engine->store.first, at.i + 1);
     }
-    ATOMIC_SET(engine->feed.shortcuts, request);
+    ATOMIC_SET(engine->dispatch.shortcuts, request);
 }
 
 /* The program ends here: everything that is left is left out. */
-static void leave_out_rest(struct engine *engine) {
-    uint64_t head = ATOMIC_GET(engine->store_head);
+static void leave_out_remainder(struct engine *engine) {
+    uint64_t head = ATOMIC_GET(engine->store.head);
     place at = stand_place(engine);
     bool left = at.i < head;
-    engine->halt_row = left ? store_at(engine, at.i)->row : engine->rows_taken;
-    engine->halt_s = left ? at.s : 0.0;
-    engine->halt_whole = left ? store_at(engine, at.i)->whole : 0.0;
+    engine->program.halt_row =
+        left ? store_at(&engine->store, at.i)->row : engine->push.rows_taken;
+    engine->program.halt_s = left ? at.s : 0.0;
+    engine->program.halt_whole =
+        left ? store_at(&engine->store, at.i)->whole : 0.0;
     begin_run(engine, (place){head, 0.0});
-    engine->feed.dir = 1;
-    engine->feed.next = head;
-    engine->feed.at = -1.0;
-    engine->feed.frontier = head;
-    engine->feed.in_loop = engine->feed.displaced = false;
-    if (head > ATOMIC_GET(engine->store_done)) {
-        feed_nothing(engine, head - 1);
-        piece_at(engine, engine->piece_head - 1)->flags = 0;
+    engine->dispatch.dir = 1;
+    engine->dispatch.next = head;
+    engine->dispatch.at = -1.0;
+    engine->dispatch.frontier = head;
+    engine->dispatch.in_loop = engine->dispatch.displaced = false;
+    if (head > ATOMIC_GET(engine->store.done)) {
+        dispatch_nothing(engine, head - 1);
+        piece_at(&engine->run, engine->run.head - 1)->flags = 0;
     }
-    ATOMIC_SET(engine->abort_now, 2);
+    ATOMIC_SET(engine->program.abort, 2);
 }
 
-void feed_begin_program(struct engine *engine) {
-    begin_run(engine, (place){ATOMIC_GET(engine->store_head), 0.0});
-    memset(&engine->feed.pushed, 0, sizeof engine->feed.pushed);
-    engine->feed.dir = 1;
-    engine->feed.next = engine->feed.frontier = engine->feed.program_first =
-        engine->store_head;
-    engine->feed.at = -1.0;
-    engine->feed.in_loop = engine->feed.displaced = false;
-    ATOMIC_SET(engine->withdraw, WITHDRAW_NONE);
+void dispatch_begin_program(struct engine *engine) {
+    begin_run(engine, (place){ATOMIC_GET(engine->store.head), 0.0});
+    memset(&engine->dispatch.pushed, 0, sizeof engine->dispatch.pushed);
+    engine->dispatch.dir = 1;
+    engine->dispatch.next = engine->dispatch.frontier =
+        engine->dispatch.program_first = engine->store.head;
+    engine->dispatch.at = -1.0;
+    engine->dispatch.in_loop = engine->dispatch.displaced = false;
+    ATOMIC_SET(engine->withdrawal.state, WITHDRAW_NONE);
 }
 
-void feed_do_jobs(struct engine *engine) {
-    if (wants_abort(engine)) {
-        leave_out_rest(engine);
+void do_standstill_jobs(struct engine *engine) {
+    if (wants_abort(&engine->program)) {
+        leave_out_remainder(engine);
     } else if (wants_turn(engine)) {
         turn(engine);
     } else if (wants_shortcut(engine)) {

@@ -4,7 +4,7 @@
 #define ENGINE_RUN_STANDSTILL_JOBS_H
 #include "engine/state/state.h"
 
-bool feed_job_pending(struct engine *e);
-void feed_begin_program(struct engine *engine);
-void feed_do_jobs(struct engine *engine);
+bool standstill_job_pending(struct engine *engine);
+void dispatch_begin_program(struct engine *engine);
+void do_standstill_jobs(struct engine *engine);
 #endif

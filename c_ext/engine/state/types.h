@@ -11,7 +11,7 @@
 #include "jerk/planner.h"
 
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
-#define PIECE_RING                                                             \
+#define RUN_RING_MAX                                                           \
     16384u /* pieces of the run ring at the most; fewer where the window is    \
               small */
 #define RUN_MORE                                                               \
@@ -27,12 +27,7 @@
 #define STORE_KEPT_MAX (1u << 20)
 #define STORE_BYTES 176u /* P-STUP-00033: what one stored block counts */
 #define PHASE_RING 4096u
-#define LOG_CHUNK 4096u
-#define LOG_CHUNKS 65536u
-#define COMMIT_LOW_S 0.010 /* motion committed ahead of GEO, */
-#define COMMIT_HIGH_S 0.020
-#define COMMIT_LOW_CYCLES 2.0 /* ... and at least so many cycles */
-#define COMMIT_HIGH_CYCLES 4.0
+
 #define NEVER 1e300
 #define GEO_STANDS 1e-9 /* mm/s: GEO takes less for a standstill */
 #define STEPPED_OVER_MM                                                        \
@@ -78,12 +73,19 @@ typedef struct element {
     0x800000u /* flag: as configured in simulated forward motion too */
 #define SYNCH_MEP_SVS 0x1000000u
 #define SYNCH_MET_SVS 0x2000000u
+/* Groups of them: what a function does to the path and its units. */
+#define WAITS                                                                  \
+    (SYNCH_MVS_SVS | SYNCH_MVS_SNS | SYNCH_MNS_SNS | SYNCH_MEP_SVS             \
+     | SYNCH_MET_SVS)
+#define EARLY (SYNCH_MEP_SVS | SYNCH_MET_SVS)
+#define LATE (SYNCH_MVS_SLM | SYNCH_MVS_SLP)
+#define BEHIND (SYNCH_MVS_SNS | SYNCH_MNS_SNS)
+#define STD_UNITS (HLI_TU_CH_STD_SYNC_MAXIDX + 1u)
+#define LATE_UNITS (HLI_TU_CH_LATE_SYNC_MAXIDX + 1u)
 #define SYNCH_NUMBERS 65536u
 #define EVENT_GATE                                                             \
     1 /* code of an NC_EVENT piece: waits until its gate is open */
 #define NC_OUTPUT 0x8000u /* flag of a function piece: it goes to the PLC */
-#define EARLY_MAX 1024u
-#define BEHIND_MAX 64u
 
 /* How many functions have got so far; what a gate needs. */
 typedef struct techno_counts {
@@ -124,7 +126,7 @@ typedef enum piece_kind {
 
 /* A stretch of a piece for the acceleration-limited planner. Straight: |u| <=
  * accel, v <= v_hard. Curved (rows; curved_span.c): per axis |r0 u + r1 x| <= 1
- * at its start, |r2 u + r3 x| <= 1 at its end, x <= cap2 at both. */
+ * at its start, |r2 u + r3 x| <= 1 at its end, x <= v2_limit at both. */
 typedef struct span {
     double length, accel;
     union {
@@ -132,9 +134,9 @@ typedef struct span {
         double stand;  /* curved: path acceleration that the rows allow at a
                           standstill */
     };
-    double need2; /* largest speed squared at the start from which everything
-                     ahead can be met */
-    double cap2[2];
+    double controllable_v2; /* largest speed squared at the start from which
+                     everything ahead can be met */
+    double v2_limit[2];
     const double *rows; /* NULL: straight; r0 to r3 of each axis, and what they
                            bound (curved_span.c) */
     float bend; /* 1 / bend: speed squared that the axes allow while u is zero,
@@ -174,24 +176,24 @@ typedef struct knot {
 /* What the end of a commit has left of a step over a curved stretch: from s
  * with v to `to` with x1, found for these bounds. It holds as long as the
  * stretches of the piece are those that were `made` then. */
-typedef struct bent_left {
+typedef struct curved_remainder {
     uint64_t piece, made;
     double s, v, to, x1, soft, end2;
-} bent_left;
+} curved_remainder;
 
 /* What the end of a commit has left of a phase: from s with v, over `time` with
  * a, to s1 with v1. It holds in the pass over the needs that it was found in.
  */
-typedef struct run_left {
+typedef struct run_remainder {
     uint64_t piece, pass;
     double s, v, a, time, s1, v1;
     bool last;
-} run_left;
+} run_remainder;
 
-typedef struct bent_step {
+typedef struct curved_step {
     double u, h,
         x1; /* path acceleration, over how many mm, speed squared behind them */
-} bent_step;
+} curved_step;
 
 /* What a program asks of its motions beyond the machine's own limits
  * (NC_DYNAMICS). Shares of the axes' limits are above 0 and at most 1 (jerk: at
@@ -260,7 +262,7 @@ typedef struct piece {
     bool capped;
     bool spanned; /* its stretches are final, as far as what lies behind is
                      known */
-    bool settled; /* need2 is the last backward pass's */
+    bool settled; /* controllable_v2 is the last backward pass's */
     bool cruises; /* ... which is the feed's, and that can be kept all over it:
                      nothing is known of its stretches */
     double cruise2;   /* of a polynomial: a speed squared that can be kept all
@@ -273,8 +275,8 @@ typedef struct piece {
         reserve[NC_AXES]; /* acceleration the jumps use up around the start */
     uint32_t span_count;
     uint64_t spans_made; /* which stretches they are: counted over all pieces */
-    double need2; /* largest speed squared at the start from which everything
-                     ahead can be met */
+    double controllable_v2; /* largest speed squared at the start from which
+                     everything ahead can be met */
 } piece;
 
 /* Committed motion over a time, on one piece: s'' = a + jerk t + ... + pop
@@ -295,20 +297,6 @@ static inline jerk_law law_of_phase(const phase *ph) {
                       .pop = ph->pop};
 }
 
-typedef struct marked_log {
-    HLI_CONTOUR_LOOKAHEAD_BLOCK *chunk[LOG_CHUNKS];
-    uint64_t generation; /* odd while it is emptied */
-    uint32_t count;
-    uint32_t active;
-    bool complete, ignoring;
-    double shift; /* 0.1 um: what the copies of real-time loops add to the start
-                     of later entries */
-    bool in_loop;
-    struct loop_item
-        *items; /* what a real-time loop logs, until its end is known */
-    uint32_t item_count, item_room;
-} marked_log;
-
 typedef struct tail {
     phase *phases; /* first .. count - 1 */
     uint32_t first, count;
@@ -320,28 +308,6 @@ typedef struct tail {
                      at place[i] */
     uint32_t *place;
 } tail;
-
-typedef struct need_key {
-    double override, rapid, ext_speed;
-    bool hold;
-} need_key;
-
-/* CPU time of the planner (cpu_clock.c). */
-typedef struct stopwatch {
-    double clock_s, passing_s; /* what reading the CPU clock takes, and that of
-                                  the passing time */
-    uint64_t pumps, chance;    /* which pumps are timed */
-    double
-        weight; /* how many pumps the next one stands for; 0: it is not timed */
-    double from, cpu_before;
-} stopwatch;
-
-/* A corner whose jumps use up acceleration: the start of a piece. */
-typedef struct used_corner {
-    uint64_t piece;
-    double at, zone, accel; /* as `at` of the piece; mm that it reaches; largest
-                               path acceleration beside it */
-} used_corner;
 
 /* What the rooms below a planner have to know of it: constant from engine_new
  * on. */
@@ -357,186 +323,4 @@ typedef struct planner_traits {
                         else those of a piece hold anywhere on it */
 } planner_traits;
 
-typedef struct planner {
-    uint64_t piece; /* where committed motion ends */
-    double s, v;
-    uint64_t capped; /* pieces below this index have final corner limits, ... */
-    double capped_at;            /* ... and this many mm */
-    struct used_corner *corners; /* as many as the run ring has pieces:
-                                    `corners_first` .. `corners_head` - 1 */
-    uint64_t corners_first, corners_head;
-    uint64_t zones_from, zones_to; /* pieces capped one behind the other */
-    uint64_t unsettled; /* first piece whose needs the last pass could not
-                           settle; UINT64_MAX: none */
-    uint64_t need_end; /* end of the last pass over need2, 0: none that is still
-                          true */
-    uint64_t fixed_to; /* the needs of pieces below it are the same whatever
-                          comes behind the window of that pass */
-    uint64_t passed_at; /* where committed motion ended at the last pass */
-    uint64_t passes;    /* over the window, as many as there have been */
-    run_left rest;
-    uint64_t window_from, window_to; /* the window as counted last ... */
-    uint32_t window_motions;         /* ... and the motions in it */
-    bent_left left;
-    uint64_t spans_made; /* for a piece, as often as that was */
-    struct span *spans; /* room for the stretches of the pieces in the window: a
-                           few of each, which mostly do, ... */
-    double *rows;       /* ... and for their rows */
-    span_slot *span_slots;
-    uint64_t span_mask;
-    span_room made; /* in which those of a polynomial are made */
-    span_cursor cursor;
-    need_key need_key;
-    double reserve_override;
-    double override, committed_s;
-    bool hold;
-    bool late; /* GEO will take the tail: nothing is committed until then */
-    int stalled;
-    struct tail tails[2];
-    bool fed_anew; /* what lies ahead has been fed anew since the last commit,
-                      while the path moved */
-    bool tail_due; /* the stored tail is not written yet: planner_store_tail */
-    uint64_t tail_end; /* the window that it was planned in */
-    uint32_t tail_max;
-    uint64_t written; /* phases written, published by the commit word */
-    double target_s;  /* commit until this much motion is ahead */
-    double cpu_s;
-    struct stopwatch watch;
-    uint64_t phases, infeasible;
-    struct techno_counts done,
-        done_again; /* as the caps were computed with, like the two below */
-    bool single, m01;
-    uint32_t held_axes;
-    double rapid; /* override of rapid motion */
-    double ext_speed;
-} planner;
-
-/* Way of the run ring into the jerk-limited planner (adapter.c); `planner`
- * NULL: acceleration-limited. */
-typedef struct drive {
-    jerk_planner *planner;
-    uint64_t next; /* piece of the run ring whose path is pushed next ... */
-    double at;     /* ... from there on, mm of it */
-    uint64_t last; /* motion pushed last */
-    bool has_last,
-        open;     /* open: whether the axes stand behind it is not known yet */
-    bool restart; /* the path stands elsewhere than where the planner is: where
-                     the stored tail begins */
-    jerk_law *laws; /* room for a stopping tail */
-    int64_t laws_max;
-} drive;
-
-#define REJOIN_NONE 0
-#define REJOIN_OFFERED 1 /* by the planner */
-#define REJOIN_TAKEN                                                           \
-    2 /* GEO drives the tail to the place, then what was offered */
-#define REJOIN_REFUSED 3
-
-/* Motion that goes on from a place on the stored tail which GEO drives. */
-typedef struct rejoin {
-    int state;
-    uint32_t phase; /* of the tail, ... */
-    double t;       /* ... s of it */
-    uint64_t word;  /* the commit from there on */
-    uint64_t piece,
-        written; /* where committed motion ended before, if it is refused */
-    double s, v, committed_s;
-    bool over; /* without jerk: too little of the tail is left, it is driven to
-                  its end */
-} rejoin;
-
-/* insert_cmd as the PLC gave it (hli_reference 5.3); distances mm. */
-typedef struct insert_cmd {
-    double value, base; /* base: where the channel was when the command came */
-    int mode, axis, m_function; /* axis: 0 distance, else index + 1 */
-    int32_t add;
-} insert_cmd;
-
-/* Motions that were too short to be driven (short_motions.c). */
-typedef struct carried {
-    nc_block row;      /* the last of them */
-    uint32_t rows;     /* how many; 0: none */
-    double path;       /* mm, together */
-    double programmed; /* mm of elements that those flagged NC_PIECE cover */
-    uint64_t element, number; /* of the last one */
-} carried;
-
-#define COMMANDS_MAX 1024u
-#define ERRORS_MAX 16u
-#define STOPS_MAX 64u /* inserted stops that are fed and not yet reached */
-typedef struct inserted_stop {
-    double dist, position[NC_AXES]; /* mm as displayed */
-} inserted_stop;
-
-#define INSERT_RELATIVE_REPEATED 0
-#define INSERT_ABSOLUTE 1
-#define INSERT_RELATIVE_ONCE 2
-
-/* The planner takes committed phases back while the path stands. */
-#define WITHDRAW_NONE 0
-#define WITHDRAW_ASKED 1
-#define WITHDRAW_DONE 2
-
-/* What is fed next into the run ring (planner's side). */
-typedef struct feeder {
-    uint64_t next; /* piece of the store */
-    double at;     /* where in it, mm from its start */
-    int dir;
-    uint64_t frontier;    /* pieces of the store below it have been driven or
-                             skipped before */
-    uint64_t last_motion; /* in the run ring */
-    bool has_motion, m01, stop;
-    bool in_loop; /* pieces of a real-time loop lie between the path's present
-                     end and `next` */
-    uint64_t loop_begin;
-    struct techno_counts pushed; /* functions on stretches driven before */
-    uint64_t program_first;
-    uint64_t run;   /* first piece of the run that the path is on: the one that
-                       GEO stands in may be of the run before */
-    uint32_t reach; /* pieces fed beyond the window */
-    bool final;     /* nothing can come behind the run ring's head */
-    /* jobs that need standstill */
-    uint32_t shortcuts; /* requests that have been done */
-    /* inserted stop: armed at a distance, mm as displayed, or where an axis is
-     * at `target` */
-    struct insert_cmd insert;
-    bool armed, dropped_stop;
-    bool displaced; /* the path stands beside the programmed one: the next
-                       motion leads straight to its end */
-    double target;
-    uint32_t inserts; /* commands taken */
-} feeder;
-
-typedef struct geo {
-    uint64_t cycle;
-    uint64_t piece;    /* piece under the tool */
-    uint64_t consumed; /* phases consumed */
-    phase now;
-    bool has_phase, in_tail, waiting_continue, waiting_techno;
-    bool leaves; /* the tail, where `rejoin` says */
-    uint32_t tail_next, tail_index;
-    double t; /* time in the phase */
-    double s, v;
-    double consumed_s;
-    double position[NC_AXES];
-    uint64_t active;         /* active element */
-    double element_distance; /* programmed distance in the active element, mm;
-                                mapped pieces */
-    uint32_t epoch;
-    uint64_t epoch_first;
-    double path; /* mm since program start, real-time loops counted as often as
-                    they are driven */
-    double dist; /* mm: as displayed, real-time loops counted once */
-    double path_shift, dist_shift; /* mm: what passes of real-time loops add */
-    uint64_t saved_first;          /* epoch_first ahead of a real-time loop */
-    uint32_t loop_count; /* passes of the real-time loop driven last */
-    uint32_t marks; /* odd while epoch, epoch_first and dist_shift change */
-    bool continue_seen;
-    bool stands_single;
-    bool dwelling;
-    int32_t tool;
-    uint32_t count, n;
-    double feed;
-    bool rapid;
-} geo;
 #endif

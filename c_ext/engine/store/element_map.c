@@ -13,53 +13,59 @@
 
 #define ROUNDING 1e-9 /* mm */
 
-static double start_mm(struct engine *engine, uint64_t i) {
-    return element_at(engine, i)->facts.start_position / TENTH_UM;
+static double start_mm(struct piece_store *store, uint64_t i) {
+    return element_at(store, i)->facts.start_position / TENTH_UM;
 }
 
-static double length_mm(struct engine *engine, uint64_t i) {
-    return element_at(engine, i)->facts.length / TENTH_UM;
+static double length_mm(struct piece_store *store, uint64_t i) {
+    return element_at(store, i)->facts.length / TENTH_UM;
 }
 
 /* The motion behind the element pushed last: pieces that follow begin there. */
-void map_behind_element(struct engine *engine) {
-    engine->map_element = engine->element_head;
-    engine->map_from = 0.0;
+void element_map_behind(struct engine *engine) {
+    engine->element_map.element = engine->store.element_head;
+    engine->element_map.from = 0.0;
 }
 
 /* SDA: a piece that covers `programmed` mm of the elements from where the piece
  * before ended. */
-void map_piece(struct engine *engine, struct piece *piece, double programmed) {
-    while (engine->map_element + 1 < engine->element_head
-           && engine->map_from
-                  >= length_mm(engine, engine->map_element) - ROUNDING) {
-        engine->map_from =
-            fmax(engine->map_from - length_mm(engine, engine->map_element++),
+void element_map_piece(struct engine *engine,
+                       struct piece *piece,
+                       double programmed) {
+    while (engine->element_map.element + 1 < engine->store.element_head
+           && engine->element_map.from
+                  >= length_mm(&engine->store, engine->element_map.element)
+                         - ROUNDING) {
+        engine->element_map.from =
+            fmax(engine->element_map.from
+                     - length_mm(&engine->store, engine->element_map.element++),
                  0.0);
     }
     piece->mapped = true;
-    piece->element = engine->map_element;
-    piece->element_end = engine->element_head;
-    piece->dist0 = start_mm(engine, engine->map_element) + engine->map_from;
+    piece->element = engine->element_map.element;
+    piece->element_end = engine->store.element_head;
+    piece->dist0 = start_mm(&engine->store, engine->element_map.element)
+                   + engine->element_map.from;
     piece->dist_rate = programmed / piece->length;
-    engine->map_from += programmed;
+    engine->element_map.from += programmed;
 }
 
 /* GEO: the element under the tool, by the displayed distance. */
-void map_position(struct engine *engine, const struct piece *piece) {
+void element_map_position(struct engine *engine, const struct piece *piece) {
     struct geo *geo = &engine->geo;
     uint64_t i = geo->active < piece->element       ? piece->element
                  : geo->active < piece->element_end ? geo->active
                                                     : piece->element_end - 1;
     while (i + 1 < piece->element_end
-           && start_mm(engine, i + 1) <= geo->dist + ROUNDING) {
+           && start_mm(&engine->store, i + 1) <= geo->dist + ROUNDING) {
         i++;
     }
-    while (i > piece->element && start_mm(engine, i) > geo->dist + ROUNDING) {
+    while (i > piece->element
+           && start_mm(&engine->store, i) > geo->dist + ROUNDING) {
         i--;
     }
-    geo->element_distance = fmax(geo->dist - start_mm(engine, i), 0.0);
-    geo->n = element_at(engine, i)->facts.block_number;
-    geo->count = element_at(engine, i)->facts.block_count_r;
+    geo->element_distance = fmax(geo->dist - start_mm(&engine->store, i), 0.0);
+    geo->n = element_at(&engine->store, i)->facts.block_number;
+    geo->count = element_at(&engine->store, i)->facts.block_count_r;
     ATOMIC_SET(geo->active, i);
 }

@@ -4,7 +4,9 @@
 #define ENGINE_STORE_ELEMENT_MAP_H
 #include "engine/state/state.h"
 
-void map_behind_element(struct engine *engine);
-void map_piece(struct engine *engine, struct piece *piece, double programmed);
-void map_position(struct engine *engine, const struct piece *piece);
+void element_map_behind(struct engine *engine);
+void element_map_piece(struct engine *engine,
+                       struct piece *piece,
+                       double programmed);
+void element_map_position(struct engine *engine, const struct piece *piece);
 #endif

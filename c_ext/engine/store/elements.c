@@ -8,12 +8,10 @@
 #include "rows/nc_block.h"
 
 /* Unit tangent of the three main axes; false where none of them moves. */
-static bool main_tangent(const struct engine *engine,
-                         const double *u,
-                         double *t) {
+static bool main_tangent(const engine_config *cfg, const double *u, double *t) {
     double norm = 0.0;
     for (int i = 0; i < 3; i++) {
-        t[i] = engine->cfg.main[i] < 0 ? 0.0 : u[engine->cfg.main[i]];
+        t[i] = cfg->main[i] < 0 ? 0.0 : u[cfg->main[i]];
         norm += t[i] * t[i];
     }
     norm = sqrt(norm);
@@ -30,13 +28,13 @@ static double tangent_variation(struct engine *engine,
                                 const struct piece *piece) {
     double in[3], out[3];
     double angle = 0.0;
-    if (main_tangent(engine, piece->tangent_in, in)) {
-        if (engine->has_tangent) {
-            angle = angle_between(engine->last_tangent, in);
+    if (main_tangent(&engine->cfg, piece->tangent_in, in)) {
+        if (engine->push.has_tangent) {
+            angle = angle_between(engine->push.last_tangent, in);
         }
-        if (main_tangent(engine, piece->tangent_out, out)) {
-            memcpy(engine->last_tangent, out, sizeof out);
-            engine->has_tangent = true;
+        if (main_tangent(&engine->cfg, piece->tangent_out, out)) {
+            memcpy(engine->push.last_tangent, out, sizeof out);
+            engine->push.has_tangent = true;
         }
     }
     return angle;
@@ -45,10 +43,10 @@ static double tangent_variation(struct engine *engine,
 void push_element(struct engine *engine,
                   const struct piece *piece,
                   const nc_block *row) {
-    struct element *el = element_at(engine, engine->element_head);
+    struct element *el = element_at(&engine->store, engine->store.element_head);
     __atomic_thread_fence(
         __ATOMIC_RELEASE); /* who sees the slot change sees at least the present
-                              head (docs/model/ring.pml) */
+                              head (docs/explanation/model/ring.pml) */
     HLI_CONTOUR_LOOKAHEAD_BLOCK *facts = &el->facts;
     memset(el, 0, sizeof *el);
     facts->block_type = row->type == NC_CIRCULAR     ? HLI_CLAH_CIRCULAR
@@ -56,7 +54,7 @@ void push_element(struct engine *engine,
                                                      : HLI_CLAH_LINEAR;
     facts->block_number = row->n;
     facts->block_count_r = row->count;
-    facts->start_position = engine->distance;
+    facts->start_position = engine->push.distance;
     facts->length = row->length * TENTH_UM;
     facts->length_min = row->length_min * TENTH_UM;
     if (row->type == NC_CIRCULAR) {
@@ -65,15 +63,17 @@ void push_element(struct engine *engine,
         facts->circle_angle = row->angle;
     }
     facts->tangent_variation = tangent_variation(engine, piece);
-    el->epoch = engine->push_epoch;
-    if (engine->in_loop
-        && engine->element_head
-               == store_at(engine, engine->loop_begin)->element) {
-        main_tangent(engine, piece->tangent_in, engine->loop_tangent);
+    el->epoch = engine->push.epoch;
+    if (engine->push.in_loop
+        && engine->store.element_head
+               == store_at(&engine->store, engine->push.loop_begin)->element) {
+        main_tangent(&engine->cfg,
+                     piece->tangent_in,
+                     engine->push.loop_tangent);
     }
-    engine->distance = facts->start_position + facts->length;
+    engine->push.distance = facts->start_position + facts->length;
     log_element(engine, el);
-    ATOMIC_SET(engine->element_head, engine->element_head + 1);
+    ATOMIC_SET(engine->store.element_head, engine->store.element_head + 1);
 }
 
 /* A programmed motion that smoothed pieces execute: an element without a piece.
@@ -81,19 +81,20 @@ void push_element(struct engine *engine,
 void push_programmed(struct engine *engine, const nc_block *row) {
     struct piece piece;
     memset(&piece, 0, sizeof piece);
-    memcpy(piece.start, engine->element_end, sizeof piece.start);
+    memcpy(piece.start, engine->push.element_end, sizeof piece.start);
     if (row->degree == NC_TANGENTS) {
         for (int i = 0; i < 3; i++) {
             if (engine->cfg.main[i] < 0) {
                 continue;
             }
-            piece.tangent_in[engine->cfg.main[i]] = engine->next_tangents[i];
+            piece.tangent_in[engine->cfg.main[i]] =
+                engine->push.next_tangents[i];
             piece.tangent_out[engine->cfg.main[i]] =
-                engine->next_tangents[3 + i];
+                engine->push.next_tangents[3 + i];
         }
     } else {
         piece_build(engine, &piece, row);
     }
     push_element(engine, &piece, row);
-    memcpy(engine->element_end, row->end, sizeof engine->element_end);
+    memcpy(engine->push.element_end, row->end, sizeof engine->push.element_end);
 }

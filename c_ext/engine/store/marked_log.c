@@ -23,14 +23,14 @@ typedef struct loop_item {
     int action; /* NC_MARKER_... or MARKER_NONE */
 } loop_item;
 
-bool log_available(const struct engine *e) {
-    return (e->cfg.functions & ENGINE_FCT_CONTOUR_LAH) && e->cfg.log_max > 0
-           && e->cfg.fb_storage_size > 0;
+bool log_available(const engine_config *cfg) {
+    return (cfg->functions & ENGINE_FCT_CONTOUR_LAH) && cfg->log_max > 0
+           && cfg->fb_storage_size > 0;
 }
 
-const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const struct engine *engine,
+const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const struct marked_log *log,
                                              uint32_t i) {
-    return &engine->log.chunk[i / LOG_CHUNK][i % LOG_CHUNK];
+    return &log->chunk[i / LOG_CHUNK][i % LOG_CHUNK];
 }
 
 static void append(struct engine *engine,
@@ -38,7 +38,7 @@ static void append(struct engine *engine,
     marked_log *log = &engine->log;
     uint32_t i = log->count;
     if (i >= engine->cfg.log_max || i / LOG_CHUNK >= LOG_CHUNKS) {
-        engine->log_dropped++;
+        engine->log.dropped++;
         return;
     }
     if (!log->chunk[i / LOG_CHUNK]) {
@@ -82,10 +82,10 @@ static void log_on(struct engine *engine,
     if (engine->log.active
         || engine->log.ignoring) { /* the manual's loop examples close an area
                                       with ON */
-        engine->log_on_closed++;
+        engine->log.on_closed++;
         log_off(engine, marker);
     } else if (engine->log.complete) {
-        engine->log_ignored_areas++;
+        engine->log.ignored_areas++;
         engine->log.ignoring = true;
     } else {
         append_typed(engine, *marker, HLI_CLAH_LOG_ON);
@@ -93,14 +93,14 @@ static void log_on(struct engine *engine,
     }
 }
 
-static void log_clear(struct engine *engine) {
-    ATOMIC_SET(engine->log.generation, engine->log.generation + 1);
+static void log_clear(struct marked_log *log) {
+    ATOMIC_SET(log->generation, log->generation + 1);
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
-    ATOMIC_SET(engine->log.active, 0);
-    ATOMIC_SET(engine->log.count, 0);
-    engine->log.complete = engine->log.ignoring = false;
-    engine->log.shift = 0.0;
-    ATOMIC_SET(engine->log.generation, engine->log.generation + 1);
+    ATOMIC_SET(log->active, 0);
+    ATOMIC_SET(log->count, 0);
+    log->complete = log->ignoring = false;
+    log->shift = 0.0;
+    ATOMIC_SET(log->generation, log->generation + 1);
 }
 
 static void mark(struct engine *engine,
@@ -111,11 +111,11 @@ static void mark(struct engine *engine,
     } else if (action == NC_MARKER_OFF) {
         log_off(engine, marker);
     } else if (action == NC_MARKER_CLEAR) {
-        log_clear(engine);
+        log_clear(&engine->log);
     } else if (engine->log.active) {
         append_typed(engine, *marker, HLI_CLAH_LOG_PARAM);
     } else if (!engine->log.ignoring) {
-        engine->log_stray_params++;
+        engine->log.stray_params++;
     }
 }
 
@@ -138,23 +138,23 @@ static void keep(struct engine *engine,
 }
 
 /* Program start: the log is empty. */
-void log_reset(struct engine *engine) {
-    log_clear(engine);
-    engine->log.in_loop = false;
-    engine->log_dropped = engine->log_ignored_areas = engine->log_stray_params =
-        engine->log_on_closed = engine->log_disabled = 0;
+void log_reset(struct marked_log *log) {
+    log_clear(log);
+    log->in_loop = false;
+    log->dropped = log->ignored_areas = log->stray_params = log->on_closed =
+        log->disabled = 0;
 }
 
 void log_marker(struct engine *engine, const nc_block *row) {
-    if (!log_available(engine)) {
-        engine->log_disabled++;
+    if (!log_available(&engine->cfg)) {
+        engine->log.disabled++;
         return;
     }
     HLI_CONTOUR_LOOKAHEAD_BLOCK marker;
     memset(&marker, 0, sizeof marker);
     marker.block_number = row->n;
     marker.block_count_r = row->count;
-    marker.start_position = engine->distance;
+    marker.start_position = engine->push.distance;
     marker.length = row->flags & NC_HAS_PARAM ? row->value : 0.0;
     if (engine->log.in_loop) {
         keep(engine, &marker, row->code);
@@ -172,7 +172,7 @@ void log_element(struct engine *engine, const struct element *el) {
 }
 
 void log_loop_begin(struct engine *engine) {
-    engine->log.in_loop = log_available(engine);
+    engine->log.in_loop = log_available(&engine->cfg);
     engine->log.item_count = 0;
 }
 
@@ -192,10 +192,10 @@ static void log_items(struct engine *engine, uint32_t from, uint32_t to) {
 
 /* First marker from `from` on that opens or closes an area; item_count if there
  * is none. */
-static uint32_t next_switch(const struct engine *engine, uint32_t from) {
-    while (from < engine->log.item_count
-           && (engine->log.items[from].action == MARKER_NONE
-               || engine->log.items[from].action == NC_MARKER_PARAM)) {
+static uint32_t next_switch(const struct marked_log *log, uint32_t from) {
+    while (from < log->item_count
+           && (log->items[from].action == MARKER_NONE
+               || log->items[from].action == NC_MARKER_PARAM)) {
         from++;
     }
     return from;
@@ -214,7 +214,7 @@ static void log_repetitions(struct engine *engine,
     }
     if (first < engine->log.item_count) {
         engine->log.items[first].entry.tangent_variation =
-            angle_between(engine->last_tangent, engine->loop_tangent);
+            angle_between(engine->push.last_tangent, engine->push.loop_tangent);
     }
     for (int copy = 1; copy < LOOP_COPIES; copy++) {
         engine->log.shift += length;
@@ -231,7 +231,7 @@ void log_loop_end(struct engine *engine, double length) {
     bool open = log->active;
     log->in_loop = false;
     if (open) { /* opened ahead of the loop */
-        uint32_t close = next_switch(engine, 0);
+        uint32_t close = next_switch(&engine->log, 0);
         log_items(engine, 0, close);
         log_repetitions(engine, 0, close, length);
         log_items(engine, close, count);
@@ -242,8 +242,8 @@ void log_loop_end(struct engine *engine, double length) {
         return; /* no area, or one inside the loop */
     }
     uint32_t from = 0;
-    for (uint32_t i = next_switch(engine, 0); i < count;
-         i = next_switch(engine, i + 1)) {
+    for (uint32_t i = next_switch(&engine->log, 0); i < count;
+         i = next_switch(&engine->log, i + 1)) {
         from = i + 1;
     }
     log_repetitions(engine, from, count, length);

@@ -8,7 +8,7 @@
 void push_piece(struct engine *engine,
                 struct piece *piece,
                 const nc_block *row);
-double axis_distance(const struct engine *engine,
+double axis_distance(const engine_config *cfg,
                      const double *from,
                      const double *to);
 #endif

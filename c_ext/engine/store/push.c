@@ -17,44 +17,47 @@
 #define LOOP_PIECES_MAX                                                        \
     (STORE_AHEAD / 2) /* a real-time loop is held whole in the store */
 
-bool ring_has_room(struct engine *e) {
-    if (e->store_head + 4 * BEHIND_MAX
-        >= ATOMIC_GET(e->store_floor) + e->store_mask) {
+bool store_has_room(struct engine *engine) {
+    if (engine->store.head + 4 * BEHIND_MAX
+        >= ATOMIC_GET(engine->store.floor) + engine->store.mask) {
         return false;
     }
-    if (!techno_has_room(e)) {
+    if (!techno_has_room(engine)) {
         return false;
     }
-    return e->element_head
-           < ATOMIC_GET(e->geo.active) + (e->element_mask + 1) / 2;
+    return engine->store.element_head
+           < ATOMIC_GET(engine->geo.active)
+                 + (engine->store.element_mask + 1) / 2;
 }
 
 static void push_motion(struct engine *engine,
                         struct piece *piece,
                         const nc_block *row) {
-    const struct carried before = engine->carried;
+    const struct short_motions before = engine->push.short_motions;
     push_piece(engine, piece, row);
     piece->path_rate = piece->dist_rate = row->length / piece->length;
-    engine->carried.rows = 0;
+    engine->push.short_motions.rows = 0;
     if (row->flags & NC_PIECE) {
-        map_piece(engine,
-                  piece,
-                  row->value + (before.rows ? before.programmed : 0.0));
+        element_map_piece(engine,
+                          piece,
+                          row->value + (before.rows ? before.programmed : 0.0));
         if (row->flags & NC_BY_PARAMETER) {
             piece->path_rate = piece->dist_rate;
         }
     } else {
-        piece->element = engine->element_head;
-        piece->dist0 = engine->distance / TENTH_UM;
+        piece->element = engine->store.element_head;
+        piece->dist0 = engine->push.distance / TENTH_UM;
         if (before.rows && piece->kind != PIECE_CURVE) {
             push_programmed(engine, row);
         } else {
             push_element(engine, piece, row);
-            memcpy(engine->element_end, row->end, sizeof engine->element_end);
+            memcpy(engine->push.element_end,
+                   row->end,
+                   sizeof engine->push.element_end);
         }
-        map_behind_element(engine);
+        element_map_behind(engine);
     }
-    engine->pushed_path += piece->length * piece->path_rate;
+    engine->push.path += piece->length * piece->path_rate;
 }
 
 /* #RT WHILE .. #RT ENDWHILE: both ends know each other. Behind the loop the
@@ -63,19 +66,21 @@ static void push_loop(struct engine *engine,
                       struct piece *piece,
                       const nc_block *row) {
     if (row->type == NC_RT_LOOP_BEGIN) {
-        engine->in_loop = true;
-        engine->loop_begin = engine->store_head;
-        engine->loop_path = engine->pushed_path;
+        engine->push.in_loop = true;
+        engine->push.loop_begin = engine->store.head;
+        engine->push.loop_path = engine->push.path;
         log_loop_begin(engine);
         return;
     }
-    piece->mate = engine->loop_begin;
-    piece->value = engine->pushed_path - engine->loop_path;
-    piece->flags |= store_at(engine, engine->loop_begin)->flags & NC_MODULO;
-    store_at(engine, engine->loop_begin)->mate = engine->store_head;
-    store_at(engine, engine->loop_begin)->value = piece->value;
-    engine->in_loop = false;
-    engine->push_epoch++;
+    piece->mate = engine->push.loop_begin;
+    piece->value = engine->push.path - engine->push.loop_path;
+    piece->flags |=
+        store_at(&engine->store, engine->push.loop_begin)->flags & NC_MODULO;
+    store_at(&engine->store, engine->push.loop_begin)->mate =
+        engine->store.head;
+    store_at(&engine->store, engine->push.loop_begin)->value = piece->value;
+    engine->push.in_loop = false;
+    engine->push.epoch++;
     log_loop_end(engine, piece->value * TENTH_UM);
 }
 
@@ -92,16 +97,16 @@ static void push_event(struct engine *engine,
                        struct piece *piece,
                        const nc_block *row) {
     piece->kind = PIECE_EVENT;
-    piece->element = engine->element_head;
+    piece->element = engine->store.element_head;
     piece->code = row->code;
     piece->value = row->value;
-    memcpy(piece->end, engine->last_end, sizeof piece->end);
+    memcpy(piece->end, engine->push.last_end, sizeof piece->end);
     if (stops(row)) {
-        engine->stop_pending = true;
+        engine->push.stop_pending = true;
     }
     piece->stop_before = stops(row);
     if (is_m01(row)) {
-        piece->m01 = engine->m01_pending = true;
+        piece->m01 = engine->push.m01_pending = true;
     }
     if (row->type == NC_MARKER) {
         log_marker(engine, row);
@@ -110,10 +115,10 @@ static void push_event(struct engine *engine,
         push_loop(engine, piece, row);
     }
     if (row->type == NC_DISTANCE_RESET) {
-        piece->mate = engine->epoch_element;
-        engine->epoch_element = engine->element_head;
-        engine->push_epoch++;
-        engine->distance = 0.0;
+        piece->mate = engine->push.epoch_element;
+        engine->push.epoch_element = engine->store.element_head;
+        engine->push.epoch++;
+        engine->push.distance = 0.0;
         engine->log.shift = 0.0;
     }
 }
@@ -122,14 +127,15 @@ static void push_event(struct engine *engine,
  * the next one. */
 static void push_row(struct engine *engine, const nc_block *row) {
     if (row->type > NC_POLYNOMIAL && row->type != NC_DYNAMICS) {
-        carry_flush(engine);
+        short_motions_flush(engine);
     }
-    if (engine->spindle_pending
-        && (row->count != engine->spindle_row.count
+    if (engine->technology_rows.spindle_pending
+        && (row->count != engine->technology_rows.spindle_row.count
             || row->type <= NC_POLYNOMIAL)) {
         techno_spindle_word(engine);
     }
-    if (engine->behind_count && row->count != engine->behind[0].count) {
+    if (engine->technology_rows.behind_count
+        && row->count != engine->technology_rows.behind[0].count) {
         techno_block_end(engine);
     }
     if (row->type == NC_DYNAMICS) {
@@ -141,7 +147,7 @@ static void push_row(struct engine *engine, const nc_block *row) {
         return;
     }
     if (row->type <= NC_POLYNOMIAL) {
-        if (carry_row(engine, row)) {
+        if (short_motions_row(engine, row)) {
             return;
         }
         techno_before_motion(engine, row);
@@ -158,7 +164,7 @@ static void push_row(struct engine *engine, const nc_block *row) {
     } else {
         push_event(engine, piece, row);
     }
-    store_publish(engine);
+    store_publish(&engine->store);
 }
 
 int64_t engine_push(struct engine *engine,
@@ -167,22 +173,22 @@ int64_t engine_push(struct engine *engine,
                     const double *pool,
                     int64_t pool_n) {
     for (int64_t i = 0; i < count; i++) {
-        if (!ring_has_room(engine)) {
+        if (!store_has_room(engine)) {
             return i;
         }
-        int64_t error = !row_is_finite(engine, &rows[i]) ? ENGINE_NOT_FINITE
-                        : !row_is_supported(engine, &rows[i], pool, pool_n)
-                            ? ENGINE_BAD_ROW
-                            : 0;
-        if (!error && engine->in_loop
-            && engine->store_head - engine->loop_begin > LOOP_PIECES_MAX) {
+        int64_t error =
+            !row_is_finite(&engine->cfg, &rows[i]) ? ENGINE_NOT_FINITE
+            : !row_is_supported(engine, &rows[i], pool, pool_n) ? ENGINE_BAD_ROW
+                                                                : 0;
+        if (!error && engine->push.in_loop
+            && engine->store.head - engine->push.loop_begin > LOOP_PIECES_MAX) {
             error = ENGINE_LOOP_TOO_LONG;
         }
         if (error) {
             return i > 0 ? i : error;
         }
         push_row(engine, &rows[i]);
-        engine->rows_taken++;
+        engine->push.rows_taken++;
         if (engine->fault) {
             return ENGINE_NO_MEMORY;
         }
@@ -191,20 +197,20 @@ int64_t engine_push(struct engine *engine,
 }
 
 void engine_finish(struct engine *engine) {
-    carry_flush(engine);
+    short_motions_flush(engine);
     techno_spindle_word(engine);
     techno_block_end(engine);
     log_program_end(engine);
-    ATOMIC_SET(engine->finished, 1);
+    ATOMIC_SET(engine->program.finished, 1);
 }
 
 void engine_expect_drain(struct engine *engine) {
-    carry_flush(engine);
+    short_motions_flush(engine);
     techno_spindle_word(engine);
     techno_block_end(engine);
-    engine->drain_at = engine->store_head;
-    engine->drain_from =
+    engine->program.drain_at = engine->store.head;
+    engine->program.drain_from =
         ATOMIC_GET(engine->geo.cycle)
         + 1; /* the other side gets its turn, however often a program asks */
-    ATOMIC_SET(engine->expect_drain, 1);
+    ATOMIC_SET(engine->program.expect_drain, 1);
 }

@@ -4,6 +4,6 @@
 #define ENGINE_STORE_PUSH_H
 #include "engine/state/state.h"
 
-bool ring_has_room(struct engine *e);
+bool store_has_room(struct engine *engine);
 void engine_expect_drain(struct engine *engine);
 #endif

@@ -8,8 +8,8 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-bool row_is_finite(const struct engine *engine, const nc_block *row) {
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+bool row_is_finite(const engine_config *cfg, const nc_block *row) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         if (!isfinite(row->end[i])) {
             return false;
         }
@@ -23,7 +23,7 @@ bool row_is_finite(const struct engine *engine, const nc_block *row) {
 
 /* A motion in other coordinates than the axes': its tangents, kept for the
  * element that is pushed next. */
-static bool tangents_are_given(struct engine *engine,
+static bool tangents_are_given(struct push_state *push,
                                const nc_block *row,
                                const double *pool,
                                int64_t pool_n) {
@@ -31,8 +31,8 @@ static bool tangents_are_given(struct engine *engine,
         return false;
     }
     for (int i = 0; i < 6; i++) {
-        engine->next_tangents[i] = pool[row->pool + i];
-        if (!isfinite(engine->next_tangents[i])) {
+        push->next_tangents[i] = pool[row->pool + i];
+        if (!isfinite(push->next_tangents[i])) {
             return false;
         }
     }
@@ -45,13 +45,13 @@ bool row_is_supported(struct engine *engine,
                       int64_t pool_n) {
     if (row->type <= NC_POLYNOMIAL && row->flags & NC_ELEMENT
         && row->degree == NC_TANGENTS) {
-        return tangents_are_given(engine, row, pool, pool_n);
+        return tangents_are_given(&engine->push, row, pool, pool_n);
     }
     if (row->flags & NC_ELEMENT && row->type == NC_POLYNOMIAL) {
         return false;
     }
     if (row->flags & NC_PIECE
-        && !(row->value >= 0 && engine->element_head > 0)) {
+        && !(row->value >= 0 && engine->store.element_head > 0)) {
         return false;
     }
     switch (row->type) {
@@ -89,11 +89,11 @@ bool row_is_supported(struct engine *engine,
     case NC_EVENT:
         return true;
     case NC_DYNAMICS:
-        return limits_row_check(engine, row);
+        return limits_row_check(&engine->cfg, row);
     case NC_RT_LOOP_BEGIN:
-        return !engine->in_loop;
+        return !engine->push.in_loop;
     case NC_RT_LOOP_END:
-        return engine->in_loop;
+        return engine->push.in_loop;
     default:
         return false;
     }

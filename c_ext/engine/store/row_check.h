@@ -5,7 +5,7 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-bool row_is_finite(const struct engine *engine, const nc_block *row);
+bool row_is_finite(const engine_config *cfg, const nc_block *row);
 bool row_is_supported(struct engine *engine,
                       const nc_block *row,
                       const double *pool,

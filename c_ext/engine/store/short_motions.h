@@ -5,6 +5,6 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-bool carry_row(struct engine *e, const nc_block *row);
-void carry_flush(struct engine *engine);
+bool short_motions_row(struct engine *engine, const nc_block *row);
+void short_motions_flush(struct engine *engine);
 #endif

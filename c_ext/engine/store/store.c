@@ -7,19 +7,19 @@
 
 /* The next place of the store, cleared, with what every row has. */
 struct piece *store_slot(struct engine *engine, const nc_block *row) {
-    struct piece *piece = store_at(engine, engine->store_head);
+    struct piece *piece = store_at(&engine->store, engine->store.head);
     memset(piece, 0, offsetof(struct piece, capped));
     piece->type = row->type;
     piece->n = row->n;
     piece->count = row->count;
     piece->line = row->line;
     piece->flags = row->flags;
-    piece->origin = engine->store_head;
-    piece->row = engine->rows_taken;
+    piece->origin = engine->store.head;
+    piece->row = engine->push.rows_taken;
     piece->dir = 1;
     return piece;
 }
 
-void store_publish(struct engine *engine) {
-    ATOMIC_SET(engine->store_head, engine->store_head + 1);
+void store_publish(struct piece_store *store) {
+    ATOMIC_SET(store->head, store->head + 1);
 }

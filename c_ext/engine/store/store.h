@@ -5,5 +5,5 @@
 #include "rows/nc_block.h"
 
 struct piece *store_slot(struct engine *engine, const nc_block *row);
-void store_publish(struct engine *engine);
+void store_publish(struct piece_store *store);
 #endif

@@ -6,25 +6,17 @@
 #include "engine/store/store.h"
 #include "rows/nc_block.h"
 
-#define STD_UNITS (HLI_TU_CH_STD_SYNC_MAXIDX + 1u)
-#define LATE_UNITS (HLI_TU_CH_LATE_SYNC_MAXIDX + 1u)
-#define WAITS                                                                  \
-    (SYNCH_MVS_SVS | SYNCH_MVS_SNS | SYNCH_MNS_SNS | SYNCH_MEP_SVS             \
-     | SYNCH_MET_SVS)
-#define EARLY (SYNCH_MEP_SVS | SYNCH_MET_SVS)
-#define LATE (SYNCH_MVS_SLM | SYNCH_MVS_SLP)
-#define BEHIND (SYNCH_MVS_SNS | SYNCH_MNS_SNS)
-
 int engine_set_synch(struct engine *engine,
                      int kind,
                      uint32_t nr,
                      uint32_t synch,
                      double pre_output) {
-    struct synch_table *synch_table = kind == NC_M   ? &engine->m_synch
-                                      : kind == NC_H ? &engine->h_synch
-                                                     : NULL;
+    struct synch_table *synch_table =
+        kind == NC_M   ? &engine->technology_rows.m_synch
+        : kind == NC_H ? &engine->technology_rows.h_synch
+                       : NULL;
     if (kind == NC_T) {
-        engine->tool_synch = synch;
+        engine->technology_rows.tool_synch = synch;
         return 0;
     }
     if (!synch_table || nr >= SYNCH_NUMBERS) {
@@ -45,16 +37,17 @@ int engine_set_synch(struct engine *engine,
 int engine_set_spindle_synch(struct engine *engine,
                              uint32_t what,
                              uint32_t synch) {
-    if (what >= sizeof engine->spindle_synch / sizeof *engine->spindle_synch) {
+    if (what >= sizeof engine->technology_rows.spindle_synch
+                    / sizeof *engine->technology_rows.spindle_synch) {
         return -1;
     }
-    engine->spindle_synch[what] = synch;
+    engine->technology_rows.spindle_synch[what] = synch;
     return 0;
 }
 
 /* Functions of the main spindle: M3, M4, M5, M19, and an S word alone. */
-static bool is_spindle(const struct engine *engine, const nc_block *row) {
-    if (!engine->cfg.spindle_count) {
+static bool is_spindle(const engine_config *cfg, const nc_block *row) {
+    if (!cfg->spindle_count) {
         return false;
     }
     return row->type == NC_S
@@ -64,14 +57,16 @@ static bool is_spindle(const struct engine *engine, const nc_block *row) {
 }
 
 static uint32_t synch_of(const struct engine *engine, const nc_block *row) {
-    if (is_spindle(engine, row)) {
-        return engine->spindle_synch[row->type == NC_S ? 0 : row->code];
+    if (is_spindle(&engine->cfg, row)) {
+        return engine->technology_rows
+            .spindle_synch[row->type == NC_S ? 0 : row->code];
     }
     if (row->type == NC_T) {
-        return engine->tool_synch;
+        return engine->technology_rows.tool_synch;
     }
     const struct synch_table *synch_table =
-        row->type == NC_M ? &engine->m_synch : &engine->h_synch;
+        row->type == NC_M ? &engine->technology_rows.m_synch
+                          : &engine->technology_rows.h_synch;
     return synch_table->synch && row->code >= 0
                    && row->code < (int32_t)SYNCH_NUMBERS
                ? synch_table->synch[row->code]
@@ -88,8 +83,8 @@ static struct piece *new_event(struct engine *engine, const nc_block *row) {
     piece->kind = PIECE_EVENT;
     piece->code = row->code;
     piece->value = row->value;
-    piece->element = engine->element_head;
-    memcpy(piece->end, engine->last_end, sizeof piece->end);
+    piece->element = engine->store.element_head;
+    memcpy(piece->end, engine->push.last_end, sizeof piece->end);
     return piece;
 }
 
@@ -101,26 +96,28 @@ static void push_gate(struct engine *engine,
     piece->code = EVENT_GATE;
     piece->need = need;
     piece->gated = true;
-    engine->pending_gate = need;
-    engine->has_pending_gate = true;
-    store_publish(engine);
+    engine->technology_rows.pending_gate = need;
+    engine->technology_rows.has_pending_gate = true;
+    store_publish(&engine->store);
 }
 
 /* The counts a gate needs when everything pushed up to now has to be done in
  * the member given. */
-static struct techno_counts need_freed(const struct engine *engine) {
+static struct techno_counts need_freed(
+    const struct technology_rows *technology_rows) {
     struct techno_counts need = {0};
-    need.std_freed = engine->pushed.std_freed;
+    need.std_freed = technology_rows->pushed.std_freed;
     return need;
 }
 
 /* What the spindle is to do: move command and speed, or a position. */
-static void spindle_piece(const struct engine *engine,
+static void spindle_piece(const struct technology_rows *technology_rows,
                           struct piece *piece,
                           const nc_block *row) {
     piece->type = NC_S;
-    piece->code = row->type == NC_S ? engine->spindle_move : row->code;
-    piece->value = row->type == NC_S ? row->value : engine->spindle_rev;
+    piece->code = row->type == NC_S ? technology_rows->spindle_move : row->code;
+    piece->value =
+        row->type == NC_S ? row->value : technology_rows->spindle_rev;
     piece->dist0 =
         row->type == NC_M && row->code == 19 && row->flags & NC_HAS_VALUE
             ? row->value
@@ -133,15 +130,17 @@ static void push_output(struct engine *engine,
     struct techno_counts need = {0};
     bool late = synch & LATE;
     if (late) {
-        need.late_freed = engine->pushed.late_freed >= LATE_UNITS
-                              ? engine->pushed.late_freed - LATE_UNITS + 1
-                              : 0;
-    } else if (row->count != engine->std_block
-               || engine->std_index >= STD_UNITS) {
-        need = need_freed(engine);
-        engine->std_block = row->count;
-        engine->std_base = engine->pushed.std_freed;
-        engine->std_index = 0;
+        need.late_freed =
+            engine->technology_rows.pushed.late_freed >= LATE_UNITS
+                ? engine->technology_rows.pushed.late_freed - LATE_UNITS + 1
+                : 0;
+    } else if (row->count != engine->technology_rows.std_block
+               || engine->technology_rows.std_index >= STD_UNITS) {
+        need = need_freed(&engine->technology_rows);
+        engine->technology_rows.std_block = row->count;
+        engine->technology_rows.std_base =
+            engine->technology_rows.pushed.std_freed;
+        engine->technology_rows.std_index = 0;
     }
     if (need.std_freed || need.late_freed) {
         push_gate(engine, row, need);
@@ -149,49 +148,50 @@ static void push_output(struct engine *engine,
     struct piece *piece = new_event(engine, row);
     piece->flags |= NC_OUTPUT;
     piece->synch = synch;
-    if (is_spindle(engine, row)) {
-        spindle_piece(engine, piece, row);
+    if (is_spindle(&engine->cfg, row)) {
+        spindle_piece(&engine->technology_rows, piece, row);
     }
-    piece->unit = late || piece->type == NC_S ? 0 : engine->std_index++;
+    piece->unit =
+        late || piece->type == NC_S ? 0 : engine->technology_rows.std_index++;
     if (synch & SYNCH_MNS_SNS) {
         piece->stop_before = true;
     }
-    engine->stop_pending |= piece->stop_before;
-    store_publish(engine);
+    engine->push.stop_pending |= piece->stop_before;
+    store_publish(&engine->store);
     if (late) {
-        engine->pushed.late_freed++;
+        engine->technology_rows.pushed.late_freed++;
     } else {
-        engine->pushed.std_freed++;
+        engine->technology_rows.pushed.std_freed++;
     }
     if (synch & SYNCH_MVS_SLM) {
-        engine->pushed.slm_acked++;
+        engine->technology_rows.pushed.slm_acked++;
     } else if (synch & SYNCH_MVS_SLP) {
-        engine->pushed.slp_acked++;
+        engine->technology_rows.pushed.slp_acked++;
     } else if (synch & WAITS) {
-        engine->pushed.std_acked++;
+        engine->technology_rows.pushed.std_acked++;
     }
 }
 
 static void push_ack_gate(struct engine *engine, const nc_block *row) {
     struct techno_counts need = {0};
-    need.std_acked = engine->pushed.std_acked;
+    need.std_acked = engine->technology_rows.pushed.std_acked;
     push_gate(engine, row, need);
 }
 
 /* Functions that are put out or waited for behind the motion of their block. */
 void techno_block_end(struct engine *engine) {
-    uint32_t count = engine->behind_count;
+    uint32_t count = engine->technology_rows.behind_count;
     if (!count) {
         return;
     }
-    engine->behind_count = 0;
+    engine->technology_rows.behind_count = 0;
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t synch = synch_of(engine, &engine->behind[i]);
+        uint32_t synch = synch_of(engine, &engine->technology_rows.behind[i]);
         if (synch & SYNCH_MNS_SNS) {
-            push_output(engine, &engine->behind[i], synch);
+            push_output(engine, &engine->technology_rows.behind[i], synch);
         }
     }
-    push_ack_gate(engine, &engine->behind[count - 1]);
+    push_ack_gate(engine, &engine->technology_rows.behind[count - 1]);
 }
 
 /* Early output of the output piece pushed last: GEO looks at the nearest one
@@ -200,74 +200,81 @@ static void push_early(struct engine *engine,
                        const nc_block *row,
                        uint32_t synch) {
     struct early_output *early_output =
-        &engine->early[engine->early_head % EARLY_MAX];
+        &engine->early.entries[engine->early.head % EARLY_MAX];
     const struct synch_table *synch_table =
-        row->type == NC_M ? &engine->m_synch : &engine->h_synch;
+        row->type == NC_M ? &engine->technology_rows.m_synch
+                          : &engine->technology_rows.h_synch;
     double pre = synch_table->pre ? synch_table->pre[row->code] : 0.0;
-    early_output->path = engine->pushed_path;
+    early_output->path = engine->push.path;
     early_output->distance = synch & SYNCH_MEP_SVS ? pre / TENTH_UM : 0.0;
     early_output->time = synch & SYNCH_MET_SVS ? pre * 1e-6 : 0.0;
-    early_output->piece = engine->store_head - 1;
-    early_output->free_before = engine->std_base;
-    ATOMIC_SET(engine->early_head, engine->early_head + 1);
+    early_output->piece = engine->store.head - 1;
+    early_output->free_before = engine->technology_rows.std_base;
+    ATOMIC_SET(engine->early.head, engine->early.head + 1);
 }
 
 /* Room for what one row may add. */
-bool techno_has_room(const struct engine *e) {
-    return e->early_head - ATOMIC_GET(e->early_done) < EARLY_MAX - 64
-           && e->behind_count < BEHIND_MAX;
+bool techno_has_room(const struct engine *engine) {
+    return engine->early.head - ATOMIC_GET(engine->early.done) < EARLY_MAX - 64
+           && engine->technology_rows.behind_count < BEHIND_MAX;
 }
 
 /* An S word of a block without M3, M4, M5, M19: a turning spindle changes its
  * speed. */
 void techno_spindle_word(struct engine *engine) {
-    if (!engine->spindle_pending) {
+    if (!engine->technology_rows.spindle_pending) {
         return;
     }
-    engine->spindle_pending = false;
-    if (engine->spindle_synch[0]
-        && (engine->spindle_move == 3 || engine->spindle_move == 4)) {
-        push_output(engine, &engine->spindle_row, engine->spindle_synch[0]);
-        if (engine->spindle_synch[0] & SYNCH_MVS_SVS) {
-            push_ack_gate(engine, &engine->spindle_row);
+    engine->technology_rows.spindle_pending = false;
+    if (engine->technology_rows.spindle_synch[0]
+        && (engine->technology_rows.spindle_move == 3
+            || engine->technology_rows.spindle_move == 4)) {
+        push_output(engine,
+                    &engine->technology_rows.spindle_row,
+                    engine->technology_rows.spindle_synch[0]);
+        if (engine->technology_rows.spindle_synch[0] & SYNCH_MVS_SVS) {
+            push_ack_gate(engine, &engine->technology_rows.spindle_row);
         }
     }
 }
 
-static bool note_spindle(struct engine *engine, const nc_block *row) {
+static bool note_spindle(struct technology_rows *technology_rows,
+                         const nc_block *row) {
     if (row->type == NC_S) {
-        engine->spindle_rev = row->value;
-        engine->spindle_row = *row;
-        engine->spindle_pending = true;
+        technology_rows->spindle_rev = row->value;
+        technology_rows->spindle_row = *row;
+        technology_rows->spindle_pending = true;
         return false;
     }
-    engine->spindle_move = row->code == 19 ? 0 : row->code;
-    engine->spindle_pending = false;
+    technology_rows->spindle_move = row->code == 19 ? 0 : row->code;
+    technology_rows->spindle_pending = false;
     return true;
 }
 
 /* A function row; false if it is no function that goes to the PLC. */
-bool techno_push(struct engine *e, const nc_block *row) {
-    if (is_spindle(e, row) && !note_spindle(e, row)) {
+bool techno_push(struct engine *engine, const nc_block *row) {
+    if (is_spindle(&engine->cfg, row)
+        && !note_spindle(&engine->technology_rows, row)) {
         return false;
     }
     uint32_t synch =
-        is_function(row) && row->type != NC_S ? synch_of(e, row) : 0;
+        is_function(row) && row->type != NC_S ? synch_of(engine, row) : 0;
     if (!synch) {
         return false;
     }
     if (synch & BEHIND) {
-        e->behind[e->behind_count++] = *row;
+        engine->technology_rows.behind[engine->technology_rows.behind_count++] =
+            *row;
     }
     if (synch & SYNCH_MNS_SNS) {
         return true;
     }
-    push_output(e, row, synch);
+    push_output(engine, row, synch);
     if (synch & EARLY) {
-        push_early(e, row, synch);
+        push_early(engine, row, synch);
     }
     if (synch & (SYNCH_MVS_SVS | EARLY)) {
-        push_ack_gate(e, row);
+        push_ack_gate(engine, row);
     }
     return true;
 }
@@ -275,18 +282,20 @@ bool techno_push(struct engine *e, const nc_block *row) {
 /* MVS_SLM: the transition to the next G01, G02, G03. MVS_SLP: at #EXPL SYN. */
 void techno_before_motion(struct engine *engine, const nc_block *row) {
     if (row->flags & NC_RAPID
-        || engine->gated.slm_acked == engine->pushed.slm_acked) {
+        || engine->technology_rows.gated.slm_acked
+               == engine->technology_rows.pushed.slm_acked) {
         return;
     }
     struct techno_counts need = {0};
-    need.slm_acked = engine->pushed.slm_acked;
-    engine->gated.slm_acked = engine->pushed.slm_acked;
+    need.slm_acked = engine->technology_rows.pushed.slm_acked;
+    engine->technology_rows.gated.slm_acked =
+        engine->technology_rows.pushed.slm_acked;
     push_gate(engine, row, need);
 }
 
 void techno_expl_syn(struct engine *engine, const nc_block *row) {
     struct techno_counts need = {0};
-    need.slp_acked = engine->pushed.slp_acked;
+    need.slp_acked = engine->technology_rows.pushed.slp_acked;
     if (need.slp_acked) {
         push_gate(engine, row, need);
     }

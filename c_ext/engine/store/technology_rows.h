@@ -5,9 +5,9 @@
 #include "rows/nc_block.h"
 
 void techno_block_end(struct engine *engine);
-bool techno_has_room(const struct engine *e);
+bool techno_has_room(const struct engine *engine);
 void techno_spindle_word(struct engine *engine);
-bool techno_push(struct engine *e, const nc_block *row);
+bool techno_push(struct engine *engine, const nc_block *row);
 void techno_before_motion(struct engine *engine, const nc_block *row);
 void techno_expl_syn(struct engine *engine, const nc_block *row);
 #endif

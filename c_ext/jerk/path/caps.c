@@ -9,9 +9,9 @@
 /* Largest path jerk (scaled) over the rest interval s: at distance d from the
  * standstill x ~ d^(4/3), and every axis jerk is jerk * |q' +- 9 d q'' + 4.5
  * d^2 q'''| (minus where the interval ends at rest). */
-static double rest_jerk(const jerk_planner *planner,
-                        const struct segment *segment,
-                        int at_end) {
+static double standstill_jerk(const jerk_planner *planner,
+                              const struct segment *segment,
+                              int at_end) {
     jerk_interval half;
     double most = 0.0;
     double length = segment->length;
@@ -31,7 +31,7 @@ static double rest_jerk(const jerk_planner *planner,
         double end = interval->d1[far][axis]
                      + sign * 9.0 * length * interval->d2[far][axis]
                      + 4.5 * length * length * interval->d3[far][axis];
-        double value = fmax(fabs(near), fmax(fabs(mid), fabs(end)));
+        double value = fmax(fabs(near), larger(mid, end));
         most = fmax(most,
                     value
                         / (segment->share * JERK_USABLE
@@ -50,9 +50,9 @@ static double velocity_cap(const jerk_planner *planner,
         double mid =
             0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
             + 0.125 * length * (interval->d2[0][axis] - interval->d2[1][axis]);
-        double most = fmax(
-            fabs(mid),
-            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis])));
+        double most =
+            fmax(fabs(mid),
+                 larger(interval->d1[0][axis], interval->d1[1][axis]));
         if (most * v > planner->cfg.v_max[axis]) {
             v = planner->cfg.v_max[axis] / most;
         }
@@ -69,11 +69,14 @@ void segment_limits(const jerk_planner *planner, struct segment *segment) {
         fmin(1e15,
              asked_speed(planner, interval) * VEL_USABLE / planner->scale);
     segment->length = interval->length;
-    segment->jump = segment->share = 1.0;
+    segment->jump = 1.0;
+    segment->share = 1.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         segment->acc[axis] = 1.0;
     }
-    segment->excess = segment->fast = segment->leave = 0.0;
+    segment->excess = 0.0;
+    segment->fast = 0.0;
+    segment->leave = 0.0;
     segment->cap = velocity_cap(planner, interval);
     segment->soft = fmin(segment->cap, feed * feed);
     segment->slower = 1.0;
@@ -89,15 +92,12 @@ static double jump_used(const jerk_planner *planner,
     double scale = planner->scale;
     double used = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double bend = STEP_SEEN * scale * scale
-                      * fabs(right->d2[0][axis] - left->d2[1][axis]);
-        double corner =
-            scale / dt * fabs(right->d1[0][axis] - left->d1[1][axis]);
+        double bend =
+            STEP_SEEN * scale * scale * fabs(bend_of(left, right, axis));
+        double corner = scale / dt * fabs(turn_of(left, right, axis));
         used = fmax(used,
                     (bend * x + corner * sqrt(x))
-                        / (fmin(jerk_max(planner, left, axis),
-                                jerk_max(planner, right, axis))
-                           * dt));
+                        / (least_jerk(planner, left, right, axis) * dt));
     }
     return used;
 }
@@ -110,20 +110,14 @@ double jump_cap(const jerk_planner *planner,
     double dt = planner->cfg.cycle_s;
     double scale = planner->scale;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double room = JUMP_SHARE
-                      * fmin(jerk_max(planner, left, axis),
-                             jerk_max(planner, right, axis))
-                      * dt;
-        double bend = STEP_SEEN * scale * scale
-                      * fabs(right->d2[0][axis] - left->d2[1][axis]);
-        double corner =
-            scale / dt * fabs(right->d1[0][axis] - left->d1[1][axis]);
+        double room = JUMP_SHARE * least_jerk(planner, left, right, axis) * dt;
+        double bend =
+            STEP_SEEN * scale * scale * fabs(bend_of(left, right, axis));
+        double corner = scale / dt * fabs(turn_of(left, right, axis));
         double v =
             2.0 * room
             / (corner + sqrt(corner * corner + 4.0 * bend * room) + 1e-300);
-        double acc =
-            ACC_SHARE
-            * fmin(acc_max(planner, left, axis), acc_max(planner, right, axis));
+        double acc = ACC_SHARE * least_acc(planner, left, right, axis);
         if (corner * v > acc) {
             v = acc / corner;
         }
@@ -141,13 +135,15 @@ static double jump_reach(const jerk_planner *planner,
     double jerk = 1e30;
     double t = 1.5 * planner->cfg.cycle_s;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double along = fmax(fabs(left->d1[1][axis]), fabs(right->d1[0][axis]));
+        double behind = right->d1[0][axis];
+        double along = larger(left->d1[1][axis], behind);
         jerk = fmin(
             jerk,
             fmax(jerk_max(planner, left, axis), jerk_max(planner, right, axis))
                 / fmax(1e-9, along));
     }
-    return t * (sqrt(x) * planner->scale + jerk * t * t / 6.0) + 1e-9;
+    double v = sqrt(x) * planner->scale;
+    return t * (v + jerk * t * t / 6.0) + 1e-9;
 }
 
 /* The jump between two intervals that is passed at the head: it still shows in
@@ -212,12 +208,14 @@ void knot_caps(const jerk_planner *planner, struct grid *grid) {
         if (grid->from_start[k] < planner->behind_mm) {
             take_share(&grid->seg[k], 1.0 - planner->behind_share);
         }
-        grid->seg[k].share = grid->seg[k].jump * *grid->seg[k].tight;
+        struct segment *segment = &grid->seg[k];
+        segment->share = segment->jump * *segment->tight;
     }
     for (int k = 0; k < grid->count; k++) {
         grid->seg[k].jerk_up =
-            k == 0 ? rest_jerk(planner, &grid->seg[k], 0) : 0.0;
+            k == 0 ? standstill_jerk(planner, &grid->seg[k], 0) : 0.0;
         grid->seg[k].jerk_down =
-            k == grid->count - 1 ? rest_jerk(planner, &grid->seg[k], 1) : 0.0;
+            k == grid->count - 1 ? standstill_jerk(planner, &grid->seg[k], 1)
+                                 : 0.0;
     }
 }

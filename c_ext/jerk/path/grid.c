@@ -9,7 +9,9 @@
 static bool straight(const jerk_planner *planner,
                      const jerk_interval *interval) {
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        if (interval->d2[0][axis] != 0.0 || interval->d2[1][axis] != 0.0) {
+        double first = interval->d2[0][axis];
+        double last = interval->d2[1][axis];
+        if (first != 0.0 || last != 0.0) {
             return false;
         }
     }
@@ -28,7 +30,8 @@ static bool add_segment(const jerk_planner *planner,
     segment->interval = interval;
     segment->last = last;
     segment->at = i;
-    segment->own = segment->bulge = 1.0;
+    segment->own = 1.0;
+    segment->bulge = 1.0;
     segment->tight = straight(planner, interval)
                          ? &segment->own
                          : &planner->tight[i & planner->mask];
@@ -118,26 +121,27 @@ static double feed_cap(const jerk_planner *planner,
 static double feed_part(const jerk_planner *planner,
                         const jerk_interval *interval) {
     double v = planner->scale * sqrt(feed_cap(planner, interval));
-    return REST_FEED * v * sqrt(v / path_jerk(planner, interval));
+    return STANDSTILL_FEED * v * sqrt(v / path_jerk(planner, interval));
 }
 
 /* How long the interval from or to rest is on the first or last `len` mm of
  * interval i: constant jerk is exact there on a line. Behind it the speed
  * multiplies from knot to knot, so the steps are short at first. */
-static double rest_length(const jerk_planner *planner,
-                          const struct grid *grid,
-                          uint64_t i,
-                          double len) {
+static double standstill_length(const jerk_planner *planner,
+                                const struct grid *grid,
+                                uint64_t i,
+                                double len) {
     const jerk_interval *interval = ring_at(planner, i);
     double finest = finest_at(planner, grid, i);
     double feed = feed_part(planner, interval);
-    double least =
-        fmin(REST_MOST * len, fmin(finest, fmax(SLOWEST_KNOT * finest, feed)));
+    double least = fmin(STANDSTILL_MOST * len,
+                        fmin(finest, fmax(SLOWEST_KNOT * finest, feed)));
     if (!straight(planner, interval)) {
-        return fmin(least, steps_at(planner, i)->bent_rest);
+        return fmin(least, steps_at(planner, i)->curve_standstill);
     }
     return fmax(least,
-                fmin(steps_at(planner, i)->rest, fmin(REST_SHARE * len, feed)));
+                fmin(steps_at(planner, i)->line_standstill,
+                     fmin(STANDSTILL_SHARE * len, feed)));
 }
 
 /* Step at the knot ahead of interval i: fine where it must be passed slowly or
@@ -179,7 +183,7 @@ static double bend_length(const jerk_planner *planner, uint64_t i, double v) {
  * on a curve: near it the speed multiplies from knot to knot, and rows hold the
  * jerk at the faster one. */
 static double grading_at(const jerk_planner *planner, uint64_t i, double at) {
-    return at < RAMP_STEPS * steps_at(planner, i)->longest ? REST_GRADING
+    return at < RAMP_STEPS * steps_at(planner, i)->longest ? STANDSTILL_GRADING
                                                            : GRADING;
 }
 
@@ -189,19 +193,20 @@ static void knot_steps(const jerk_planner *planner,
                        struct grid *grid,
                        int count,
                        bool stands,
-                       const double *rest) {
+                       const double *standstill) {
     double *step = grid->step;
     uint64_t head = planner->head;
     uint64_t end = head + (uint64_t)count - 1;
-    step[0] = planner->at_rest ? BEHIND_REST * rest[0]
-                               : slow_length(planner,
-                                             grid,
-                                             head,
-                                             planner->scale * sqrt(planner->x),
-                                             SLOWEST_KNOT);
+    step[0] = planner->at_standstill
+                  ? BEHIND_STANDSTILL * standstill[0]
+                  : slow_length(planner,
+                                grid,
+                                head,
+                                planner->scale * sqrt(planner->x),
+                                SLOWEST_KNOT);
     step[count] =
         stands
-            ? BEHIND_REST * rest[1]
+            ? BEHIND_STANDSTILL * standstill[1]
             : slow_length(planner,
                           grid,
                           end,
@@ -215,9 +220,10 @@ static void knot_steps(const jerk_planner *planner,
                            * fmin(steps_at(planner, head + i - 1)->turn,
                                   steps_at(planner, head + i)->turn));
     }
-    double at = planner->at_rest && !straight(planner, ring_at(planner, head))
-                    ? 0.0
-                    : INFINITY;
+    double at =
+        planner->at_standstill && !straight(planner, ring_at(planner, head))
+            ? 0.0
+            : INFINITY;
     double to =
         stands && !straight(planner, ring_at(planner, end)) ? 0.0 : INFINITY;
     for (int i = 1; i <= count;
@@ -274,8 +280,8 @@ static bool fill_interval(jerk_planner *planner,
                           struct grid *grid,
                           int i,
                           double len,
-                          double rest_from,
-                          double rest_to) {
+                          double stand_from,
+                          double stand_to) {
     const uint64_t at = planner->head + (uint64_t)i;
     const jerk_interval *interval = ring_at(planner, at);
     double v = planner->scale * sqrt(feed_cap(planner, interval));
@@ -283,11 +289,11 @@ static bool fill_interval(jerk_planner *planner,
         fmax(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
              fmin(steps_at(planner, at)->least, SLOW_TIME * v));
     double turn = fmin(bend_length(planner, at, v), slow);
-    double end = len - rest_to;
-    if (rest_from > 0.0 && !add_part(planner, grid, at, 0.0, rest_from)) {
+    double end = len - stand_to;
+    if (stand_from > 0.0 && !add_part(planner, grid, at, 0.0, stand_from)) {
         return false;
     }
-    for (double done = rest_from; done < end;) {
+    for (double done = stand_from; done < end;) {
         double left = end - done;
         double step = grid->finer
                       * fmin(turn,
@@ -304,7 +310,7 @@ static bool fill_interval(jerk_planner *planner,
         }
         done = next;
     }
-    return !(rest_to > 0.0) || add_part(planner, grid, at, end, len);
+    return !(stand_to > 0.0) || add_part(planner, grid, at, end, len);
 }
 
 /* Lay the grid over the path up to `to` mm ahead; false if it does not fit. */
@@ -313,34 +319,36 @@ static bool grid_fill(jerk_planner *planner,
                       const struct extent *extent,
                       double to) {
     int count = (int)(extent->end - planner->head);
-    grid->count = grid->used = 0;
-    grid->rest_start = planner->at_rest;
+    grid->count = 0;
+    grid->used = 0;
+    grid->from_standstill = planner->at_standstill;
     grid->stands = extent->stands;
-    grid->land_from = grid->land_to = -1.0;
+    grid->land_from = -1.0;
+    grid->land_to = -1.0;
     grid->finest = extent->length / 24.0;
     if (count > grid->max) {
         return false;
     }
     double ahead = to;
-    double rest[2] = {0.0, 0.0};
+    double standstill[2] = {0.0, 0.0};
     for (int i = 0; i < count - 1; i++) {
         ahead -= ring_at(planner, planner->head + (uint64_t)i)->length;
     }
-    if (count > 0 && planner->at_rest) {
-        rest[0] =
-            rest_length(planner,
-                        grid,
-                        planner->head,
-                        fmin(to, ring_at(planner, planner->head)->length));
+    if (count > 0 && planner->at_standstill) {
+        standstill[0] = standstill_length(
+            planner,
+            grid,
+            planner->head,
+            fmin(to, ring_at(planner, planner->head)->length));
     }
     if (count > 0 && extent->stands) {
-        rest[1] =
-            rest_length(planner,
-                        grid,
-                        extent->end - 1,
-                        fmin(ahead, ring_at(planner, extent->end - 1)->length));
+        standstill[1] = standstill_length(
+            planner,
+            grid,
+            extent->end - 1,
+            fmin(ahead, ring_at(planner, extent->end - 1)->length));
     }
-    knot_steps(planner, grid, count, extent->stands, rest);
+    knot_steps(planner, grid, count, extent->stands, standstill);
     double at = 0.0;
     for (int i = 0; i < count && to - at > 1e-9; i++) {
         double whole = ring_at(planner, planner->head + (uint64_t)i)->length;
@@ -349,8 +357,8 @@ static bool grid_fill(jerk_planner *planner,
                            grid,
                            i,
                            len,
-                           i == 0 ? rest[0] : 0.0,
-                           i == count - 1 ? rest[1] : 0.0)) {
+                           i == 0 ? standstill[0] : 0.0,
+                           i == count - 1 ? standstill[1] : 0.0)) {
             return false;
         }
         at += len;

@@ -19,7 +19,7 @@ static bool turn_between(const jerk_planner *planner,
                          double *turn) {
     double most = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        turn[axis] = right->d1[0][axis] - left->d1[1][axis];
+        turn[axis] = turn_of(left, right, axis);
         most = fmax(most, fabs(turn[axis]));
     }
     return most > NO_TURN;
@@ -61,7 +61,8 @@ static double asked_speed2(const jerk_planner *planner,
     if (planner->command_speed >= 0.0) {
         return x;
     }
-    for (int i = k > 0 ? k - 1 : k; i <= k && i < grid->count; i++) {
+    int first = k > 0 ? k - 1 : k;
+    for (int i = first; i <= k && i < grid->count; i++) {
         double v = asked_under(&usual, grid->seg[i].interval) / planner->scale;
         if (v * v < x) {
             x = v * v;
@@ -78,8 +79,8 @@ static double rise_over(const jerk_planner *planner,
         acc = fmin(acc,
                    acc_max(planner, segment->interval, axis)
                        / fmax(1e-9,
-                              fmax(fabs(segment->interval->d1[0][axis]),
-                                   fabs(segment->interval->d1[1][axis]))));
+                              larger(segment->interval->d1[0][axis],
+                                     segment->interval->d1[1][axis])));
     }
     return 2.0 * segment->length * acc / (planner->scale * planner->scale);
 }
@@ -91,12 +92,14 @@ static void top_speeds(const jerk_planner *planner, struct grid *grid) {
     for (int k = 0; k <= grid->count; k++) {
         x[k] = asked_speed2(planner, grid, k);
     }
-    x[0] = planner->at_rest ? 0.0 : planner->x;
+    x[0] = planner->at_standstill ? 0.0 : planner->x;
     for (int k = 1; k <= grid->count; k++) {
-        x[k] = fmin(x[k], x[k - 1] + rise_over(planner, &grid->seg[k - 1]));
+        double rise = rise_over(planner, &grid->seg[k - 1]);
+        x[k] = fmin(x[k], x[k - 1] + rise);
     }
     for (int k = grid->count - 1; k > 0; k--) {
-        x[k] = fmin(x[k], x[k + 1] + rise_over(planner, &grid->seg[k]));
+        double rise = rise_over(planner, &grid->seg[k]);
+        x[k] = fmin(x[k], x[k + 1] + rise);
     }
 }
 
@@ -180,10 +183,9 @@ static double used_at(const jerk_planner *planner,
     const jerk_interval *left = grid->seg[k > 0 ? k - 1 : 0].interval;
     const jerk_interval *right = grid->seg[k].interval;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        used[axis] = fabs(sum[axis])
-                     / (planner->cfg.cycle_s
-                        * fmin(acc_max(planner, left, axis),
-                               acc_max(planner, right, axis)));
+        used[axis] =
+            fabs(sum[axis])
+            / (planner->cfg.cycle_s * least_acc(planner, left, right, axis));
         most = fmax(most, used[axis]);
     }
     return most;
@@ -214,10 +216,11 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
         grid->knot_cap[k] =
             fmin(grid->knot_cap[k], grid->top[k] * JOINTS_MOST / most);
     }
-    for (int i = k - 1; i >= 0 && at - grid->from_start[i + 1] < way; i--) {
+    const double *from = grid->from_start;
+    for (int i = k - 1; i >= 0 && at - from[i + 1] < way; i--) {
         leave(planner, &grid->seg[i], used);
     }
-    for (int i = k; i < grid->count && grid->from_start[i] - at < way; i++) {
+    for (int i = k; i < grid->count && from[i] - at < way; i++) {
         leave(planner, &grid->seg[i], used);
     }
 }

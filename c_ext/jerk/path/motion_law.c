@@ -33,7 +33,7 @@ void jerk_at(const jerk_law *law, double t, jerk_state *out) {
         law->a0 + t * (j + t * (snap / 2 + t * (crackle / 6 + t * pop / 24)));
 }
 
-double law_jerk(const jerk_law *law, double t) {
+double motion_law_jerk(const jerk_law *law, double t) {
     return law->jerk
            + t * (law->snap + t * (law->crackle / 2 + t * law->pop / 6));
 }
@@ -44,19 +44,24 @@ void jerk_begin_at(jerk_law *law, double t) {
     law->s0 = at.s;
     law->v0 = at.v;
     law->a0 = at.a;
-    law->jerk = law_jerk(law, t);
+    law->jerk = motion_law_jerk(law, t);
     law->snap += t * (law->crackle + t * law->pop / 2);
     law->crackle += t * law->pop;
 }
 
 /* Constant jerk from or to rest, with the speed v at the other end: s = jerk
  * t^3 / 6, v = jerk t^2 / 2, h = v t / 3. */
-static void rest_law(jerk_law *law, double length, double v, bool to_rest) {
+static void standstill_law(jerk_law *law,
+                           double length,
+                           double v,
+                           bool to_standstill) {
     law->time = 3.0 * length / v;
     law->jerk = 2.0 * v / (law->time * law->time);
-    law->snap = law->crackle = law->pop = 0.0;
-    law->v0 = to_rest ? v : 0.0;
-    law->a0 = to_rest ? -law->jerk * law->time : 0.0;
+    law->snap = 0.0;
+    law->crackle = 0.0;
+    law->pop = 0.0;
+    law->v0 = to_standstill ? v : 0.0;
+    law->a0 = to_standstill ? -law->jerk * law->time : 0.0;
 }
 
 /* Time over h: the integral of the polynomial through the speeds, accelerations
@@ -88,14 +93,14 @@ static double duration(double length,
 
 /* The law over h between two states and the jerks there: Hermite's polynomial
  * for the speed. */
-void law_between(jerk_law *law,
-                 double length,
-                 double v0,
-                 double a0,
-                 double j0,
-                 double v1,
-                 double a1,
-                 double j1) {
+void motion_law_between(jerk_law *law,
+                        double length,
+                        double v0,
+                        double a0,
+                        double j0,
+                        double v1,
+                        double a1,
+                        double j1) {
     double t = duration(length, v0, a0, j0, v1, a1, j1);
     double t2 = t * t;
     double v = v1 - v0 - a0 * t - 0.5 * j0 * t2;
@@ -106,38 +111,40 @@ void law_between(jerk_law *law,
     law->a0 = a0;
     law->jerk = j0;
     law->time = t;
-    law->snap = 6.0 * (10.0 * v - 4.0 * a + 0.5 * j) / (t2 * t);
+    double t3 = t2 * t;
+    law->snap = 6.0 * (10.0 * v - 4.0 * a + 0.5 * j) / t3;
     law->crackle = 24.0 * (-15.0 * v + 7.0 * a - j) / (t2 * t2);
-    law->pop = 120.0 * (6.0 * v - 3.0 * a + 0.5 * j) / (t2 * t2 * t);
+    double t5 = t2 * t2 * t;
+    law->pop = 120.0 * (6.0 * v - 3.0 * a + 0.5 * j) / t5;
 }
 
 /* The law over h from scaled (x, u) to (x1, u1), with c[0] and c[1] there; x =
  * 0: it starts at rest, x1 = 0: it ends at rest. */
-void law_from(jerk_law *law,
-              double length,
-              double x,
-              double accel,
-              double x1,
-              double u1,
-              const double input[2],
-              double scale) {
+void motion_law_from(jerk_law *law,
+                     double length,
+                     double x,
+                     double accel,
+                     double x1,
+                     double u1,
+                     const double input[2],
+                     double scale) {
     double f2 = scale * scale;
     double v = scale * sqrt(fmax(0.0, x));
     double v1 = scale * sqrt(fmax(0.0, x1));
     law->length = length;
     if (x <= 0.0) {
-        rest_law(law, length, v1, false);
+        standstill_law(law, length, v1, false);
     } else if (x1 <= 0.0) {
-        rest_law(law, length, v, true);
+        standstill_law(law, length, v, true);
     } else {
-        law_between(law,
-                    length,
-                    v,
-                    f2 * accel,
-                    f2 * input[0] * v,
-                    v1,
-                    f2 * u1,
-                    f2 * input[1] * v1);
+        motion_law_between(law,
+                           length,
+                           v,
+                           f2 * accel,
+                           f2 * input[0] * v,
+                           v1,
+                           f2 * u1,
+                           f2 * input[1] * v1);
     }
 }
 

@@ -5,26 +5,26 @@
 #include <stdbool.h>
 
 /* Jerk of a law at the time t, mm/s3. */
-double law_jerk(const jerk_law *law, double t);
+double motion_law_jerk(const jerk_law *law, double t);
 
 /* The law over a length between two states and the jerks there. */
-void law_between(jerk_law *law,
-                 double length,
-                 double v0,
-                 double a0,
-                 double j0,
-                 double v1,
-                 double a1,
-                 double j1);
+void motion_law_between(jerk_law *law,
+                        double length,
+                        double v0,
+                        double a0,
+                        double j0,
+                        double v1,
+                        double a1,
+                        double j1);
 
 /* The law between two scaled states with the inputs there; x or x1 of 0: rest.
  */
-void law_from(jerk_law *law,
-              double length,
-              double x,
-              double accel,
-              double x1,
-              double u1,
-              const double input[2],
-              double scale);
+void motion_law_from(jerk_law *law,
+                     double length,
+                     double x,
+                     double accel,
+                     double x1,
+                     double u1,
+                     const double input[2],
+                     double scale);
 #endif

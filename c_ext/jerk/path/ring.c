@@ -72,7 +72,8 @@ static void inside(const jerk_interval *in,
     double c3 = 10.0 * first_left - 4.0 * slope_left + bend_left;
     double c4 = -15.0 * first_left + 7.0 * slope_left - 2.0 * bend_left;
     double c5 = 6.0 * first_left - 3.0 * slope_left + bend_left;
-    *d1 = first + t * (slope + t * (bend + t * (c3 + t * (c4 + t * c5))));
+    double third = c3 + t * (c4 + t * c5);
+    *d1 = first + t * (slope + t * (bend + t * third));
     *d2 = (slope
            + t * (2.0 * bend + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))))
           / length;

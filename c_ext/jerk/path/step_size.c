@@ -26,9 +26,9 @@ static struct steps steps_for(struct along along) {
     double ramp = a * a * a / (6.0 * along.j * along.j);
     double stop = 0.5 * along.v * (along.v / a + a / along.j);
     struct steps out = {.longest = fmax(ramp / RAMP_PARTS, stop / STOP_PARTS)};
-    out.rest = ramp / JOINED_PARTS;
-    out.finest =
-        fmax(ramp / REST_PARTS, fmin(0.5 * ramp, out.longest / FINEST_PARTS));
+    out.line_standstill = ramp / JOINED_PARTS;
+    out.finest = fmax(ramp / STANDSTILL_PARTS,
+                      fmin(0.5 * ramp, out.longest / FINEST_PARTS));
     return out;
 }
 
@@ -61,9 +61,8 @@ static double turn_length(const jerk_planner *planner,
     double start = 0.0;
     double end = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double rate = fmax(
-            1.0,
-            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis])));
+        double rate =
+            fmax(1.0, larger(interval->d1[0][axis], interval->d1[1][axis]));
         double d0 = interval->d2[0][axis] / rate;
         double d1 = interval->d2[1][axis] / rate;
         start += d0 * d0;
@@ -84,8 +83,7 @@ static void set_bend(const jerk_planner *planner,
         double jerk = jerk_max(planner, interval, axis);
         out->bend =
             fmax(out->bend,
-                 fmax(fabs(interval->d3[0][axis]), fabs(interval->d3[1][axis]))
-                     / jerk);
+                 larger(interval->d3[0][axis], interval->d3[1][axis]) / jerk);
         change =
             fmax(change,
                  fabs(interval->d3[1][axis] - interval->d3[0][axis]) / jerk);
@@ -102,8 +100,8 @@ struct steps interval_steps(const jerk_planner *planner,
     struct steps most = {0};
     double least = 1e30;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double rate =
-            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis]));
+        double first = interval->d1[0][axis];
+        double rate = larger(first, interval->d1[1][axis]);
         if (rate < 1e-9) {
             continue;
         }
@@ -130,7 +128,7 @@ struct steps interval_steps(const jerk_planner *planner,
         out.longest = planner->cfg.spacing_mm;
     }
     out.turn = turn_length(planner, interval);
-    out.bent_rest = REST_TURN * out.turn;
+    out.curve_standstill = STANDSTILL_TURN * out.turn;
     out.shortest = fmin(out.turn, interval->length) / LEAST_PARTS;
     set_bend(planner, interval, &out);
     out.knots = ceil(interval->length / out.longest);

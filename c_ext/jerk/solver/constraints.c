@@ -10,6 +10,10 @@ static inline double *lane(vec *v, int k) {
     return (double *)v + k % LANES;
 }
 
+static inline void set_coef(two_sided *row, int which, int k, double value) {
+    *lane(&row->coef[which], k) = value;
+}
+
 static two_sided *jerk_row(struct problem *problem, int k, int end, int axis) {
     return &problem->jerk[(k / LANES) * 2 * problem->axes + end * problem->axes
                           + axis];
@@ -39,13 +43,19 @@ static void clear_rows(struct problem *problem) {
         problem->one[i].bound = (vec){1.0, 1.0, 1.0, 1.0};
     }
     for (int k = 0; k < problem->blocks * LANES; k++) {
-        problem->on[k] = problem->weight[k] = problem->calm[k] = 0.0;
+        problem->on[k] = 0.0;
+        problem->weight[k] = 0.0;
+        problem->calm[k] = 0.0;
         problem->lengths[k] = 1.0;
         problem->guess[k] = 1.0;
         problem->x[k] = 1.0;
-        problem->accel[k] = problem->input[0][k] = problem->input[1][k] =
-            problem->dx[k] = problem->du[k] = problem->dc[0][k] =
-                problem->dc[1][k] = 0.0;
+        problem->accel[k] = 0.0;
+        problem->input[0][k] = 0.0;
+        problem->input[1][k] = 0.0;
+        problem->dx[k] = 0.0;
+        problem->du[k] = 0.0;
+        problem->dc[0][k] = 0.0;
+        problem->dc[1][k] = 0.0;
     }
 }
 
@@ -53,7 +63,7 @@ static void clear_rows(struct problem *problem) {
  * the limits: between the knots of that plan it may lie a little above what is
  * planned with. */
 static double entry_slack(const struct problem *problem, int k) {
-    return problem->rest_start || k >= ENTRY_STAGES
+    return problem->from_standstill || k >= ENTRY_STAGES
                ? 1.0
                : 1.0 + ENTRY_SLACK * (1.0 - (double)k / ENTRY_STAGES);
 }
@@ -106,9 +116,9 @@ static void jerk_rows(const jerk_planner *planner,
         const jerk_interval *interval = segment->interval;
         for (int end = 0; end < 2; end++) {
             two_sided *row = jerk_row(problem, k, end, i);
-            *lane(&row->coef[0], k) = weight * interval->d3[end][axis];
-            *lane(&row->coef[1], k) = weight * 3.0 * interval->d2[end][axis];
-            *lane(&row->coef[2], k) = weight * interval->d1[end][axis];
+            set_coef(row, 0, k, weight * interval->d3[end][axis]);
+            set_coef(row, 1, k, weight * 3.0 * interval->d2[end][axis]);
+            set_coef(row, 2, k, weight * interval->d1[end][axis]);
         }
     }
 }
@@ -138,8 +148,8 @@ static void acc_rows(const jerk_planner *planner,
             / (ACC_USABLE * segment->acc[axis]
                * acc_max(planner, interval, axis) * entry_slack(problem, k));
         two_sided *row = acc_row(problem, k, set, i);
-        *lane(&row->coef[0], k) = weight * interval->d2[end][axis];
-        *lane(&row->coef[1], k) = weight * interval->d1[end][axis];
+        set_coef(row, 0, k, weight * interval->d2[end][axis]);
+        set_coef(row, 1, k, weight * interval->d1[end][axis]);
     }
 }
 
@@ -170,8 +180,8 @@ static void mid_rows(const jerk_planner *planner,
             - 7.0 / 16.0 * (interval->d2[0][axis] + interval->d2[1][axis])
             + length / 32.0 * (interval->d3[1][axis] - interval->d3[0][axis]);
         two_sided *row = &problem->mid[(k / LANES) * problem->axes + i];
-        *lane(&row->coef[0], k) = weight * d2;
-        *lane(&row->coef[1], k) = weight * d1;
+        set_coef(row, 0, k, weight * d2);
+        set_coef(row, 1, k, weight * d1);
     }
 }
 
@@ -183,7 +193,7 @@ static double cap_at(const jerk_planner *planner,
     double cap =
         fmin(grid->knot_cap[k], fmin(grid->seg[k - 1].soft, grid->seg[k].soft));
     (void)planner;
-    if (k == 1 && grid->rest_start) {
+    if (k == 1 && grid->from_standstill) {
         double length = grid->seg[0].length;
         double accel =
             cbrt(6.0 * length * grid->seg[0].jerk_up * grid->seg[0].jerk_up);
@@ -254,9 +264,9 @@ void problem_from_grid(jerk_planner *planner,
     struct problem *problem = &planner->prob;
     problem->count = grid->count;
     find_axes(planner, grid, problem);
-    problem->rest_start = grid->rest_start;
+    problem->from_standstill = grid->from_standstill;
     problem->paused = false;
-    problem->first = grid->rest_start ? 1 : 0;
+    problem->first = grid->from_standstill ? 1 : 0;
     problem->blocks = (grid->count + 1 + LANES - 1) / LANES;
     problem->acc_sets = has_kinks(planner, grid) ? 2 : 1;
     problem->x0 = x0;

@@ -14,12 +14,12 @@ static double curve_cap(const jerk_planner *planner,
     double twist = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         bend = fmax(bend,
-                    fmax(fabs(segment->interval->d2[0][axis]),
-                         fabs(segment->interval->d2[1][axis]))
+                    larger(segment->interval->d2[0][axis],
+                           segment->interval->d2[1][axis])
                         / acc_max(planner, segment->interval, axis));
         twist = fmax(twist,
-                     fmax(fabs(segment->interval->d3[0][axis]),
-                          fabs(segment->interval->d3[1][axis]))
+                     larger(segment->interval->d3[0][axis],
+                            segment->interval->d3[1][axis])
                          / jerk_max(planner, segment->interval, axis));
     }
     double v = cbrt(EASY_BEND * segment->share
@@ -46,7 +46,7 @@ static void path_limits(const jerk_planner *planner,
 }
 
 /* x at distance d from a standstill under constant path jerk. */
-static double from_rest(double distance, double jerk) {
+static double x_from_standstill(double distance, double jerk) {
     return 0.25 * jerk * jerk * pow(6.0 * distance / jerk, 4.0 / 3.0);
 }
 
@@ -95,13 +95,13 @@ static void easy_caps(const jerk_planner *planner,
 }
 
 /* End of a rest interval under half of the jerk: x and u there. */
-static double rest_end(const jerk_planner *planner,
-                       const struct segment *segment,
-                       double *accel) {
+static double standstill_end(const jerk_planner *planner,
+                             const struct segment *segment,
+                             double *accel) {
     double acc, jerk;
     double length = segment->length;
     path_limits(planner, segment, &acc, &jerk);
-    double x = from_rest(length, EASY_JERK * jerk);
+    double x = x_from_standstill(length, EASY_JERK * jerk);
     *accel = x / (1.5 * length);
     return x;
 }
@@ -112,27 +112,29 @@ static void slow_profile(jerk_planner *planner,
                          double *x) {
     int count = grid->count;
     double accel = planner->accel;
-    x[0] = grid->rest_start ? 0.0 : planner->x;
+    x[0] = grid->from_standstill ? 0.0 : planner->x;
     x[count] = 0.0;
     easy_caps(planner, grid, x);
-    if (grid->rest_start) {
-        x[1] = fmin(x[1], rest_end(planner, &grid->seg[0], &accel));
+    if (grid->from_standstill) {
+        double most = standstill_end(planner, &grid->seg[0], &accel);
+        x[1] = fmin(x[1], most);
     }
     ramp(planner,
          grid,
          x,
-         grid->rest_start ? 1 : 0,
+         grid->from_standstill ? 1 : 0,
          count - 1,
          1,
          fmax(0.0, accel));
-    x[count - 1] =
-        fmin(x[count - 1], rest_end(planner, &grid->seg[count - 1], &accel));
+    x[count - 1] = fmin(x[count - 1],
+                        standstill_end(planner, &grid->seg[count - 1], &accel));
     ramp(planner, grid, x, count - 1, 1, -1, accel);
-    for (int k = 1; k < count && !grid->rest_start;
+    for (int k = 1; k < count && !grid->from_standstill;
          k++) { /* from above the caps: down with the full acceleration */
         double acc, jerk;
         path_limits(planner, &grid->seg[k - 1], &acc, &jerk);
-        x[k] = fmax(x[k], x[k - 1] - 2.0 * acc * grid->seg[k - 1].length);
+        double drop = 2.0 * acc * grid->seg[k - 1].length;
+        x[k] = fmax(x[k], x[k - 1] - drop);
     }
     for (int k = 1; k < count; k++) {
         x[k] = fmax(x[k], TINY);
@@ -179,8 +181,9 @@ static void plan_x(const plan *pl,
         double into = at - start;
         double length = pl->lengths[i];
         if (i == pl->count - 1) {
-            x[k] = pl->x[i] * pow(fmax(0.0, 1.0 - into / length), 4.0 / 3.0);
-        } else if (i == 0 && pl->rest_start) {
+            double left = fmax(0.0, 1.0 - into / length);
+            x[k] = pl->x[i] * pow(left, 4.0 / 3.0);
+        } else if (i == 0 && pl->from_standstill) {
             x[k] = pl->x[1] * pow(into / length, 4.0 / 3.0);
         } else {
             x[k] = between(pl->x[i],
@@ -200,13 +203,20 @@ static bool project(jerk_planner *planner,
                     double stiffness) {
     struct problem *problem = &planner->prob;
     for (int k = 0; k < problem->blocks * LANES; k++) {
-        problem->cost.xx[k] = problem->cost.xu[k] = problem->cost.uu[k] =
-            problem->cost.xc[0][k] = problem->cost.xc[1][k] =
-                problem->cost.uc[0][k] = problem->cost.uc[1][k] = 0.0;
+        problem->cost.xx[k] = 0.0;
+        problem->cost.xu[k] = 0.0;
+        problem->cost.uu[k] = 0.0;
+        problem->cost.xc[0][k] = 0.0;
+        problem->cost.xc[1][k] = 0.0;
+        problem->cost.uc[0][k] = 0.0;
+        problem->cost.uc[1][k] = 0.0;
     }
     for (int k = 0; k < problem->blocks * LANES; k++) {
-        problem->cost.cc[1][k] = problem->grad.x[k] = problem->grad.accel[k] =
-            problem->grad.input[0][k] = problem->grad.input[1][k] = 0.0;
+        problem->cost.cc[1][k] = 0.0;
+        problem->grad.x[k] = 0.0;
+        problem->grad.accel[k] = 0.0;
+        problem->grad.input[0][k] = 0.0;
+        problem->grad.input[1][k] = 0.0;
     }
     for (int k = problem->first; k < problem->count; k++) {
         double acc, jerk;
@@ -225,8 +235,9 @@ static bool project(jerk_planner *planner,
      * first rollout with no input */
     double x = problem->x0;
     double accel = problem->u0;
-    if (problem->rest_start) {
-        x = accel = 0.0;
+    if (problem->from_standstill) {
+        x = 0.0;
+        accel = 0.0;
     }
     int last = problem->count - 1;
     for (int k = problem->first; k <= last; k++) {
@@ -235,7 +246,8 @@ static bool project(jerk_planner *planner,
         double length = problem->lengths[k];
         double input = 0.0;
         if (k == last - 1) {
-            input = problem->gain[k].kx[0] * x + problem->gain[k].ku[0] * accel;
+            const struct gain *gain = &problem->gain[k];
+            input = gain->kx[0] * x + gain->ku[0] * accel;
         }
         problem->input[0][k] = problem->input[1][k] = input;
         if (k == last) {
@@ -261,9 +273,11 @@ static bool project(jerk_planner *planner,
             problem->input[i][k] += problem->dc[i][k];
         }
     }
-    if (problem->rest_start) {
-        problem->x[0] = problem->accel[0] = problem->input[0][0] =
-            problem->input[1][0] = 0.0;
+    if (problem->from_standstill) {
+        problem->x[0] = 0.0;
+        problem->accel[0] = 0.0;
+        problem->input[0][0] = 0.0;
+        problem->input[1][0] = 0.0;
     }
     return true;
 }
@@ -275,7 +289,7 @@ static void keep_reachable(const jerk_planner *planner,
                            double *x) {
     double at = planner->x;
     double accel = planner->accel;
-    if (grid->rest_start || accel >= 0.0) {
+    if (grid->from_standstill || accel >= 0.0) {
         return;
     }
     for (int k = 0; k < grid->count - 1; k++) {
@@ -341,13 +355,14 @@ bool guess_bump(jerk_planner *planner, const struct grid *grid) {
         }
     }
     for (int k = 1; k < grid->count; k++) {
-        double up = from_rest(grid->from_start[k], EASY_JERK * jerk);
-        double down =
-            from_rest(grid->from_start[grid->count] - grid->from_start[k],
-                      EASY_JERK * jerk);
+        double up = x_from_standstill(grid->from_start[k], EASY_JERK * jerk);
+        double down = x_from_standstill(grid->from_start[grid->count]
+                                            - grid->from_start[k],
+                                        EASY_JERK * jerk);
         problem->guess[k] = 1.0 / (1.0 / up + 1.0 / down + 1.0 / cap);
     }
-    problem->guess[0] = problem->guess[grid->count] = 0.0;
+    problem->guess[0] = 0.0;
+    problem->guess[grid->count] = 0.0;
     bound_rows(planner, grid);
     return project(planner, grid, STIFFNESS);
 }

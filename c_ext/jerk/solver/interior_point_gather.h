@@ -5,6 +5,45 @@
 #include "jerk/solver/interior_point_stage.h"
 #include "jerk/tuning.h"
 
+/* Rows of block i: of jerk at one end of the stages, of acceleration, of
+ * acceleration in the middle, and caps and floors. */
+static inline two_sided *jerk_rows_of(const struct problem *problem,
+                                      int i,
+                                      int end) {
+    int first = i * 2 * problem->axes;
+    return &problem->jerk[first + end * problem->axes];
+}
+static inline two_sided *acc_rows_of(const struct problem *problem, int i) {
+    return &problem->acc[i * problem->acc_sets * problem->axes];
+}
+static inline two_sided *mid_rows_of(const struct problem *problem, int i) {
+    return &problem->mid[i * problem->axes];
+}
+static inline struct one_sided *one_rows_of(const struct problem *problem,
+                                            int i) {
+    return &problem->one[i * ONE_SIDED_ROWS];
+}
+
+/* Linear forms of the rows. */
+static inline vec acc_value(const two_sided *row, vec x, vec accel) {
+    return row->coef[0] * x + row->coef[1] * accel;
+}
+static inline vec jerk_value(const two_sided *row,
+                             vec x,
+                             vec accel,
+                             vec input) {
+    const vec *coef = row->coef;
+    return coef[0] * x + coef[1] * accel + coef[2] * input;
+}
+static inline vec one_value(const struct one_sided *row,
+                            vec x,
+                            vec accel,
+                            const vec input[2]) {
+    const vec *coef = row->coef;
+    vec by_state = coef[0] * x + coef[1] * accel;
+    return by_state + coef[2] * input[0] + coef[3] * input[1];
+}
+
 static struct block block_at(const struct problem *problem, int i) {
     int k = i * LANES;
     struct block block;
@@ -62,71 +101,106 @@ static inline vec side(vec value,
     return weight;
 }
 
+/* The same for both sides of a row. */
+static inline void sides(two_sided *row,
+                         const vec value[2],
+                         vec bound,
+                         vec least,
+                         vec weight[2],
+                         vec gradient[2]) {
+    for (int k = 0; k < 2; k++) {
+        weight[k] = side(value[k],
+                         bound,
+                         row->slack[k],
+                         &row->dual[k],
+                         least,
+                         &row->inverse[k],
+                         &row->residual[k],
+                         &gradient[k]);
+    }
+}
+
+/* Adds a row's gradient by the state at one end and the input there. */
+static inline void add_gradient(struct sums *sums, vec t, const vec *coef) {
+    sums->x += t * coef[0];
+    sums->accel += t * coef[1];
+    sums->input += t * coef[2];
+}
+
 /* Linear forms of a jerk row pair: q = root * (b . z), m = half * x. */
+static void gather_jerk_end(const struct problem *problem,
+                            int i,
+                            int end,
+                            const struct block *block,
+                            struct sums *sums,
+                            vec least) {
+    two_sided *row = jerk_rows_of(problem, i, end);
+    vec half = block->half[end];
+    vec tangent = half * block->x[end];
+    vec bound = block->bound[end];
+    vec root = block->root[end];
+    vec wm = {0};
+    vec px = {0};
+    vec pu = {0};
+    vec pc = {0};
+    vec tm = {0};
+    for (int axis = 0; axis < problem->axes; axis++, row++) {
+        vec form = root
+                   * jerk_value(row,
+                                block->x[end],
+                                block->accel[end],
+                                block->input[end]);
+        const vec value[2] = {tangent + form, tangent - form};
+        vec weight[2], gradient[2];
+        sides(row, value, bound, least, weight, gradient);
+        vec both = weight[0] + weight[1];
+        vec difference = root * (weight[0] - weight[1]);
+        vec t = root * (gradient[0] - gradient[1]);
+        add_square(sums, root * root * both, row->coef);
+        px += difference * row->coef[0];
+        pu += difference * row->coef[1];
+        pc += difference * row->coef[2];
+        add_gradient(sums, t, row->coef);
+        wm += both;
+        tm += gradient[0] + gradient[1];
+    }
+    sums->xx += half * (half * wm + 2.0 * px);
+    sums->xu += pu * half;
+    sums->xc += pc * half;
+    sums->x += tm * half;
+}
+
 static void gather_jerk(const struct problem *problem,
                         int i,
                         const struct block *block,
                         struct totals *all,
                         vec least) {
-    for (int end = 0; end < 2; end++) {
-        struct sums both = {0};
-        struct sums *sums = &both;
-        two_sided *row =
-            &problem->jerk[i * 2 * problem->axes + end * problem->axes];
-        vec tangent = block->half[end] * block->x[end];
-        vec bound = block->bound[end];
-        vec wm = {0};
-        vec px = {0};
-        vec pu = {0};
-        vec pc = {0};
-        vec tm = {0};
-        vec root = block->root[end];
-        for (int axis = 0; axis < problem->axes; axis++, row++) {
-            vec value = root
-                        * (row->coef[0] * block->x[end]
-                           + row->coef[1] * block->accel[end]
-                           + row->coef[2] * block->input[end]);
-            vec t1, t2;
-            vec w1 = side(tangent + value,
-                          bound,
-                          row->slack[0],
-                          &row->dual[0],
-                          least,
-                          &row->inverse[0],
-                          &row->residual[0],
-                          &t1);
-            vec w2 = side(tangent - value,
-                          bound,
-                          row->slack[1],
-                          &row->dual[1],
-                          least,
-                          &row->inverse[1],
-                          &row->residual[1],
-                          &t2);
-            vec difference = root * (w1 - w2);
-            vec t = root * (t1 - t2);
-            add_square(sums, root * root * (w1 + w2), row->coef);
-            px += difference * row->coef[0];
-            pu += difference * row->coef[1];
-            pc += difference * row->coef[2];
-            sums->x += t * row->coef[0];
-            sums->accel += t * row->coef[1];
-            sums->input += t * row->coef[2];
-            wm += w1 + w2;
-            tm += t1 + t2;
-        }
-        sums->xx += block->half[end] * (block->half[end] * wm + 2.0 * px);
-        sums->xu += pu * block->half[end];
-        sums->xc += pc * block->half[end];
-        sums->x += tm * block->half[end];
-        if (end) {
-            add_end(all, sums, block->length);
-            add_end_gradient(all, sums, block->length);
-        } else {
-            add_start(all, sums);
-            add_start_gradient(all, sums);
-        }
-    }
+    struct sums first = {0};
+    gather_jerk_end(problem, i, 0, block, &first, least);
+    add_start(all, &first);
+    add_start_gradient(all, &first);
+    struct sums last = {0};
+    gather_jerk_end(problem, i, 1, block, &last, least);
+    add_end(all, &last, block->length);
+    add_end_gradient(all, &last, block->length);
+}
+
+/* Adds an acceleration row's Hessian and gradient by the state that it reads.
+ */
+static inline void add_acc(struct sums *sums,
+                           two_sided *row,
+                           vec form,
+                           vec least) {
+    const vec value[2] = {form, -form};
+    vec weight[2], gradient[2];
+    sides(row, value, set1(1.0), least, weight, gradient);
+    vec both = weight[0] + weight[1];
+    vec t = gradient[0] - gradient[1];
+    sums->xx += both * row->coef[0] * row->coef[0];
+    sums->xu += both * row->coef[0] * row->coef[1];
+    sums->uu += both * row->coef[1] * row->coef[1];
+    sums->x += t * row->coef[0];
+    sums->accel += t * row->coef[1];
 }
 
 static void gather_mid(const struct problem *problem,
@@ -134,42 +208,12 @@ static void gather_mid(const struct problem *problem,
                        const struct block *block,
                        struct totals *all,
                        vec least) {
-    const vec one = set1(1.0);
     vec x, accel;
     struct sums sums = {0};
-    two_sided *row = &problem->mid[i * problem->axes];
-    middle_state(block->length,
-                 block->x[0],
-                 block->accel[0],
-                 block->input,
-                 &x,
-                 &accel);
+    two_sided *row = mid_rows_of(problem, i);
+    middle_of(block->length, block->x, block->accel, block->input, &x, &accel);
     for (int axis = 0; axis < problem->axes; axis++, row++) {
-        vec value = row->coef[0] * x + row->coef[1] * accel;
-        vec t1, t2;
-        vec w1 = side(value,
-                      one,
-                      row->slack[0],
-                      &row->dual[0],
-                      least,
-                      &row->inverse[0],
-                      &row->residual[0],
-                      &t1);
-        vec w2 = side(-value,
-                      one,
-                      row->slack[1],
-                      &row->dual[1],
-                      least,
-                      &row->inverse[1],
-                      &row->residual[1],
-                      &t2);
-        vec weight = w1 + w2;
-        vec t = t1 - t2;
-        sums.xx += weight * row->coef[0] * row->coef[0];
-        sums.xu += weight * row->coef[0] * row->coef[1];
-        sums.uu += weight * row->coef[1] * row->coef[1];
-        sums.x += t * row->coef[0];
-        sums.accel += t * row->coef[1];
+        add_acc(&sums, row, acc_value(row, x, accel), least);
     }
     add_middle(all, &sums, block->length);
     add_middle_gradient(all, &sums, block->length);
@@ -180,45 +224,39 @@ static void gather_acc(const struct problem *problem,
                        const struct block *block,
                        struct totals *totals,
                        vec least) {
-    const vec one = set1(1.0);
-    two_sided *row = &problem->acc[i * problem->acc_sets * problem->axes];
-    for (int axis = 0; axis < problem->acc_sets * problem->axes;
-         axis++, row++) {
-        vec value = row->coef[0] * block->x[0] + row->coef[1] * block->accel[0];
-        vec t1, t2;
-        vec w1 = side(value,
-                      one,
-                      row->slack[0],
-                      &row->dual[0],
-                      least,
-                      &row->inverse[0],
-                      &row->residual[0],
-                      &t1);
-        vec w2 = side(-value,
-                      one,
-                      row->slack[1],
-                      &row->dual[1],
-                      least,
-                      &row->inverse[1],
-                      &row->residual[1],
-                      &t2);
-        vec weight = w1 + w2;
-        vec t = t1 - t2;
-        totals->xx += weight * row->coef[0] * row->coef[0];
-        totals->xu += weight * row->coef[0] * row->coef[1];
-        totals->uu += weight * row->coef[1] * row->coef[1];
-        totals->x += t * row->coef[0];
-        totals->accel += t * row->coef[1];
+    int rows = problem->acc_sets * problem->axes;
+    two_sided *row = acc_rows_of(problem, i);
+    struct sums sums = {.xx = totals->xx,
+                        .xu = totals->xu,
+                        .uu = totals->uu,
+                        .x = totals->x,
+                        .accel = totals->accel};
+    for (int k = 0; k < rows; k++, row++) {
+        vec form = acc_value(row, block->x[0], block->accel[0]);
+        add_acc(&sums, row, form, least);
     }
+    totals->xx = sums.xx;
+    totals->xu = sums.xu;
+    totals->uu = sums.uu;
+    totals->x = sums.x;
+    totals->accel = sums.accel;
 }
 
-static inline vec one_value(const struct one_sided *row,
-                            vec x,
-                            vec accel,
-                            vec c0,
-                            vec c1) {
-    return row->coef[0] * x + row->coef[1] * accel + row->coef[2] * c0
-           + row->coef[3] * c1;
+/* Adds what a row has by the inputs; `coef`: of both of them. */
+static inline void add_input_row(struct totals *totals,
+                                 const vec *coef,
+                                 vec wx,
+                                 vec wu,
+                                 vec weight,
+                                 vec t) {
+    for (int k = 0; k < 2; k++) {
+        totals->xc[k] += wx * coef[k];
+        totals->uc[k] += wu * coef[k];
+        totals->input[k] += t * coef[k];
+    }
+    totals->cc[0] += weight * coef[0] * coef[0];
+    totals->cc[1] += weight * coef[0] * coef[1];
+    totals->cc[2] += weight * coef[1] * coef[1];
 }
 
 static void gather_one(const struct problem *problem,
@@ -226,13 +264,9 @@ static void gather_one(const struct problem *problem,
                        const struct block *block,
                        struct totals *totals,
                        vec least) {
-    struct one_sided *row = &problem->one[i * ONE_SIDED_ROWS];
-    for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, row++) {
-        vec value = one_value(row,
-                              block->x[0],
-                              block->accel[0],
-                              block->input[0],
-                              block->input[1]);
+    struct one_sided *row = one_rows_of(problem, i);
+    for (int k = 0; k < ONE_SIDED_ROWS; k++, row++) {
+        vec value = one_value(row, block->x[0], block->accel[0], block->input);
         vec t;
         vec weight = side(value,
                           row->bound,
@@ -249,17 +283,9 @@ static void gather_one(const struct problem *problem,
         totals->uu += wu * row->coef[1];
         totals->x += t * row->coef[0];
         totals->accel += t * row->coef[1];
-        if (axis < FIRST_C_ROW) {
-            continue;
+        if (k >= FIRST_C_ROW) {
+            add_input_row(totals, row->coef + 2, wx, wu, weight, t);
         }
-        for (int count = 0; count < 2; count++) {
-            totals->xc[count] += wx * row->coef[2 + count];
-            totals->uc[count] += wu * row->coef[2 + count];
-            totals->input[count] += t * row->coef[2 + count];
-        }
-        totals->cc[0] += weight * row->coef[2] * row->coef[2];
-        totals->cc[1] += weight * row->coef[2] * row->coef[3];
-        totals->cc[2] += weight * row->coef[3] * row->coef[3];
     }
 }
 

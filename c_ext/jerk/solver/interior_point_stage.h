@@ -20,7 +20,8 @@ static inline vec vmax(vec a, vec other) {
     return (vec)((mask & (ivec)a) | (~mask & (ivec)other));
 }
 static double top(vec v) {
-    return fmax(fmax(v[0], v[1]), fmax(v[2], v[3]));
+    double front = fmax(v[0], v[1]);
+    return fmax(front, fmax(v[2], v[3]));
 }
 static double sum(vec v) {
     return (v[0] + v[1]) + (v[2] + v[3]);
@@ -123,6 +124,16 @@ static inline void middle_state(vec length,
     *xm = x + length * accel
           + length * length * (5.0 * input[0] + input[1]) / 24.0;
     *um = accel + 0.5 * length * input[0];
+}
+
+/* The same of states whose index 0 is the start. */
+static inline void middle_of(vec length,
+                             const vec x[2],
+                             const vec accel[2],
+                             const vec input[2],
+                             vec *xm,
+                             vec *um) {
+    middle_state(length, x[0], accel[0], input, xm, um);
 }
 
 static inline void add_middle(struct totals *totals,

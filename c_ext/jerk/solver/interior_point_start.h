@@ -11,9 +11,10 @@ static void set_scale(struct problem *problem) {
         if (problem->on[k] == 0.0) {
             continue;
         }
-        problem->root[0][k] = sqrt(fmax(problem->guess[k], problem->x[k]));
-        problem->root[1][k] =
-            sqrt(fmax(problem->guess[k + 1], problem->x[k + 1]));
+        const double *guess = problem->guess + k;
+        const double *x = problem->x + k;
+        problem->root[0][k] = sqrt(fmax(guess[0], x[0]));
+        problem->root[1][k] = sqrt(fmax(guess[1], x[1]));
     }
 }
 
@@ -31,65 +32,71 @@ static inline void jerk_sides(const struct block *block,
     vec tangent = block->half[end] * block->x[end];
     vec value =
         block->root[end]
-        * (row->coef[0] * block->x[end] + row->coef[1] * block->accel[end]
-           + row->coef[2] * block->input[end]);
+        * jerk_value(row, block->x[end], block->accel[end], block->input[end]);
     side[0] = tangent + value;
     side[1] = tangent - value;
+}
+
+static inline void start_sides(two_sided *row,
+                               const vec value[2],
+                               vec bound,
+                               double mu) {
+    for (int k = 0; k < 2; k++) {
+        vec *dual = &row->dual[k];
+        start_side(value[k], bound, mu, &row->slack[k], dual);
+    }
+}
+
+static void start_jerk(const struct problem *problem,
+                       int i,
+                       const struct block *block,
+                       double mu) {
+    for (int end = 0; end < 2; end++) {
+        two_sided *row = jerk_rows_of(problem, i, end);
+        for (int axis = 0; axis < problem->axes; axis++, row++) {
+            vec value[2];
+            jerk_sides(block, end, row, value);
+            start_sides(row, value, block->bound[end], mu);
+        }
+    }
+}
+
+/* So many acceleration rows that read the state (x, accel). */
+static void start_acc(two_sided *row, int count, vec x, vec accel, double mu) {
+    for (int k = 0; k < count; k++, row++) {
+        vec form = acc_value(row, x, accel);
+        const vec value[2] = {form, -form};
+        start_sides(row, value, set1(1.0), mu);
+    }
+}
+
+static void start_one(const struct problem *problem,
+                      int i,
+                      const struct block *block,
+                      double mu) {
+    struct one_sided *row = one_rows_of(problem, i);
+    for (int k = 0; k < ONE_SIDED_ROWS; k++, row++) {
+        vec value = one_value(row, block->x[0], block->accel[0], block->input);
+        start_side(value, row->bound, mu, &row->slack, &row->dual);
+    }
 }
 
 /* Slacks of the guess, kept off the boundary, and multipliers on the central
  * path. */
 static void start(struct problem *problem, double mu) {
+    int axes = problem->axes;
     for (int i = 0; i < problem->blocks; i++) {
         struct block block = block_at(problem, i);
-        for (int end = 0; end < 2; end++) {
-            two_sided *row =
-                &problem->jerk[i * 2 * problem->axes + end * problem->axes];
-            for (int axis = 0; axis < problem->axes; axis++, row++) {
-                vec side[2];
-                jerk_sides(&block, end, row, side);
-                for (int count = 0; count < 2; count++) {
-                    start_side(side[count],
-                               block.bound[end],
-                               mu,
-                               &row->slack[count],
-                               &row->dual[count]);
-                }
-            }
-        }
-        two_sided *row = &problem->acc[i * problem->acc_sets * problem->axes];
-        for (int axis = 0; axis < problem->acc_sets * problem->axes;
-             axis++, row++) {
-            vec value =
-                row->coef[0] * block.x[0] + row->coef[1] * block.accel[0];
-            start_side(value, set1(1.0), mu, &row->slack[0], &row->dual[0]);
-            start_side(-value, set1(1.0), mu, &row->slack[1], &row->dual[1]);
-        }
-        vec xm, um;
-        middle_state(block.length,
-                     block.x[0],
-                     block.accel[0],
-                     block.input,
-                     &xm,
-                     &um);
-        row = &problem->mid[i * problem->axes];
-        for (int axis = 0; axis < problem->axes; axis++, row++) {
-            vec value = row->coef[0] * xm + row->coef[1] * um;
-            start_side(value, set1(1.0), mu, &row->slack[0], &row->dual[0]);
-            start_side(-value, set1(1.0), mu, &row->slack[1], &row->dual[1]);
-        }
-        struct one_sided *one = &problem->one[i * ONE_SIDED_ROWS];
-        for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, one++) {
-            start_side(one_value(one,
-                                 block.x[0],
-                                 block.accel[0],
-                                 block.input[0],
-                                 block.input[1]),
-                       one->bound,
-                       mu,
-                       &one->slack,
-                       &one->dual);
-        }
+        start_jerk(problem, i, &block, mu);
+        start_acc(acc_rows_of(problem, i),
+                  problem->acc_sets * axes,
+                  block.x[0],
+                  block.accel[0],
+                  mu);
+        vec x, accel;
+        middle_of(block.length, block.x, block.accel, block.input, &x, &accel);
+        start_acc(mid_rows_of(problem, i), axes, x, accel, mu);
+        start_one(problem, i, &block, mu);
     }
 }
 
@@ -99,8 +106,7 @@ static void reopen(struct problem *problem) {
     for (int i = 0; i < problem->blocks; i++) {
         struct block block = block_at(problem, i);
         for (int end = 0; end < 2; end++) {
-            two_sided *row =
-                &problem->jerk[i * 2 * problem->axes + end * problem->axes];
+            two_sided *row = jerk_rows_of(problem, i, end);
             for (int axis = 0; axis < problem->axes; axis++, row++) {
                 vec side[2];
                 jerk_sides(&block, end, row, side);

@@ -33,6 +33,22 @@ static inline void side_predict(vec dq,
     scan->dsdl += step * dual_step;
 }
 
+/* Both sides of a row; the corrector's ds dl / s waits in dual_step. */
+static inline void predict_sides(two_sided *row,
+                                 const vec dq[2],
+                                 struct scan *scan) {
+    for (int k = 0; k < 2; k++) {
+        side_predict(dq[k],
+                     row->residual[k],
+                     row->slack[k],
+                     row->dual[k],
+                     row->inverse[k],
+                     scan,
+                     &row->slack_step[k],
+                     &row->dual_step[k]);
+    }
+}
+
 /* Adds to the gradients of corrector (k) and centring (z). */
 static inline void two_gradients(const vec *coef,
                                  vec t,
@@ -69,6 +85,38 @@ static inline struct change change_at(const struct problem *problem,
     return change;
 }
 
+static void predict_jerk_end(struct problem *problem,
+                             int i,
+                             int end,
+                             const struct block *block,
+                             const struct change *dz,
+                             struct scan *scan,
+                             struct sums *corr,
+                             struct sums *cent) {
+    two_sided *row = jerk_rows_of(problem, i, end);
+    vec root = block->root[end];
+    vec tm = {0};
+    vec zm = {0};
+    vec dm = block->half[end] * dz->x[end];
+    for (int axis = 0; axis < problem->axes; axis++, row++) {
+        vec form =
+            root * jerk_value(row, dz->x[end], dz->accel[end], dz->input[end]);
+        const vec dq[2] = {dm + form, dm - form};
+        predict_sides(row, dq, scan);
+        const vec *step = row->dual_step;
+        const vec *inverse = row->inverse;
+        two_gradients(row->coef,
+                      root * (step[1] - step[0]),
+                      root * (inverse[0] - inverse[1]),
+                      corr,
+                      cent);
+        tm -= step[0] + step[1];
+        zm += inverse[0] + inverse[1];
+    }
+    corr->x += tm * block->half[end];
+    cent->x += zm * block->half[end];
+}
+
 static void predict_jerk(struct problem *problem,
                          int i,
                          const struct block *block,
@@ -76,57 +124,15 @@ static void predict_jerk(struct problem *problem,
                          struct scan *scan,
                          struct totals *corr,
                          struct totals *cent) {
-    for (int end = 0; end < 2; end++) {
-        struct sums one = {0};
-        struct sums two = {0};
-        two_sided *row =
-            &problem->jerk[i * 2 * problem->axes + end * problem->axes];
-        vec root = block->root[end];
-        vec tm = {0};
-        vec zm = {0};
-        vec dm = block->half[end] * dz->x[end];
-        for (int axis = 0; axis < problem->axes; axis++, row++) {
-            vec dq =
-                root
-                * (row->coef[0] * dz->x[end] + row->coef[1] * dz->accel[end]
-                   + row->coef[2] * dz->input[end]);
-            vec k1, k2;
-            side_predict(dm + dq,
-                         row->residual[0],
-                         row->slack[0],
-                         row->dual[0],
-                         row->inverse[0],
-                         scan,
-                         &row->slack_step[0],
-                         &k1);
-            side_predict(dm - dq,
-                         row->residual[1],
-                         row->slack[1],
-                         row->dual[1],
-                         row->inverse[1],
-                         scan,
-                         &row->slack_step[1],
-                         &k2);
-            row->dual_step[0] = k1;
-            row->dual_step[1] = k2;
-            two_gradients(row->coef,
-                          root * (k2 - k1),
-                          root * (row->inverse[0] - row->inverse[1]),
-                          &one,
-                          &two);
-            tm -= k1 + k2;
-            zm += row->inverse[0] + row->inverse[1];
-        }
-        one.x += tm * block->half[end];
-        two.x += zm * block->half[end];
-        if (end) {
-            add_end_gradient(corr, &one, block->length);
-            add_end_gradient(cent, &two, block->length);
-        } else {
-            add_start_gradient(corr, &one);
-            add_start_gradient(cent, &two);
-        }
-    }
+    struct sums one = {0};
+    struct sums two = {0};
+    predict_jerk_end(problem, i, 0, block, dz, scan, &one, &two);
+    add_start_gradient(corr, &one);
+    add_start_gradient(cent, &two);
+    one = two = (struct sums){0};
+    predict_jerk_end(problem, i, 1, block, dz, scan, &one, &two);
+    add_end_gradient(corr, &one, block->length);
+    add_end_gradient(cent, &two, block->length);
 }
 
 static void predict_acc(struct problem *problem,
@@ -135,30 +141,13 @@ static void predict_acc(struct problem *problem,
                         struct scan *scan,
                         struct totals *corr,
                         struct totals *cent) {
-    two_sided *row = &problem->acc[i * problem->acc_sets * problem->axes];
-    for (int axis = 0; axis < problem->acc_sets * problem->axes;
-         axis++, row++) {
-        vec dq = row->coef[0] * dz->x[0] + row->coef[1] * dz->accel[0];
-        vec k1, k2;
-        side_predict(dq,
-                     row->residual[0],
-                     row->slack[0],
-                     row->dual[0],
-                     row->inverse[0],
-                     scan,
-                     &row->slack_step[0],
-                     &k1);
-        side_predict(-dq,
-                     row->residual[1],
-                     row->slack[1],
-                     row->dual[1],
-                     row->inverse[1],
-                     scan,
-                     &row->slack_step[1],
-                     &k2);
-        row->dual_step[0] = k1;
-        row->dual_step[1] = k2;
-        vec t = k2 - k1;
+    int rows = problem->acc_sets * problem->axes;
+    two_sided *row = acc_rows_of(problem, i);
+    for (int k = 0; k < rows; k++, row++) {
+        vec form = acc_value(row, dz->x[0], dz->accel[0]);
+        const vec dq[2] = {form, -form};
+        predict_sides(row, dq, scan);
+        vec t = row->dual_step[1] - row->dual_step[0];
         vec z = row->inverse[0] - row->inverse[1];
         corr->x += t * row->coef[0];
         corr->accel += t * row->coef[1];
@@ -174,34 +163,17 @@ static void predict_mid(struct problem *problem,
                         struct scan *scan,
                         struct totals *corr,
                         struct totals *cent) {
-    two_sided *row = &problem->mid[i * problem->axes];
+    two_sided *row = mid_rows_of(problem, i);
     struct sums one = {0};
     struct sums two = {0};
     vec x, accel;
-    middle_state(block->length, dz->x[0], dz->accel[0], dz->input, &x, &accel);
+    middle_of(block->length, dz->x, dz->accel, dz->input, &x, &accel);
     for (int axis = 0; axis < problem->axes; axis++, row++) {
-        vec dq = row->coef[0] * x + row->coef[1] * accel;
-        vec k1, k2;
-        side_predict(dq,
-                     row->residual[0],
-                     row->slack[0],
-                     row->dual[0],
-                     row->inverse[0],
-                     scan,
-                     &row->slack_step[0],
-                     &k1);
-        side_predict(-dq,
-                     row->residual[1],
-                     row->slack[1],
-                     row->dual[1],
-                     row->inverse[1],
-                     scan,
-                     &row->slack_step[1],
-                     &k2);
-        row->dual_step[0] = k1;
-        row->dual_step[1] = k2;
+        vec form = acc_value(row, x, accel);
+        const vec dq[2] = {form, -form};
+        predict_sides(row, dq, scan);
         two_gradients(row->coef,
-                      k2 - k1,
+                      row->dual_step[1] - row->dual_step[0],
                       row->inverse[0] - row->inverse[1],
                       &one,
                       &two);
@@ -216,10 +188,9 @@ static void predict_one(struct problem *problem,
                         struct scan *scan,
                         struct totals *corr,
                         struct totals *cent) {
-    struct one_sided *row = &problem->one[i * ONE_SIDED_ROWS];
+    struct one_sided *row = one_rows_of(problem, i);
     for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, row++) {
-        vec dq =
-            one_value(row, dz->x[0], dz->accel[0], dz->input[0], dz->input[1]);
+        vec dq = one_value(row, dz->x[0], dz->accel[0], dz->input);
         vec k1;
         side_predict(dq,
                      row->residual,
@@ -234,9 +205,9 @@ static void predict_one(struct problem *problem,
         corr->accel -= k1 * row->coef[1];
         cent->x += row->inverse * row->coef[0];
         cent->accel += row->inverse * row->coef[1];
-        for (int count = 0; count < 2; count++) {
-            corr->input[count] -= k1 * row->coef[2 + count];
-            cent->input[count] += row->inverse * row->coef[2 + count];
+        for (int k = 0; k < 2; k++) {
+            corr->input[k] -= k1 * row->coef[2 + k];
+            cent->input[k] += row->inverse * row->coef[2 + k];
         }
     }
 }
@@ -284,7 +255,6 @@ static void combine(struct problem *problem, double sigma_mu) {
 /* The combined step of one side; `dl` holds the corrector's ds dl / s. */
 static inline void side_correct(vec dq,
                                 vec residual,
-                                vec slack,
                                 vec dual,
                                 vec inverse,
                                 vec mu,
@@ -297,106 +267,94 @@ static inline void side_correct(vec dq,
     *dual_step = dual_change;
     scan->ps = vmax(scan->ps, -step * inverse);
     scan->pl = vmax(scan->pl, -dual_change / dual);
-    (void)slack;
+}
+
+static inline void correct_sides(two_sided *row,
+                                 const vec dq[2],
+                                 vec mu,
+                                 struct scan *scan) {
+    for (int k = 0; k < 2; k++) {
+        side_correct(dq[k],
+                     row->residual[k],
+                     row->dual[k],
+                     row->inverse[k],
+                     mu,
+                     scan,
+                     &row->slack_step[k],
+                     &row->dual_step[k]);
+    }
+}
+
+static void correct_jerk(struct problem *problem,
+                         int i,
+                         const struct change *dz,
+                         vec mu,
+                         struct scan *scan) {
+    const struct block *block = &problem->block[i];
+    for (int end = 0; end < 2; end++) {
+        two_sided *row = jerk_rows_of(problem, i, end);
+        vec dm = block->half[end] * dz->x[end];
+        for (int axis = 0; axis < problem->axes; axis++, row++) {
+            vec form =
+                block->root[end]
+                * jerk_value(row, dz->x[end], dz->accel[end], dz->input[end]);
+            const vec dq[2] = {dm + form, dm - form};
+            correct_sides(row, dq, mu, scan);
+        }
+    }
+}
+
+/* So many acceleration rows, for the change (x, accel) of the state they read.
+ */
+static inline void correct_acc(two_sided *row,
+                               int count,
+                               vec x,
+                               vec accel,
+                               vec mu,
+                               struct scan *scan) {
+    for (int k = 0; k < count; k++, row++) {
+        vec form = acc_value(row, x, accel);
+        const vec dq[2] = {form, -form};
+        correct_sides(row, dq, mu, scan);
+    }
+}
+
+static void correct_one(struct problem *problem,
+                        int i,
+                        const struct change *dz,
+                        vec mu,
+                        struct scan *scan) {
+    struct one_sided *row = one_rows_of(problem, i);
+    for (int k = 0; k < ONE_SIDED_ROWS; k++, row++) {
+        side_correct(one_value(row, dz->x[0], dz->accel[0], dz->input),
+                     row->residual,
+                     row->dual,
+                     row->inverse,
+                     mu,
+                     scan,
+                     &row->slack_step,
+                     &row->dual_step);
+    }
 }
 
 static struct scan correct(struct problem *problem, double sigma_mu) {
     struct scan scan = {0};
     const vec mu = set1(sigma_mu);
+    int axes = problem->axes;
     for (int i = 0; i < problem->blocks; i++) {
-        int k = i * LANES;
-        const struct block bl = problem->block[i];
-        const struct change dz = change_at(problem, k, bl.length);
-        for (int end = 0; end < 2; end++) {
-            two_sided *row =
-                &problem->jerk[i * 2 * problem->axes + end * problem->axes];
-            vec dm = bl.half[end] * dz.x[end];
-            for (int axis = 0; axis < problem->axes; axis++, row++) {
-                vec dq =
-                    bl.root[end]
-                    * (row->coef[0] * dz.x[end] + row->coef[1] * dz.accel[end]
-                       + row->coef[2] * dz.input[end]);
-                side_correct(dm + dq,
-                             row->residual[0],
-                             row->slack[0],
-                             row->dual[0],
-                             row->inverse[0],
-                             mu,
-                             &scan,
-                             &row->slack_step[0],
-                             &row->dual_step[0]);
-                side_correct(dm - dq,
-                             row->residual[1],
-                             row->slack[1],
-                             row->dual[1],
-                             row->inverse[1],
-                             mu,
-                             &scan,
-                             &row->slack_step[1],
-                             &row->dual_step[1]);
-            }
-        }
-        two_sided *row = &problem->acc[i * problem->acc_sets * problem->axes];
-        for (int axis = 0; axis < problem->acc_sets * problem->axes;
-             axis++, row++) {
-            vec dq = row->coef[0] * dz.x[0] + row->coef[1] * dz.accel[0];
-            side_correct(dq,
-                         row->residual[0],
-                         row->slack[0],
-                         row->dual[0],
-                         row->inverse[0],
-                         mu,
-                         &scan,
-                         &row->slack_step[0],
-                         &row->dual_step[0]);
-            side_correct(-dq,
-                         row->residual[1],
-                         row->slack[1],
-                         row->dual[1],
-                         row->inverse[1],
-                         mu,
-                         &scan,
-                         &row->slack_step[1],
-                         &row->dual_step[1]);
-        }
-        vec xm, um;
-        middle_state(bl.length, dz.x[0], dz.accel[0], dz.input, &xm, &um);
-        row = &problem->mid[i * problem->axes];
-        for (int axis = 0; axis < problem->axes; axis++, row++) {
-            vec dq = row->coef[0] * xm + row->coef[1] * um;
-            side_correct(dq,
-                         row->residual[0],
-                         row->slack[0],
-                         row->dual[0],
-                         row->inverse[0],
-                         mu,
-                         &scan,
-                         &row->slack_step[0],
-                         &row->dual_step[0]);
-            side_correct(-dq,
-                         row->residual[1],
-                         row->slack[1],
-                         row->dual[1],
-                         row->inverse[1],
-                         mu,
-                         &scan,
-                         &row->slack_step[1],
-                         &row->dual_step[1]);
-        }
-        struct one_sided *one = &problem->one[i * ONE_SIDED_ROWS];
-        for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, one++) {
-            vec dq =
-                one_value(one, dz.x[0], dz.accel[0], dz.input[0], dz.input[1]);
-            side_correct(dq,
-                         one->residual,
-                         one->slack,
-                         one->dual,
-                         one->inverse,
-                         mu,
-                         &scan,
-                         &one->slack_step,
-                         &one->dual_step);
-        }
+        vec length = problem->block[i].length;
+        const struct change dz = change_at(problem, i * LANES, length);
+        correct_jerk(problem, i, &dz, mu, &scan);
+        correct_acc(acc_rows_of(problem, i),
+                    problem->acc_sets * axes,
+                    dz.x[0],
+                    dz.accel[0],
+                    mu,
+                    &scan);
+        vec x, accel;
+        middle_of(length, dz.x, dz.accel, dz.input, &x, &accel);
+        correct_acc(mid_rows_of(problem, i), axes, x, accel, mu, &scan);
+        correct_one(problem, i, &dz, mu, &scan);
     }
     return scan;
 }

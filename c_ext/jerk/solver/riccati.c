@@ -27,7 +27,8 @@ static struct cost_to_go factor_terminal(struct problem *problem,
     const struct stage_cost *cost = &problem->cost;
     double xc = cost->xc[0][k] + cost->xc[1][k];
     double uc = cost->uc[0][k] + cost->uc[1][k];
-    double cc = cost->cc[0][k] + 2.0 * cost->cc[1][k] + cost->cc[2][k];
+    double cc = cost->cc[0][k] + 2.0 * cost->cc[1][k];
+    cc = cc + cost->cc[2][k];
     double axx = 1.0 + length * length * kx;
     double axu = 2.0 * length + length * length * ku;
     double aux = length * kx;
@@ -64,11 +65,15 @@ static bool factor_stage(struct problem *problem,
         px[i] = to_go->xx * bx[i] + to_go->xu * along;
         pu[i] = to_go->xu * bx[i] + to_go->uu * along;
         sx[i] = cost->xc[i][k] + px[i];
-        su[i] = cost->uc[i][k] + 2.0 * length * px[i] + pu[i];
+        double before = cost->uc[i][k] + 2.0 * length * px[i];
+        su[i] = before + pu[i];
     }
-    double r00 = cost->cc[0][k] + bx[0] * px[0] + along * pu[0];
-    double r01 = cost->cc[1][k] + bx[0] * px[1] + along * pu[1];
-    double r11 = cost->cc[2][k] + bx[1] * px[1] + along * pu[1];
+    double cc00 = cost->cc[0][k];
+    double cc01 = cost->cc[1][k];
+    double cc11 = cost->cc[2][k];
+    double r00 = cc00 + bx[0] * px[0] + along * pu[0];
+    double r01 = cc01 + bx[0] * px[1] + along * pu[1];
+    double r11 = cc11 + bx[1] * px[1] + along * pu[1];
     double det = r00 * r11 - r01 * r01;
     if (!(r00 > 0.0) || !(det > 0.0)) {
         return false;
@@ -76,18 +81,23 @@ static bool factor_stage(struct problem *problem,
     double i00 = r11 / det;
     double i01 = -r01 / det;
     double i11 = r00 / det;
-    double kx[2] = {-(i00 * sx[0] + i01 * sx[1]), -(i01 * sx[0] + i11 * sx[1])};
-    double ku[2] = {-(i00 * su[0] + i01 * su[1]), -(i01 * su[0] + i11 * su[1])};
+    double kx[2], ku[2];
+    kx[0] = -(i00 * sx[0] + i01 * sx[1]);
+    kx[1] = -(i01 * sx[0] + i11 * sx[1]);
+    ku[0] = -(i00 * su[0] + i01 * su[1]);
+    ku[1] = -(i01 * su[0] + i11 * su[1]);
+    double twice = 2.0 * length;
     problem->gain[k] =
         (struct gain){.length = length,
                       .kx = {kx[0], kx[1]},
                       .ku = {ku[0], ku[1]},
                       .inverse = {i00, i01, i11},
                       .xx = 1.0 + bx[0] * kx[0] + bx[1] * kx[1],
-                      .xu = 2.0 * length + bx[0] * ku[0] + bx[1] * ku[1],
+                      .xu = twice + bx[0] * ku[0] + bx[1] * ku[1],
                       .ux = along * (kx[0] + kx[1]),
                       .uu = 1.0 + along * (ku[0] + ku[1])};
-    double xx = cost->xx[k] + to_go->xx + sx[0] * kx[0] + sx[1] * kx[1];
+    double xx = cost->xx[k] + to_go->xx;
+    xx = xx + sx[0] * kx[0] + sx[1] * kx[1];
     double xu = cost->xu[k] + 2.0 * length * to_go->xx + to_go->xu
                 + sx[0] * ku[0] + sx[1] * ku[1];
     double uu = cost->uu[k] + 4.0 * length * length * to_go->xx
@@ -101,14 +111,17 @@ static bool factor_stage(struct problem *problem,
 bool riccati_factor(struct problem *problem) {
     const struct stage_cost *cost = &problem->cost;
     int last = problem->count - 1;
-    struct cost_to_go to_go = {cost->xx[last], cost->xu[last], cost->uu[last]};
+    struct cost_to_go to_go;
+    to_go.xx = cost->xx[last];
+    to_go.xu = cost->xu[last];
+    to_go.uu = cost->uu[last];
     to_go = factor_terminal(problem, to_go);
     for (int k = last - 2; k >= problem->first; k--) {
         if (!factor_stage(problem, k, &to_go)) {
             return false;
         }
     }
-    if (problem->rest_start) {
+    if (problem->from_standstill) {
         double t = 1.5 * problem->lengths[0];
         problem->start_cost = t * t * to_go.xx + 2.0 * t * to_go.xu + to_go.uu;
         if (!(problem->start_cost > 0.0)) {
@@ -116,6 +129,16 @@ bool riccati_factor(struct problem *problem) {
         }
     }
     return isfinite(to_go.xx) && isfinite(to_go.uu);
+}
+
+/* Gradient of the cost to go ahead of a stage, by x and by the acceleration. */
+static inline double x_before(const struct gain *gain, double px, double pu) {
+    return gain->xx * px + gain->ux * pu;
+}
+static inline double accel_before(const struct gain *gain,
+                                  double px,
+                                  double pu) {
+    return gain->xu * px + gain->uu * pu;
 }
 
 /* Backwards: the gradients of the cost to go, x and u, at stage b->first.  What
@@ -130,11 +153,13 @@ static void gather_gradients(struct problem *problem,
     double pu = gradient->accel[last];
     double input = gradient->input[0][k] + gradient->input[1][k];
     const struct gain *gain = &problem->gain[k];
-    double nx =
-        gradient->x[k] + gain->kx[0] * input + (gain->xx * px + gain->ux * pu);
-    pu = gradient->accel[k] + gain->ku[0] * input
-         + (gain->xu * px + gain->uu * pu);
+    double nx = gradient->x[k] + gain->kx[0] * input;
+    nx = nx + x_before(gain, px, pu);
+    double nu = gradient->accel[k] + gain->ku[0] * input;
+    pu = nu + accel_before(gain, px, pu);
     px = nx;
+    double *free_0 = problem->free[0];
+    double *free_1 = problem->free[1];
     for (k = last - 2; k >= problem->first; k--) {
         gain = &problem->gain[k];
         double g0 = gradient->input[0][k];
@@ -144,12 +169,13 @@ static void gather_gradients(struct problem *problem,
         double third = length * length * px / 3.0;
         double r0 = g0 + 2.0 * third + both;
         double r1 = g1 + third + both;
-        problem->free[0][k] = -(gain->inverse[0] * r0 + gain->inverse[1] * r1);
-        problem->free[1][k] = -(gain->inverse[1] * r0 + gain->inverse[2] * r1);
-        nx = gradient->x[k] + (gain->kx[0] * g0 + gain->kx[1] * g1)
-             + (gain->xx * px + gain->ux * pu);
-        pu = gradient->accel[k] + (gain->ku[0] * g0 + gain->ku[1] * g1)
-             + (gain->xu * px + gain->uu * pu);
+        const double *inverse = gain->inverse;
+        free_0[k] = -(inverse[0] * r0 + inverse[1] * r1);
+        free_1[k] = -(inverse[1] * r0 + inverse[2] * r1);
+        double by_x = gain->kx[0] * g0 + gain->kx[1] * g1;
+        double by_accel = gain->ku[0] * g0 + gain->ku[1] * g1;
+        nx = gradient->x[k] + by_x + x_before(gain, px, pu);
+        pu = gradient->accel[k] + by_accel + accel_before(gain, px, pu);
         px = nx;
     }
     *x = px;
@@ -163,14 +189,17 @@ void riccati_solve(struct problem *problem, const struct stage_grad *gradient) {
     double x = 0.0;
     double accel = 0.0;
     gather_gradients(problem, gradient, &px, &pu);
-    problem->dx[0] = problem->du[0] = problem->dc[0][0] = problem->dc[1][0] =
-        0.0;
-    if (problem->rest_start) {
+    problem->dx[0] = 0.0;
+    problem->du[0] = 0.0;
+    problem->dc[0][0] = 0.0;
+    problem->dc[1][0] = 0.0;
+    if (problem->from_standstill) {
         double t = 1.5 * problem->lengths[0];
         accel = -(t * px + pu) / problem->start_cost;
         x = t * accel;
     }
-    problem->free[0][last - 1] = problem->free[1][last - 1] = 0.0;
+    problem->free[0][last - 1] = 0.0;
+    problem->free[1][last - 1] = 0.0;
     for (int k = problem->first; k < last; k++) {
         const struct gain *gain = &problem->gain[k];
         double d0 = problem->free[0][k];
@@ -178,14 +207,18 @@ void riccati_solve(struct problem *problem, const struct stage_grad *gradient) {
         double length = gain->length;
         problem->dx[k] = x;
         problem->du[k] = accel;
-        problem->dc[0][k] = gain->kx[0] * x + gain->ku[0] * accel + d0;
-        problem->dc[1][k] = gain->kx[1] * x + gain->ku[1] * accel + d1;
+        const double *kx = gain->kx;
+        const double *ku = gain->ku;
+        problem->dc[0][k] = kx[0] * x + ku[0] * accel + d0;
+        problem->dc[1][k] = kx[1] * x + ku[1] * accel + d1;
         double nx = length * length * (2.0 * d0 + d1) / 3.0
                     + (gain->xx * x + gain->xu * accel);
-        accel = 0.5 * length * (d0 + d1) + (gain->ux * x + gain->uu * accel);
+        double fed_back = gain->ux * x + gain->uu * accel;
+        accel = 0.5 * length * (d0 + d1) + fed_back;
         x = nx;
     }
     problem->dx[last] = x;
     problem->du[last] = accel;
-    problem->dc[0][last] = problem->dc[1][last] = 0.0;
+    problem->dc[0][last] = 0.0;
+    problem->dc[1][last] = 0.0;
 }

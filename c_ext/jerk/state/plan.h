@@ -17,7 +17,7 @@ typedef struct plan {
     int count, next; /* next: first segment not handed out */
     int since;       /* handed out since it was planned */
     bool final;      /* converged: it need not be planned again */
-    bool rest_start,
+    bool from_standstill,
         stands;   /* starts at rest; ends where the axes must stand */
     uint64_t end; /* ring index of the first interval that it does not finish */
     double remaining; /* mm from `next` to the end */
@@ -34,7 +34,7 @@ typedef struct handed {
     uint64_t head, tag;
     double x, accel, input[2], length, time, jerk, snap, crackle, pop, offset;
     double at_x, at_u, behind_mm, behind_share, driven;
-    bool at_rest, rest_start;
+    bool at_standstill, from_standstill;
     uint8_t last;
 } handed;
 #endif

@@ -1,7 +1,7 @@
 /* The window's optimisation problem: states, inputs and rows of each stage.
  *
  * Scaled quantities: x = v^2/F^2, accel = a/F^2 and input = (d a/ds)/F^2, with
- * F the speed scale of the machine; docs/planner.md calls them x, u and c.
+ * F the speed scale of the machine; docs/explanation/planner.md calls them x, u and c.
  * Lengths stay mm.  Over an interval the input changes linearly from input[0]
  * to input[1], which are free: the jerk limit can hold at both ends.
  */
@@ -66,7 +66,7 @@ typedef struct problem {
         acc_sets; /* intervals; first stage with rows; blocks of LANES stages;
                      axes that move */
     int axis[JERK_AXES]; /* which they are */
-    bool rest_start;
+    bool from_standstill;
     double *lengths, *x, *accel, *input[2]; /* stages */
     double *dx, *du, *dc[2];
     double *guess;       /* knots: x the floors refer to */

@@ -49,20 +49,20 @@ typedef struct grid {
     double land_from, land_to; /* mm from the start: here a ramp down must not
                                   fall below the feed (empty: none) */
     int count, used, max;
-    bool rest_start,
+    bool from_standstill,
         stands; /* starts at rest; ends at a stand or at the end of the path */
 } grid;
 
 /* What the limits along an interval ask of the grid, mm. */
 typedef struct steps {
-    double longest, finest; /* planner interval; step at a standstill */
-    double least;           /* none need be shorter where nothing changes */
-    double rest; /* from or to rest: over so much of a line the jerk is constant
-                    in any case */
-    double bent_rest; /* over so much of a curve the axes follow a constant path
-                         jerk */
-    double turn, shortest; /* longest by what it turns, or by what a plan has
-                              shown; the shortest that this may come to */
+    double longest, finest;  /* planner interval; step at a standstill */
+    double least;            /* none need be shorter where nothing changes */
+    double line_standstill;  /* from or to rest: over so much of a line the jerk
+                     is constant in any case */
+    double curve_standstill; /* over so much of a curve the axes follow a
+                         constant path jerk */
+    double turn, shortest;   /* longest by what it turns, or by what a plan has
+                                shown; the shortest that this may come to */
     double bend, even; /* largest third derivative over the jerk limit, s3/mm3;
                           mm over which they change by so much */
     bool little;       /* it turns next to not at all */

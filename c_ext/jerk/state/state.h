@@ -28,7 +28,7 @@ struct jerk_planner {
     struct steps *steps; /* as `ring` */
     uint64_t head, tail,
         mask; /* intervals head..tail-1; the head one may be trimmed */
-    bool finished, hold, changed, at_rest;
+    bool finished, hold, changed, at_standstill;
     const uint64_t
         *gone; /* no plan is accepted once bit 0 is set; NULL: always */
     double feed_factor, rapid_factor;
@@ -77,6 +77,38 @@ static inline double jerk_max(const jerk_planner *planner,
                               const jerk_interval *interval,
                               int axis) {
     return planner->cfg.j_max[axis] * share_of(interval->jerk_share[axis]);
+}
+
+/* The same of two neighbours: the smaller one. */
+static inline double least_acc(const jerk_planner *planner,
+                               const jerk_interval *left,
+                               const jerk_interval *right,
+                               int axis) {
+    return fmin(acc_max(planner, left, axis), acc_max(planner, right, axis));
+}
+static inline double least_jerk(const jerk_planner *planner,
+                                const jerk_interval *left,
+                                const jerk_interval *right,
+                                int axis) {
+    return fmin(jerk_max(planner, left, axis), jerk_max(planner, right, axis));
+}
+
+/* How the first and the second derivative of an axis jump between neighbours.
+ */
+static inline double turn_of(const jerk_interval *left,
+                             const jerk_interval *right,
+                             int axis) {
+    return right->d1[0][axis] - left->d1[1][axis];
+}
+static inline double bend_of(const jerk_interval *left,
+                             const jerk_interval *right,
+                             int axis) {
+    return right->d2[0][axis] - left->d2[1][axis];
+}
+
+/* The larger magnitude. */
+static inline double larger(double one, double other) {
+    return fmax(fabs(one), fabs(other));
 }
 
 /* Speed that the operator and the program ask for over q, mm/s. */

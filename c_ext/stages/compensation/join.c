@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "stages/compensation/state.h"
+#include "stages/square.h"
 
 const int OFFSET_PLANE_AXES[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
 
@@ -36,7 +37,7 @@ static double distance(const nc_offset *offset,
         int is_main = i == offset->main_axis[0] || i == offset->main_axis[1]
                       || i == offset->main_axis[2];
         if (is_main == over_main) {
-            sum += (end[i] - offset->pos[i]) * (end[i] - offset->pos[i]);
+            sum += square(end[i] - offset->pos[i]);
         }
     }
     return sqrt(sum);
@@ -77,8 +78,11 @@ static nc_block row_like(const nc_offset *offset,
     set_end(offset, &row, end);
     row.type = NC_LINEAR;
     row.flags &= (uint16_t)~NC_EXACT_STOP;
-    row.radius = row.programmed_radius = row.angle = row.center[0] =
-        row.center[1] = 0.0;
+    row.radius = 0.0;
+    row.programmed_radius = 0.0;
+    row.angle = 0.0;
+    row.center[0] = 0.0;
+    row.center[1] = 0.0;
     row.plane = offset->plane;
     return row;
 }
@@ -149,8 +153,11 @@ static int finish_arc(nc_offset *offset,
     if (sweep * radius < OFFSET_DAMAGE_MM) { /* nothing is left in the plane */
         row->type = NC_LINEAR;
         row->plane = 0;
-        row->radius = row->programmed_radius = row->angle = row->center[0] =
-            row->center[1] = 0.0;
+        row->radius = 0.0;
+        row->programmed_radius = 0.0;
+        row->angle = 0.0;
+        row->center[0] = 0.0;
+        row->center[1] = 0.0;
     }
     return 0;
 }

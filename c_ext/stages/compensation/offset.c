@@ -172,8 +172,11 @@ static int change_side(nc_offset *offset, const nc_block *row) {
     if (row->type == NC_CIRCULAR) {
         line.type = NC_LINEAR;
         line.plane = 0;
-        line.radius = line.programmed_radius = line.angle = line.center[0] =
-            line.center[1] = 0.0;
+        line.radius = 0.0;
+        line.programmed_radius = 0.0;
+        line.angle = 0.0;
+        line.center[0] = 0.0;
+        line.center[1] = 0.0;
         offset->warning = NC_WARNING_LINEARIZED;
         offset->place = *row;
     }

@@ -4,12 +4,12 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "stages/contouring/state.h"
+#include "stages/contouring/corner.h"
+#include "stages/contouring/tuning.h"
 
-#define SHORTEST                                                               \
-    0.032            /* mm: shorter blocks are not rounded (message 120216)    \
-                      */
-#define NOTHING 1e-7 /* mm: what is left of a block is left out */
+#define CONTOUR_SKIPPED 16 /* short blocks between two rounded ones */
+#define CONTOUR_HELD 512   /* rows between two motions */
+#define CONTOUR_NUMBERS 65536
 
 typedef struct held_row {
     nc_block row;
@@ -65,8 +65,10 @@ void nc_contour_free(nc_contour *contour) {
 
 void nc_contour_resync(nc_contour *contour, const double *position) {
     memcpy(contour->at, position, sizeof contour->at);
-    contour->holding = contour->wait_behind = false;
-    contour->n_held = contour->n_skipped = 0;
+    contour->holding = false;
+    contour->wait_behind = false;
+    contour->n_held = 0;
+    contour->n_skipped = 0;
 }
 
 void nc_contour_set_wait(nc_contour *contour, int kind, int code, int how) {
@@ -101,10 +103,6 @@ int nc_contour_take_short(nc_contour *contour, nc_contour_short *out) {
     contour->n_short = 0;
     return count;
 }
-
-/* ---- output
- * -----------------------------------------------------------------------------------------------------
- */
 
 static bool grow(void **data, size_t *room, size_t need, size_t size) {
     if (need <= *room) {
@@ -164,7 +162,8 @@ void nc_contour_take(nc_contour *contour, nc_block *rows, double *pool) {
     if (contour->n_pool) {
         memcpy(pool, contour->pool, sizeof *pool * contour->n_pool);
     }
-    contour->n_rows = contour->n_pool = 0;
+    contour->n_rows = 0;
+    contour->n_pool = 0;
 }
 
 static void emit_block(nc_contour *contour, const struct leg *leg) {
@@ -182,17 +181,14 @@ static void release(nc_contour *contour) {
         emit(contour, &contour->held[i].row);
     }
     contour->holding = false;
-    contour->n_held = contour->n_skipped = 0;
+    contour->n_held = 0;
+    contour->n_skipped = 0;
 }
 
 static void hold(nc_contour *contour, const nc_block *row, int skipped) {
     contour->held[contour->n_held].row = *row;
     contour->held[contour->n_held++].skipped = skipped;
 }
-
-/* ---- corners
- * ----------------------------------------------------------------------------------------------------
- */
 
 static bool is_marker(const nc_block *row) {
     return row->type == NC_MARKER || row->type == NC_DISTANCE_RESET
@@ -246,7 +242,10 @@ static void emit_curve(nc_contour *contour,
     row.plane = 0;
     row.degree = 4;
     row.angle = 1.0;
-    row.center[0] = row.center[1] = row.radius = row.programmed_radius = 0.0;
+    row.center[0] = 0.0;
+    row.center[1] = 0.0;
+    row.radius = 0.0;
+    row.programmed_radius = 0.0;
     row.length = row.length_min = corner->length[half];
     row.n = number->n;
     row.line = number->line;
@@ -290,7 +289,8 @@ static void round_corner(nc_contour *contour,
     contour->stats.deviation =
         fmax(contour->stats.deviation, corner->deviation);
     contour->holding = false;
-    contour->n_held = contour->n_skipped = 0;
+    contour->n_held = 0;
+    contour->n_skipped = 0;
 }
 
 static bool moves_main(const nc_contour *contour, const struct leg *leg) {
@@ -390,10 +390,6 @@ static void take_motion(nc_contour *contour,
         emit_block(contour, &next);
     }
 }
-
-/* ---- rows that are no motion
- * ------------------------------------------------------------------------------------
- */
 
 static void set_mode(nc_contour *contour, const nc_block *row) {
     struct contour_mode *contour_mode = &contour->mode;

@@ -1,6 +1,6 @@
 /* Contouring: corners are replaced by two polynomials of degree 4 per axis (the
  * stage around it is cnc_core/geometry/contour.py, the mathematics is told in
- * docs/contouring.md).
+ * docs/explanation/contouring.md).
  *
  *   contouring.c         rows: which blocks meet in a corner, what stands
  * between them, what is written corner.c  one corner: corner distances, curve,

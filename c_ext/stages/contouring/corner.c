@@ -6,165 +6,12 @@
  * meet at t = s = 1 with the same position and three derivatives; with an
  * interim point with two.
  */
-#include "stages/contouring/contouring.h"
 #include <math.h>
 #include <string.h>
-#include "stages/contouring/state.h"
-
-#define TANGENTIAL 1e-6 /* rad */
-#define REVERSAL 3.09   /* rad: nearer to a reversal nothing is rounded */
-#define QUARTER 1.5707963267948966
-#define SAMPLES 8 /* per quartic */
-#define STEPS 48
-#define TARGET 0.9999 /* share of the allowed deviation that is aimed at */
-#define KEPT 1e-6     /* mm: corner distances below it are none */
-
-static bool is_main(const nc_contour_config *cfg, int axis) {
-    return axis == cfg->main_axis[0] || axis == cfg->main_axis[1]
-           || axis == cfg->main_axis[2];
-}
-
-/* ---- blocks
- * -----------------------------------------------------------------------------------------------------
- */
-
-void leg_set(const nc_contour_config *cfg,
-             struct leg *leg,
-             const nc_block *row,
-             const double *start) {
-    static const int planes[3][2] = {{0, 1}, {2, 0}, {1, 2}};
-    leg->row = *row;
-    memcpy(leg->start, start, sizeof leg->start);
-    leg->length = leg->whole = row->length;
-    if (row->type != NC_CIRCULAR) {
-        return;
-    }
-    leg->axis1 = cfg->main_axis[planes[row->plane - 17][0]];
-    leg->axis2 = cfg->main_axis[planes[row->plane - 17][1]];
-    memcpy(leg->centre, row->center, sizeof leg->centre);
-    double e1 = start[leg->axis1] - row->center[0];
-    double e2 = start[leg->axis2] - row->center[1];
-    leg->radius = hypot(e1, e2);
-    leg->angle0 = atan2(e2, e1);
-}
-
-/* Position and derivatives by path length, s from the block's present start. */
-void leg_at(const nc_contour_config *cfg,
-            const struct leg *leg,
-            double s,
-            double *position,
-            double *d1,
-            double *d2) {
-    double share = s / leg->length;
-    for (int axis = 0; axis < cfg->axes; axis++) {
-        d1[axis] = (leg->row.end[axis] - leg->start[axis]) / leg->length;
-        d2[axis] = 0.0;
-        position[axis] = leg->start[axis] + d1[axis] * s;
-    }
-    if (leg->row.type != NC_CIRCULAR) {
-        return;
-    }
-    double rate = leg->row.angle / leg->length;
-    double angle = leg->angle0 + leg->row.angle * share;
-    double x = leg->radius * cos(angle);
-    double y = leg->radius * sin(angle);
-    position[leg->axis1] = leg->centre[0] + x;
-    position[leg->axis2] = leg->centre[1] + y;
-    d1[leg->axis1] = -rate * y;
-    d1[leg->axis2] = rate * x;
-    d2[leg->axis1] = -rate * rate * x;
-    d2[leg->axis2] = -rate * rate * y;
-}
-
-static void set_length(struct leg *leg, double length) {
-    double share = length / leg->length;
-    leg->row.angle *= share;
-    leg->row.length_min *= share;
-    leg->row.length = leg->length = length;
-}
-
-void leg_cut_end(const nc_contour_config *cfg,
-                 struct leg *leg,
-                 double distance) {
-    double position[NC_AXES], d1[NC_AXES], d2[NC_AXES];
-    double length = leg->length - distance;
-    leg_at(cfg, leg, length, position, d1, d2);
-    memcpy(leg->row.end, position, sizeof *position * (size_t)cfg->axes);
-    set_length(leg, length);
-}
-
-void leg_cut_start(const nc_contour_config *cfg,
-                   struct leg *leg,
-                   double distance) {
-    double position[NC_AXES], d1[NC_AXES], d2[NC_AXES];
-    leg_at(cfg, leg, distance, position, d1, d2);
-    memcpy(leg->start, position, sizeof *position * (size_t)cfg->axes);
-    if (leg->row.type == NC_CIRCULAR) {
-        leg->angle0 += leg->row.angle * (distance / leg->length);
-    }
-    set_length(leg, leg->length - distance);
-}
-
-/* Largest way of an axis that is no main axis. */
-double leg_track(const nc_contour_config *cfg, const struct leg *leg) {
-    double most = 0.0;
-    for (int axis = 0; axis < cfg->axes; axis++) {
-        if (!is_main(cfg, axis)) {
-            most = fmax(most, fabs(leg->row.end[axis] - leg->start[axis]));
-        }
-    }
-    return most;
-}
-
-static double main_distance(const nc_contour_config *cfg,
-                            const double *from,
-                            const double *to) {
-    double sum = 0.0;
-    for (int i = 0; i < 3; i++) {
-        int axis = cfg->main_axis[i];
-        if (axis >= 0) {
-            sum += (from[axis] - to[axis]) * (from[axis] - to[axis]);
-        }
-    }
-    return sqrt(sum);
-}
-
-/* Distance of q from the block, main axes. */
-static double leg_distance(const nc_contour_config *cfg,
-                           const struct leg *leg,
-                           const double *position) {
-    double at[NC_AXES], d1[NC_AXES], d2[NC_AXES], s;
-    if (leg->row.type == NC_CIRCULAR) {
-        double along = atan2(position[leg->axis2] - leg->centre[1],
-                             position[leg->axis1] - leg->centre[0])
-                       - leg->angle0;
-        double turn = fmod(leg->row.angle > 0 ? along : -along, 4.0 * QUARTER);
-        if (turn < 0) {
-            turn += 4.0 * QUARTER;
-        }
-        double whole = fabs(leg->row.angle);
-        if (turn > whole) {
-            turn = turn - whole < 4.0 * QUARTER - turn ? whole : 0.0;
-        }
-        s = turn / whole * leg->length;
-    } else {
-        double dot = 0.0;
-        for (int i = 0; i < 3; i++) {
-            int axis = cfg->main_axis[i];
-            if (axis >= 0) {
-                dot += (position[axis] - leg->start[axis])
-                       * (leg->row.end[axis] - leg->start[axis]);
-            }
-        }
-        s = fmin(fmax(dot / leg->length, 0.0), leg->length);
-    }
-    leg_at(cfg, leg, s, at, d1, d2);
-    return main_distance(cfg, at, position);
-}
-
-/* ---- curve
- * ------------------------------------------------------------------------------------------------------
- */
+#include "stages/contouring/corner.h"
+#include "stages/contouring/tuning.h"
+#include "curve/curve.h"
+#include "stages/square.h"
 
 typedef struct ends {
     double p0[NC_AXES], v0[NC_AXES], w0[NC_AXES], p1[NC_AXES], v1[NC_AXES],
@@ -192,10 +39,12 @@ static void curve_axis(struct corner *corner,
                        int axis,
                        const struct ends *ends,
                        const double *interim) {
-    double f0 = ends->p0[axis] + ends->v0[axis] + 0.5 * ends->w0[axis];
+    double w0 = ends->w0[axis];
+    double w1 = ends->w1[axis];
+    double f0 = ends->p0[axis] + ends->v0[axis] + 0.5 * w0;
     double f1 = ends->v0[axis] + ends->w0[axis];
     double f2 = ends->w0[axis];
-    double g0 = ends->p1[axis] - ends->v1[axis] + 0.5 * ends->w1[axis];
+    double g0 = ends->p1[axis] - ends->v1[axis] + 0.5 * w1;
     double g1 = -ends->v1[axis] + ends->w1[axis];
     double g2 = ends->w1[axis];
     double first[5] = {ends->p0[axis],
@@ -300,9 +149,13 @@ static void value_at(const nc_contour_config *cfg,
                      double *d2) {
     for (int axis = 0; axis < cfg->axes; axis++) {
         const double *k = corner->coef[half][axis];
-        position[axis] = k[0] + t * (k[1] + t * (k[2] + t * (k[3] + t * k[4])));
-        d1[axis] = k[1] + t * (2.0 * k[2] + t * (3.0 * k[3] + t * 4.0 * k[4]));
-        d2[axis] = 2.0 * k[2] + t * (6.0 * k[3] + t * 12.0 * k[4]);
+        double third = k[3] + t * k[4];
+        double rise = t * (k[1] + t * (k[2] + t * third));
+        position[axis] = k[0] + rise;
+        double slope3 = 3.0 * k[3] + t * 4.0 * k[4];
+        d1[axis] = k[1] + t * (2.0 * k[2] + t * slope3);
+        double bend3 = 6.0 * k[3] + t * 12.0 * k[4];
+        d2[axis] = 2.0 * k[2] + t * bend3;
     }
 }
 
@@ -388,10 +241,6 @@ static double peak_curvature(const struct request *request,
     }
     return most;
 }
-
-/* ---- corner distances
- * -------------------------------------------------------------------------------------------
- */
 
 static double most_of(const struct contour_mode *contour_mode,
                       const struct leg *leg) {
@@ -531,8 +380,8 @@ static double turn_between(const nc_contour_config *cfg,
         if (axis < 0) {
             continue;
         }
-        minus += (before[axis] - behind[axis]) * (before[axis] - behind[axis]);
-        plus += (before[axis] + behind[axis]) * (before[axis] + behind[axis]);
+        minus += square(before[axis] - behind[axis]);
+        plus += square(before[axis] + behind[axis]);
     }
     return 2.0 * atan2(sqrt(minus), sqrt(plus));
 }

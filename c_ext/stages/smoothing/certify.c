@@ -1,16 +1,13 @@
 /* Is a polynomial within the tolerance of the programmed contour? On the part
  * of it that belongs to one chord the difference of the two is a polynomial
  * again, and the hull of its Bernstein coefficients bounds it. The same
- * parameter value on both sides bounds the Frechet distance, so neither curve
- * leaves the other one's tube. */
+ * parameter value on both sides bounds the Frechet distance, so each
+ * curve stays near the other one. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("O3") /* loops of fixed length are written out */
 #endif
+#include "stages/smoothing/certify.h"
 #include "stages/smoothing/state.h"
-
-#define DEPTH 4 /* times a part is halved when the hull is too wide */
-#define FORWARD                                                                \
-    0.02 /* smallest speed along the chord, as a share of its length */
 
 typedef struct part {
     double hull[NC_AXES][ORDER];       /* Bernstein coefficients of the curve */
@@ -102,7 +99,8 @@ static double part_deviation(const nc_smooth *smooth,
     struct part left = {.allowed = part->allowed};
     struct part right = {.allowed = part->allowed};
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
-        cut_at(part->hull[axis], 0.5, left.hull[axis], right.hull[axis]);
+        double *behind = right.hull[axis];
+        cut_at(part->hull[axis], 0.5, left.hull[axis], behind);
         left.from[axis] = part->from[axis];
         left.to[axis] = right.from[axis] =
             0.5 * (part->from[axis] + part->to[axis]);

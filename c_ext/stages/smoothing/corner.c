@@ -5,10 +5,12 @@
  * triangle of the corner, so the blend leaves the chords nowhere by more than
  * it leaves the corner itself, which is 7/64 d |v - u|.
  */
+#include "stages/smoothing/corner.h"
+#include "stages/smoothing/emit.h"
 #include "stages/smoothing/state.h"
+#include "stages/square.h"
 
 #define REACH (7.0 / 64.0)
-#define STRAIGHT 1e-7 /* rad */
 
 /* Distance from the corner at which a blend begins that uses up the tolerance.
  */
@@ -34,8 +36,8 @@ static void change(const nc_smooth *smooth,
                    double *rotary) {
     double sum[2] = {0.0, 0.0};
     for (int k = 0; k < smooth->cfg.axes; k++) {
-        sum[smooth->cfg.rotary >> k & 1] +=
-            (behind[k] - before[k]) * (behind[k] - before[k]);
+        int rotates = smooth->cfg.rotary >> k & 1;
+        sum[rotates] += square(behind[k] - before[k]);
     }
     *linear = sqrt(sum[0]);
     *rotary = sqrt(sum[1]);
@@ -75,8 +77,9 @@ void corner_path(nc_smooth *smooth, int end) {
     double from = smooth->out_t;
     double before[NC_AXES], behind[NC_AXES], linear, rotary;
     for (int i = 1; i < end; i++) {
-        direction(&node[i - 1], &node[i], smooth->cfg.axes, before);
-        direction(&node[i], &node[i + 1], smooth->cfg.axes, behind);
+        const struct node *at = &node[i];
+        direction(at - 1, at, smooth->cfg.axes, before);
+        direction(at, at + 1, smooth->cfg.axes, behind);
         change(smooth, before, behind, &linear, &rotary);
         double room =
             fmin(i == 1 ? node[1].t - from : 0.5 * (node[i].t - node[i - 1].t),
@@ -86,12 +89,12 @@ void corner_path(nc_smooth *smooth, int end) {
         double reach =
             fmin(room, allowed / (REACH * fmax(fmax(linear, rotary), 1e-12)));
         if (linear + rotary < STRAIGHT || reach < 1e-6) {
-            emit_line(smooth, &node[i - 1], &node[i], from, node[i].t);
+            emit_line(smooth, at - 1, at, from, at->t);
             from = node[i].t;
             continue;
         }
         if (node[i].t - reach > from + 1e-12) {
-            emit_line(smooth, &node[i - 1], &node[i], from, node[i].t - reach);
+            emit_line(smooth, at - 1, at, from, at->t - reach);
         }
         blend(smooth, &node[i], before, behind, reach);
         smooth->stats.deviation =
@@ -102,6 +105,7 @@ void corner_path(nc_smooth *smooth, int end) {
         from = node[i].t + reach;
     }
     if (from < node[end].t) {
-        emit_line(smooth, &node[end - 1], &node[end], from, node[end].t);
+        const struct node *last = &node[end];
+        emit_line(smooth, last - 1, last, from, last->t);
     }
 }

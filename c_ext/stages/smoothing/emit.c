@@ -1,9 +1,8 @@
 /* The output: pieces, and the programmed rows among them in program order. */
 #include <stdlib.h>
+#include "curve/curve.h"
+#include "stages/smoothing/emit.h"
 #include "stages/smoothing/state.h"
-
-#define SAME 1e-9
-#define NOTHING 1e-9 /* mm: what rounding leaves between two pieces is none */
 
 static bool grow(void **data, size_t *room, size_t count, size_t size) {
     if (count <= *room) {
@@ -165,8 +164,8 @@ void emit_line(nc_smooth *smooth,
         smooth->line_t = t0;
         smooth->has_line = true;
     }
-    double rest = to->t - from->t;
-    double share = t1 == to->t ? 1.0 : (t1 - from->t) / rest;
+    double length = to->t - from->t;
+    double share = t1 == to->t ? 1.0 : (t1 - from->t) / length;
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         smooth->line.end[axis] =
             (share == 1.0
@@ -179,7 +178,7 @@ void emit_line(nc_smooth *smooth,
     smooth->line.end_speed = t1 == to->t ? to->end_speed : 0.0f;
     note_deviation(smooth, to->slack);
     smooth->line.value +=
-        (t1 - t0) / rest * (to->programmed - from->programmed);
+        (t1 - t0) / length * (to->programmed - from->programmed);
     smooth->out_t = t1;
 }
 
@@ -312,7 +311,8 @@ void emit_curve(nc_smooth *smooth,
 void emit_flush(nc_smooth *smooth) {
     put_line(smooth, smooth->t);
     rows_before(smooth, INFINITY, INFINITY);
-    smooth->held_n = smooth->held_first = 0;
+    smooth->held_n = 0;
+    smooth->held_first = 0;
 }
 
 int64_t nc_smooth_rows(const nc_smooth *smooth) {
@@ -329,5 +329,6 @@ void nc_smooth_take(nc_smooth *smooth, nc_block *rows, double *pool) {
     if (smooth->pool_n) {
         memcpy(pool, smooth->pool, smooth->pool_n * sizeof *pool);
     }
-    smooth->rows_n = smooth->pool_n = 0;
+    smooth->rows_n = 0;
+    smooth->pool_n = 0;
 }

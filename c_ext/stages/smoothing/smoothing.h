@@ -1,7 +1,7 @@
 /* Smoothing of micro-segments and corners within a tolerance: programmed rows
  * in, element rows and pieces out (the stage around it is
  * cnc_core/geometry/smoothing.py, the mathematics is told in
- * docs/smoothing.md).
+ * docs/explanation/smoothing.md).
  *
  *   smoothing.c          rows to nodes: what belongs to one smooth section,
  * long lines, corners, breaks window.c   one section through a sliding window:

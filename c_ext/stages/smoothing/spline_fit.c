@@ -3,6 +3,7 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("O3") /* loops of fixed length are written out */
 #endif
+#include "stages/smoothing/spline_fit.h"
 #include "stages/smoothing/state.h"
 
 /* Product of polynomial p (degree n) and a + b x. */
@@ -222,7 +223,8 @@ static void fix(const struct equations *equations,
     for (int off = 1; off < ORDER; off++) {
         pair behind =
             both(k + off < equations->count ? equations->band[k][off] : 0.0);
-        pair before = both(k - off >= 0 ? equations->band[k - off][off] : 0.0);
+        const double *row = equations->band[k - off];
+        pair before = both(k - off >= 0 ? row[off] : 0.0);
         for (int axis = 0; axis < pairs; axis++) {
             x[off * pairs + axis] -= behind * at(control + 2 * axis);
             x[axis - off * pairs] -= before * at(control + 2 * axis);
@@ -378,7 +380,8 @@ void spline_invert(struct window *window) {
 double spline_give(const struct window *window, const struct site *site) {
     double sum = 0.0;
     for (int i = 0; i < ORDER; i++) {
-        double part = 0.5 * window->inverse[site->span + i][0] * site->basis[i];
+        double give = window->inverse[site->span + i][0];
+        double part = 0.5 * give * site->basis[i];
         for (int other = i + 1; other < ORDER; other++) {
             part +=
                 window->inverse[site->span + i][other - i] * site->basis[other];

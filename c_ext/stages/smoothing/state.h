@@ -1,11 +1,12 @@
-/* Inside of the smoothing stage. */
-#ifndef SMOOTH_INTERNAL_H
-#define SMOOTH_INTERNAL_H
+/* State of the smoothing stage: the section in work, its window, and what waits
+ * to be written. One thread uses it. */
+#ifndef SMOOTH_STATE_H
+#define SMOOTH_STATE_H
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
-#include "curve/curve.h"
 #include "stages/smoothing/smoothing.h"
+#include "stages/smoothing/tuning.h"
 
 #define ORDER 6
 #define PAIRS (ORDER / 2)
@@ -13,14 +14,6 @@
     (NC_AXES                                                                   \
      + NC_AXES                                                                 \
            % 2) /* axes are gone through in pairs; what is too much is zero */
-#define SIZE_GROWTH                                                            \
-    0.7                 /* of the wanted span length per distance from a kink  \
-                         */
-#define SPANS_FULL 60   /* spans that make a window worth solving */
-#define SPANS_LEAST 50  /* fewer are not: nodes are waited for */
-#define SPANS_ROOM 160  /* spans a window can hold at the most */
-#define COMMIT_SPANS 40 /* committed of a full window */
-#define NODES 2048      /* nodes of the section in work */
 #define NODES_FULL (NODES - 8)
 #define SITES (NODES + SPANS_ROOM)
 #define CONTROLS (SPANS_ROOM + 5)
@@ -169,74 +162,10 @@ static inline double dot(const double *from, const double *to, int count) {
     return sum;
 }
 
-/* spline_fit.c: the basis of a span in all its forms, and the system of
- * equations */
-void spline_span(struct window *window, int span);
-void spline_basis_at(const double basis[ORDER][ORDER],
-                     double x,
-                     double out[ORDER]);
-void spline_solve(struct window *window, int axes);
-void spline_invert(struct window *window);
-double spline_give(const struct window *window, const struct site *site);
-void spline_piece(const struct window *window,
-                  int span,
-                  int axes,
-                  double out[][ORDER]);
-void spline_hull(const struct window *window,
-                 int span,
-                 int axes,
-                 double out[][ORDER]);
-
 /* `most`: of a piece that is written, scaled. */
 static inline void note_deviation(nc_smooth *smooth, double most) {
     smooth->stats.deviation = fmax(smooth->stats.deviation, most);
     smooth->stats.rotary_deviation =
         fmax(smooth->stats.rotary_deviation, most * smooth->degrees);
 }
-
-/* certify.c */
-typedef struct contour {
-    const struct node *nodes; /* chords from nodes[0] on, of the section */
-    int count;
-} contour;
-typedef struct verdict {
-    double worst;    /* largest deviation over what is allowed */
-    double t;        /* where */
-    double distance; /* scaled: at the most, to what was programmed and left out
-                        too */
-} verdict;
-struct verdict certify_piece(nc_smooth *smooth,
-                             double hull[][ORDER],
-                             double t0,
-                             double t1,
-                             const contour *path,
-                             int *chord);
-
-/* window.c: the section from what is written up to nodes[end]; not final: more
- * of it will come */
-void window_advance(nc_smooth *smooth, int end, bool final);
-/* smoothing.c */
-void drop_nodes(nc_smooth *smooth, int count);
-
-/* corner.c */
-/* The exact chords from nodes[0] (from contour parameter out_t on) to
- * nodes[end] with blends at the corners between. */
-void corner_path(nc_smooth *smooth, int end);
-double corner_distance(const nc_smooth *smooth, double turn);
-
-/* emit.c */
-void emit_hold(nc_smooth *smooth, const nc_block *row, double t, bool motion);
-void emit_line(nc_smooth *smooth,
-               const struct node *from,
-               const struct node *to,
-               double t0,
-               double t1);
-void emit_curve(nc_smooth *smooth,
-                double coef[][ORDER],
-                double t0,
-                double t1,
-                const struct node *at);
-void emit_flush(nc_smooth *smooth);
-void emit_row(nc_smooth *smooth, const nc_block *row);
-uint32_t emit_pool(nc_smooth *smooth, const double *values, size_t count);
 #endif

@@ -44,10 +44,9 @@ class NoVariables:
 def variable_name(stream: TokenStream) -> str:
     """How the variable at the current token is called, for messages."""
     text = stream.text[stream.current.offset :]
-    end = next(
-        (i for i, c in enumerate(text) if not (c.isalnum() or c in "._@")),
-        len(text),
-    )
+    end = 0
+    while end < len(text) and (text[end].isalnum() or text[end] in "._@"):
+        end += 1
     kind = "variable" if text[:1] in "vV" else "parameter"
     return f"{kind} {text[:end].upper()}"
 
@@ -67,9 +66,8 @@ def _quadrant(degrees: float) -> tuple[int, float]:
 
 def _sin(degrees: float) -> float:
     quadrant, rest = _quadrant(degrees)
-    return (math.sin, math.cos, lambda r: -math.sin(r), lambda r: -math.cos(r))[
-        quadrant
-    ](rest) + 0.0
+    value = math.cos(rest) if quadrant % 2 else math.sin(rest)
+    return (-value if quadrant > 1 else value) + 0.0
 
 
 def _cos(degrees: float) -> float:

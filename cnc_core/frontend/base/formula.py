@@ -147,18 +147,22 @@ def _fast(
     others.
     """
 
+    # texts are possible too: the operator's own TypeError tells them apart
+    first: Callable[[], Any] = left
+    second: Callable[[], Any] = right
+
     def wrong() -> Exception:
         return fail(NOT_A_NUMBER, f"{name} does not take a text here", offset)
 
-    def add() -> Value:
+    def add() -> Any:
         try:
-            return left() + right()  # type: ignore[operator]
+            return first() + second()
         except TypeError:
             raise wrong() from None
 
-    def subtract() -> Value:
+    def subtract() -> Any:
         try:
-            return left() - right()  # type: ignore[operator]
+            return first() - second()
         except TypeError:
             raise wrong() from None
 
@@ -170,7 +174,7 @@ def _fast(
 
     def less() -> Value:
         try:
-            return 1.0 if left() < right() else 0.0  # type: ignore[operator]
+            return 1.0 if first() < second() else 0.0
         except TypeError:
             raise wrong() from None
 
@@ -276,7 +280,8 @@ class FormulaParser:
             return Constant(float(stream.next().text))
         if token.kind is Kind.STRING:
             stream.next()
-            return self.text(token.text[1:-1].replace('\\"', '"'), token.offset)
+            text = token.text[1:-1].replace('\\"', '"')
+            return self.text(text, token.offset)
         if stream.is_op("["):
             opened = self.open()
             inner = self.expression()

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-import numpy.typing as npt
-
-Array = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
 
 
 def trip(
-    start: Array, end: Array, axes: Sequence[str], sensors: Mapping[str, float]
-) -> tuple[float, Array] | None:
+    start: FloatArray,
+    end: FloatArray,
+    axes: Sequence[str],
+    sensors: Mapping[str, float],
+) -> tuple[float, FloatArray] | None:
     """Share of the way at which the first axis comes to its sensor, and the
     place (axes,) there; None if none does.
     """
     found = []
     for i, name in enumerate(axes):
-        at, way = sensors.get(name.upper()), float(end[i] - start[i])
+        at = sensors.get(name.upper())
+        way = float(end[i] - start[i])
         if at is not None and way:
             share = (at - float(start[i])) / way
             if 0.0 <= share <= 1.0:

@@ -22,6 +22,7 @@ from cnc_core.frontend.base.flow import START, Flow, Mark, ProgramFile
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.source import Source
 
+from ..front_end import Restartable
 from ..port import ChannelPort, Wait
 
 Item = Row | Wait | CncError
@@ -80,6 +81,7 @@ class BlockReader(ABC):
     ) -> None:
         self.errors: list[CncError] = []
         self.warnings: list[CncError] = []
+        self.setups: list[dict[str, object]] = []
         self.flow = Flow(path, self.levels_max, self.too_deep)
         self.files = self.flow.files
         self.modal = modal
@@ -178,6 +180,11 @@ class BlockReader(ABC):
             else self._idle + WAIT_BLOCKS * self.flow.level.repeats
         )
         return wait
+
+    @property
+    def restartable(self) -> Restartable | None:
+        """A dialect with macros for pauses and restarts returns itself."""
+        return None
 
     def close(self) -> None:
         self.flow.close()

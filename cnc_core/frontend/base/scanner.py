@@ -14,6 +14,7 @@ from cnc_core._engine import ffi, lib
 from cnc_core.blocks import NC_AXES, NC_BLOCK
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import FloatArray
 
 MORE, FULL, OTHER, ERROR = (
     lib.NC_SCAN_MORE,
@@ -143,13 +144,13 @@ class Modal:
         return int(self._modal.programmed)
 
     @property
-    def position(self) -> npt.NDArray[np.float64]:
+    def position(self) -> FloatArray:
         """Programmed position of all channel axes, machine coordinates."""
         return np.array(
             list(self._modal.pos)[: self._modal.axes], dtype=np.float64
         )
 
-    def set_position(self, position: npt.NDArray[np.float64]) -> None:
+    def set_position(self, position: FloatArray) -> None:
         """(axes,) where the axes stand, machine coordinates."""
         for i, value in enumerate(position):
             self._modal.pos[i] = float(value)
@@ -167,7 +168,7 @@ class Modal:
         self._modal.line += lines
         self._modal.count += lines
 
-    def set_offset(self, offset: npt.NDArray[np.float64]) -> None:
+    def set_offset(self, offset: FloatArray) -> None:
         """(axes,) machine minus programmed coordinates, mm or degrees; acts at
         once, moves nothing.
         """
@@ -175,7 +176,7 @@ class Modal:
             self._modal.zero[i] = self._modal.offset[i] = float(value)
         lib.nc_modal_offsets(self._modal)
 
-    def set_next_offset(self, offset: npt.NDArray[np.float64]) -> None:
+    def set_next_offset(self, offset: FloatArray) -> None:
         """As ``set_offset``, but acts on each axis from its next absolute word on."""
         for i, value in enumerate(offset):
             self._modal.zero[i] = float(value)
@@ -185,9 +186,7 @@ class Modal:
         """The next offset of one axis acts at once."""
         self._modal.offset[axis] = self._modal.offset_next[axis]
 
-    def set_mirror(
-        self, mirror: npt.NDArray[np.float64], share: npt.NDArray[np.float64]
-    ) -> None:
+    def set_mirror(self, mirror: FloatArray, share: FloatArray) -> None:
         """(axes,) 1 or -1, and the driven share of an axis word (0.5:
         diameters); from the next word on.
         """
@@ -202,7 +201,7 @@ class Modal:
         self._modal.arc_scale = scale
 
     @property
-    def offset_in_force(self) -> npt.NDArray[np.float64]:
+    def offset_in_force(self) -> FloatArray:
         """(axes,) machine minus programmed coordinates as they are now, tool
         length included.
         """
@@ -211,7 +210,7 @@ class Modal:
         )
 
     @property
-    def offset_next(self) -> npt.NDArray[np.float64]:
+    def offset_next(self) -> FloatArray:
         """(axes,) what is in force from each axis's next absolute word on, tool
         length included.
         """
@@ -269,7 +268,7 @@ class Modal:
         lib.nc_modal_offsets(self._modal)
 
     @property
-    def offset(self) -> npt.NDArray[np.float64]:
+    def offset(self) -> FloatArray:
         """(axes,) what ``set_offset`` has set."""
         return np.array(
             list(self._modal.zero)[: self._modal.axes], dtype=np.float64
@@ -369,18 +368,10 @@ class Modal:
     ) -> Row:
         """A row that is not a motion, of the line being read."""
         row = np.zeros(1, NC_BLOCK)
-        row["type"], row["n"], row["code"], row["value"], row["flags"] = (
-            kind,
-            n,
-            code,
-            value,
-            flags,
-        )
-        row["line"], row["count"], row["file"] = (
-            self.line,
-            self.count,
-            self._modal.file,
-        )
+        row["type"], row["n"] = kind, n
+        row["code"], row["value"], row["flags"] = code, value, flags
+        row["line"], row["count"] = self.line, self.count
+        row["file"] = self._modal.file
         return row
 
 

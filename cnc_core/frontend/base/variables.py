@@ -71,6 +71,12 @@ class DataType:
             )
         return value
 
+    def number(self, value: Value, name: str, offset: int) -> float:
+        """As ``convert``, of a type whose values are numbers."""
+        found = self.convert(value, name, offset)
+        assert not isinstance(found, str)
+        return found
+
     def _range(self) -> str:
         return (
             f" ({self.low:.0f}..{self.high:.0f})"

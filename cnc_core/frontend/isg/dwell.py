@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from cnc_core.blocks import DWELL
 from cnc_core.errors import ERRORS
+from cnc_core.units import SECONDS_PER_MINUTE
 
 from ..base.lexer import fail
 from ..base.scanner import Row
 from .commands.time import DWELL_MAX_S
-from .language.words import Words
+from .language.word_block import Words
 from .state.state import ProgramState
 
 DWELL_WORDS = frozenset({"N", "S", "G motion"})
@@ -54,4 +55,4 @@ def _seconds(state: ProgramState, words: Words) -> float:
     rev_min = state.channel.spindle_rev_min
     if rev_min <= 0:
         raise fail(900019, "G04 S: no spindle speed is programmed", offset)
-    return words.spindle * 60.0 / rev_min
+    return words.spindle * SECONDS_PER_MINUTE / rev_min

@@ -26,7 +26,7 @@ from .cycles.registry import find
 from .dwell import dwell
 from .language import gcodes
 from .language.calls import positional
-from .language.words import Function, WordBlock, Words
+from .language.word_block import Function, WordBlock, Words
 from .selections import Selections
 from .state.call import Call
 from .state.measuring import place_functions

@@ -42,7 +42,8 @@ from .language.calls import Finder, LevelData
 from .language.declarations import DeclarationParser
 from .language.formulas import Formulas
 from .language.text import PATTERN, Head, head_of
-from .language.words import WordBlock, WordParser, Words
+from .language.word_block import WordBlock, Words
+from .language.words import WordParser
 from .state.offsets import Offsets
 from .state.state import ProgramState
 from .state.store import Store

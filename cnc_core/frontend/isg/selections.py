@@ -12,7 +12,7 @@ from cnc_core.errors import ERRORS
 from ..base.lexer import fail
 from ..base.scanner import NO_CORRECTION, MotionWords, Row
 from .language import gcodes
-from .language.words import Words
+from .language.word_block import Words
 from .state.dynamics import WEIGHTS
 from .state.spaces import Rotation
 from .state.state import ProgramState

@@ -8,15 +8,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.frontend.base.scanner import Modal, MotionWords
 from cnc_core.frontend.iso import parameters as p
 from cnc_core.frontend.iso.codes import AXIS_LETTERS
 from cnc_core.frontend.iso.parameters import Parameters
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import FloatArray
 
-Array = npt.NDArray[np.float64]
 TOOL, LENGTH, POSITION = 5400, 5401, 5420
 AXES = len(AXIS_LETTERS)
 
@@ -78,7 +77,7 @@ class Frame:
         """mm or degrees per programmed unit of an axis."""
         return 1.0 if self.rotary[axis] else self._modal.unit_mm
 
-    def home(self, first: int) -> Array:
+    def home(self, first: int) -> FloatArray:
         """(axes,) machine position in the parameters from ``first`` on; axes
         without a letter stay.
         """

@@ -8,6 +8,7 @@ from cnc_core.blocks import CIRCULAR, DWELL, RAPID
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, MotionWords, Row
+from cnc_core.units import SECONDS_PER_MINUTE
 
 
 class Mover:
@@ -39,7 +40,9 @@ class Mover:
         rows = self.apply(words)
         for row in rows:
             if self._minutes is not None and not row["flags"][0] & RAPID:
-                row["feed"] = row["length"] / (self._minutes * 60.0)
+                row["feed"] = row["length"] / (
+                    self._minutes * SECONDS_PER_MINUTE
+                )
         return rows
 
     def line(self, motion: int, target: dict[int, float]) -> list[Row]:

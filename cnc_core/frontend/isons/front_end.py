@@ -45,6 +45,7 @@ from cnc_core.frontend.base.scanner import (
 )
 from cnc_core.frontend.machine import ProgramMachine
 
+from ..front_end import Restartable
 from ..port import ChannelPort, Wait
 from .base.machine import IsonsCell
 from .base.parameters import Parameters
@@ -102,7 +103,7 @@ class IsonsFrontEnd(BlockReader):
         scan: bool = True,
         caller: IsonsFrontEnd | None = None,
     ) -> None:
-        cell = machine.isons or IsonsCell()
+        cell = machine.settings(IsonsCell)
         self.parameters = Parameters(cell.parameters)
         rules = Rules(
             RULE_BITS,
@@ -146,7 +147,8 @@ class IsonsFrontEnd(BlockReader):
         if caller is None:
             self.call_event("M_START")
         else:
-            self.store.common, self.macros.events = caller.store.common, {}
+            self.store.common = caller.store.common
+            self.macros.events = {}
 
     def _set_up_channel(
         self, machine: ProgramMachine, modal: Modal, cell: IsonsCell
@@ -348,7 +350,9 @@ class IsonsFrontEnd(BlockReader):
     def _advance(self, out: Row) -> int:
         """As the base; scanned rows are bounded by feed and limits."""
         output = self.channel.output
-        bounds, file, start = output.bounds, self.flow.file, self.modal.position
+        bounds = output.bounds
+        file = self.flow.file
+        start = self.modal.position
         rows = super()._advance(out)
         if not rows:
             return 0
@@ -459,6 +463,10 @@ class IsonsFrontEnd(BlockReader):
         self._closing, self._failed = False, None
 
     # pausing
+
+    @property
+    def restartable(self) -> Restartable:
+        return self
 
     @property
     def pause_mode(self) -> int:

@@ -163,7 +163,9 @@ class BsplineProfile(Profile):
         self._clear()
 
     def _check(self, offset: int) -> None:
-        degree, points, knots = self.spec.degree, len(self._points), self._knots
+        degree = self.spec.degree
+        points = len(self._points)
+        knots = self._knots
         if points < degree + 1:
             raise fail(
                 909243,

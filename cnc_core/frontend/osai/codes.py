@@ -145,7 +145,11 @@ CODES: dict[str, tuple[Field, ...]] = {
 }
 PER_AXIS = ("AXI", "AXP", "DIN", "CIN")  # once for each name
 REQUIRED = ("PNT", "VER", "THR", "AXI")
-FEED_ON = {"CCP": ("CCP", "CLP"), "CLP": ("CLP",), "AXI": ("AXI", "CLP")}
+FEED_ON = {
+    "CCP": ("CCP", "CLP"),
+    "CLP": ("CLP",),
+    "AXI": ("AXI", "CLP"),
+}
 AXES_MAX = 6
 TRANSITIONS = (62, 63, 66, 67)
 VIRTUALISATIONS = ("UPR", "UVP", "UVC", "TCP")

@@ -86,11 +86,9 @@ class ColumnReader:
         is_n = words == ord("N")
         number[line[is_n]] = numbers[is_n].astype(np.int64)
         wanted = ~is_n & (words != ord("G"))
-        line, column, numbers = (
-            line[wanted],
-            self._column[words[wanted]],
-            numbers[wanted],
-        )
+        line = line[wanted]
+        column = self._column[words[wanted]]
+        numbers = numbers[wanted]
         whole = _before_doubles(line * 128 + column, line, lines)
         values = np.full((lines, len(self._letters)), np.nan)
         values[line, column] = numbers

@@ -80,7 +80,6 @@ class OsaiFrontEnd(BlockReader):
         super().__init__(
             path, Modal(machine, Rules()), port, collect=collect, scan=False
         )
-        self.setups: list[dict[str, object]] = []
         self._machine, self._strict = machine, not lenient
         self._axes = {
             name: i for i, name in enumerate(machine.axes) if len(name) == 1
@@ -176,7 +175,8 @@ class OsaiFrontEnd(BlockReader):
             raise fail(
                 900010, "a three-letter code has the form (CODE,...)", begin
             )
-        code, argument = found[1], (found[2] or "").strip()
+        code = found[1]
+        argument = (found[2] or "").strip()
         if code == "HSM":
             self._open_setup(argument, begin)
         elif code == "CLS":
@@ -327,8 +327,12 @@ class OsaiFrontEnd(BlockReader):
                 f"motion while ({min(self._virtual)}) is active is not supported",
                 0,
             )
-        motion.motion = next((code for code in (0, 1) if code in words.g), None)
-        motion.f, motion.n = words.values.get("F"), self.modal.n
+        motion.motion = next(
+            (code for code in (0, 1) if code in words.g),
+            None,
+        )
+        motion.f = words.values.get("F")
+        motion.n = self.modal.n
         motion.absolute = None if not {90, 91} & set(words.g) else 90 in words.g
         motion.inch = None if not {70, 71} & set(words.g) else 70 in words.g
         error, row = self.modal.apply(motion)
@@ -443,7 +447,14 @@ class OsaiFrontEnd(BlockReader):
         line = self.modal.line
         source = self._text.text if self._text else ""
         self._warn(
-            code, text, Place(str(self.flow.file.path), max(line, 1), 1, source)
+            code,
+            text,
+            Place(
+                str(self.flow.file.path),
+                max(line, 1),
+                1,
+                source,
+            ),
         )
 
     def _profile_batch(self, rows: int) -> BlockBatch | Wait | None:

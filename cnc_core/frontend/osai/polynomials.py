@@ -26,12 +26,10 @@ class Group:
     """One polynomial: header and the axis lines read so far."""
 
     def __init__(self, header: list[float], place: Place) -> None:
-        self.span, self.number, self.feed, self.after = (
-            header[0],
-            int(header[1]),
-            header[2],
-            ENDS.get(int(header[3]), SMOOTH),
-        )
+        self.span = header[0]
+        self.number = int(header[1])
+        self.feed = header[2]
+        self.after = ENDS.get(int(header[3]), SMOOTH)
         self.place, self.line = place, place.line
         self.axes: dict[str, FloatArray] = {}
 
@@ -79,7 +77,12 @@ class PolynomialProfile(Profile):
         begin = plain.index("<")
         parts, at = [], begin + 1
         for part in plain[begin + 1 :].split(","):
-            parts.append((part.strip(), at + len(part) - len(part.lstrip())))
+            parts.append(
+                (
+                    part.strip(),
+                    at + len(part) - len(part.lstrip()),
+                )
+            )
             at += len(part) + 1
         name, offset = parts[0]
         if name == "*":
@@ -223,7 +226,8 @@ class PolynomialProfile(Profile):
 
     def chunk(self) -> ProfileChunk | None:
         keep = self.waiting
-        done, self._done = self._done[:keep], self._done[keep:]
+        done = self._done[:keep]
+        self._done = self._done[keep:]
         if not done:
             return None
         groups = [group for group, _ in done]

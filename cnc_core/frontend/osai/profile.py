@@ -239,7 +239,8 @@ class PointProfile(Profile):
 
     def _first_special(self, columns: Columns) -> int | None:
         """The first line that may be wrong, or that is to be warned of."""
-        given, feeds = columns.values[:, :-1], columns.values[:, -1]
+        given = columns.values[:, :-1]
+        feeds = columns.values[:, -1]
         # NaN, no word, is no such number
         wrong = (feeds <= 0) | (np.abs(columns.values) > VALUE_MAX).any(axis=1)
         for i, letter in enumerate(self.letters):
@@ -265,7 +266,8 @@ class PointProfile(Profile):
 
     def _plain(self, columns: Columns) -> None:
         """Absolute G1 points."""
-        given, feeds = columns.values[:, :-1], columns.values[:, -1]
+        given = columns.values[:, :-1]
+        feeds = columns.values[:, -1]
         lines = self.context.line + 1 + np.arange(len(columns))
         points = np.flatnonzero(~np.isnan(given).all(axis=1))
         feeds = _filled(np.concatenate([[self.context.feed], feeds]))[1:]
@@ -273,10 +275,8 @@ class PointProfile(Profile):
         numbers = _filled(
             np.concatenate([[float(self.context.number)], numbers])
         )[1:]
-        self.context.feed, self.context.number = (
-            float(feeds[-1]),
-            int(numbers[-1]),
-        )
+        self.context.feed = float(feeds[-1])
+        self.context.number = int(numbers[-1])
         if not len(points):
             return
         values = self._values(given)

@@ -103,7 +103,8 @@ class Records:
                 raise record.fail(909206, f"{record.code} twice in one setup")
             self.general[record.code] = record
             return
-        name, table = record.word("Name"), self.axes[record.code]
+        name = record.word("Name")
+        table = self.axes[record.code]
         if name in table:
             raise record.fail(
                 909206, f"{record.code} twice for axis {name}", "Name"
@@ -201,7 +202,10 @@ class SetupFile:
         fields, at = [], found.start(2) + 1
         for part in found[2][1:].split(",") if found[2] else []:
             fields.append(
-                ("".join(part.split()), at + len(part) - len(part.lstrip()) + 1)
+                (
+                    "".join(part.split()),
+                    at + len(part) - len(part.lstrip()) + 1,
+                )
             )
             at += len(part) + 1
         return SetupLine(code, fields, place)

@@ -22,7 +22,7 @@ from cnc_core.blocks.profile_columns import (
     ToolShape,
 )
 from cnc_core.errors import CncError
-from cnc_core.frontend.machine import ProgramMachine, Tool
+from cnc_core.frontend.machine import OsaiCell, ProgramMachine, Tool
 from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.setup import Record, Records
 
@@ -114,7 +114,8 @@ def _axes(records: Records, machine: ProgramMachine) -> None:
 
 
 def _axis(axis: Record, machine: ProgramMachine, ids: set[int]) -> None:
-    number, name = int(axis.number("Id")), axis.word("Name")
+    number = int(axis.number("Id"))
+    name = axis.word("Name")
     if name in "NGFKPEL" or name in "ijkmnopqdtw":
         raise axis.fail(
             909209,
@@ -135,10 +136,8 @@ def _axis(axis: Record, machine: ProgramMachine, ids: set[int]) -> None:
             "Id",
         )
     ids.add(number)
-    linear, place = (
-        axis.word("Type") in ("ABS", "ORD", "VRT"),
-        axis.word("CinType"),
-    )
+    linear = axis.word("Type") in ("ABS", "ORD", "VRT")
+    place = axis.word("CinType")
     if linear != (place in ("LI1", "LI2", "LI3")):
         raise axis.fail(
             909209,
@@ -168,10 +167,8 @@ def _names(records: Records, _: ProgramMachine) -> None:
                     "Name",
                 )
     for record in records.axes["AXP"].values():
-        pitch, axis = (
-            record.maybe("Pitch"),
-            records.axes["AXI"][record.word("Name")],
-        )
+        pitch = record.maybe("Pitch")
+        axis = records.axes["AXI"][record.word("Name")]
         if (
             pitch
             and axis.word("CinType") in ("WRK", "TOL")
@@ -240,7 +237,8 @@ def build(
         _profile_axis(records, record, machine, active)
         for record in records.axes["AXI"].values()
     )
-    kind, point = KINDS[pnt.word("Format")], pnt.word("Type")
+    kind = KINDS[pnt.word("Format")]
+    point = pnt.word("Type")
     five = any(axis.kinematic for axis in axes)
     return ProfileSpec(
         kind=kind,
@@ -258,8 +256,8 @@ def build(
         versor_tolerance=thr.number("TolV"),
         null_move=thr.number("NullMov"),
         chord=thr.number("Chord"),
-        tool=_tool(records, active, machine.osai.centre),
-        feed_by_length=machine.osai.feed_by_length,
+        tool=_tool(records, active, machine.settings(OsaiCell).centre),
+        feed_by_length=machine.settings(OsaiCell).feed_by_length,
         marks=_marks(records),
         smoothness=_smoothness(records.get("JRK")),
         chain=_kinematics(records),
@@ -283,10 +281,8 @@ def _versors(
 def _profile_axis(
     records: Records, record: Record, machine: ProgramMachine, active: Active
 ) -> ProfileAxis:
-    name, channel = (
-        record.word("Name"),
-        machine.ids.index(int(record.number("Id"))),
-    )
+    name = record.word("Name")
+    channel = machine.ids.index(int(record.number("Id")))
     linear = record.word("Type") in ("ABS", "ORD", "VRT")
     factor = 1.0 if machine.rotary[channel] else active.unit_mm
     factor *= 0.5 if record.word("Diam") == "ENA" else 1.0

@@ -125,7 +125,8 @@ class Formulas(ExpressionParser):
     def _call_with(
         self, name: str, arguments: list[float], offset: int
     ) -> float:
-        one, two = self.functions.get(name), self.functions_of_two.get(name)
+        one = self.functions.get(name)
+        two = self.functions_of_two.get(name)
         if (len(arguments) == 1) != (one is not None):
             raise fail(900004, f"{name}: wrong number of values", offset)
         if one is not None:

@@ -33,14 +33,12 @@ class FeedControl(RunFilter):
     def __init__(self, start: FloatArray, main: tuple[int, int, int]) -> None:
         super().__init__(start, main)
         self.limits = np.zeros(self.count)
-        (
-            self.samples,
-            self.inertia,
-            self.dead,
-            self.floor,
-            self.accel,
-            self.ahead,
-        ) = 1, 1.0, 0.0, 0.0, 0.0, 1
+        self.samples = 1
+        self.inertia = 1.0
+        self.dead = 0.0
+        self.floor = 0.0
+        self.accel = 0.0
+        self.ahead = 1
         self._held: Rows = EMPTY
         self._starts = np.zeros((0, self.count))
         self._corner = FAR  # speed at the start of the first row held
@@ -49,31 +47,24 @@ class FeedControl(RunFilter):
 
     def settings(self, row: Any) -> None:
         self.limits = np.array(row["end"][: self.count])
-        self.samples, self.inertia = (
-            max(1, int(row["value"])),
-            float(row["radius"]),
-        )
-        self.dead, self.floor = float(row["length"]), float(row["angle"])
-        self.accel, self.ahead = (
-            float(row["length_min"]),
-            min(max(1, int(row["pool"])), AHEAD_MAX),
-        )
+        self.samples = max(1, int(row["value"]))
+        self.inertia = float(row["radius"])
+        self.dead = float(row["length"])
+        self.floor = float(row["angle"])
+        self.accel = float(row["length_min"])
+        self.ahead = min(max(1, int(row["pool"])), AHEAD_MAX)
         self._forget()
 
     def _forget(self) -> None:
-        self._held, self._starts, self._corner = (
-            EMPTY,
-            np.zeros((0, self.count)),
-            FAR,
-        )
+        self._held = EMPTY
+        self._starts = np.zeros((0, self.count))
+        self._corner = FAR
         self._recent, self._feed = deque(maxlen=self.samples), None
 
     def extend(self, rows: Rows, start: FloatArray) -> Rows:
         starts = np.vstack([start, rows["end"][:-1, : self.count]])
-        self._held, self._starts = (
-            np.concatenate([self._held, rows]),
-            np.vstack([self._starts, starts]),
-        )
+        self._held = np.concatenate([self._held, rows])
+        self._starts = np.vstack([self._starts, starts])
         keep = self.ahead if self.inertia > 1.0 else 1
         return (
             self._give(len(self._held) - keep)
@@ -92,7 +83,13 @@ class FeedControl(RunFilter):
             return EMPTY
         # (n + 1,) at the starts of the rows, and behind the last one
         corners = self._corners()
-        feeds = np.minimum(rows["feed"], np.minimum(corners[:-1], corners[1:]))
+        feeds = np.minimum(
+            rows["feed"],
+            np.minimum(
+                corners[:-1],
+                corners[1:],
+            ),
+        )
         if self.inertia > 1.0 and self.accel > 0.0:
             feeds = self._decelerating(feeds)
         out = rows[:count].copy()
@@ -105,7 +102,8 @@ class FeedControl(RunFilter):
             ends < out["feed"], np.maximum(ends, 1e-3), out["end_speed"]
         )
         self._corner = float(corners[count])
-        self._held, self._starts = rows[count:].copy(), self._starts[count:]
+        self._held = rows[count:].copy()
+        self._starts = self._starts[count:]
         return out
 
     def _corners(self) -> FloatArray:
@@ -119,7 +117,13 @@ class FeedControl(RunFilter):
             speed = np.where(
                 change > 1e-12, allowed / np.maximum(change, 1e-300), np.inf
             ).min(axis=1)
-        return np.concatenate([[self._corner], np.minimum(speed, FAR), [FAR]])
+        return np.concatenate(
+            [
+                [self._corner],
+                np.minimum(speed, FAR),
+                [FAR],
+            ]
+        )
 
     def _decelerating(self, feeds: FloatArray) -> FloatArray:
         """Feeds from which those behind can be met with the deceleration
@@ -130,14 +134,21 @@ class FeedControl(RunFilter):
         for i in range(len(out) - 2, -1, -1):
             out[i] = min(
                 out[i],
-                float(np.sqrt(out[i + 1] ** 2 + 2.0 * accel * length[i])),
+                float(
+                    np.sqrt(
+                        out[i + 1] ** 2 + 2.0 * accel * length[i],
+                    )
+                ),
             )
         return out
 
     def _adapted(self, feed: float, most: float) -> float:
         """Average, floor and dead band of one feed; ``most``: as programmed."""
         self._recent.append(feed)
-        feed = max(sum(self._recent) / len(self._recent), min(self.floor, most))
+        feed = max(
+            sum(self._recent) / len(self._recent),
+            min(self.floor, most),
+        )
         if self._feed is not None and abs(feed - self._feed) <= self.dead * (
             1.0 + 1e-9
         ):

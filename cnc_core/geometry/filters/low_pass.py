@@ -29,16 +29,15 @@ class LowPass(RunFilter):
         self._held: Rows = EMPTY
         self._state = start.copy()  # y
         self._end = start.copy()  # of the row given out last
-        self._before, self._after, self._judged = (
-            [start.copy()],
-            [start.copy()],
-            0,
-        )
+        self._before = [start.copy()]
+        self._after = [start.copy()]
+        self._judged = 0
 
     def settings(self, row: Any) -> None:
         level = np.array(row["end"][: self.count])
         self.level = np.where(level > 0, level, 1.0)
-        self.length, self.seconds = float(row["length"]), float(row["value"])
+        self.length = float(row["length"])
+        self.seconds = float(row["value"])
 
     def extend(self, rows: Rows, start: FloatArray) -> Rows:
         longest = (
@@ -47,11 +46,9 @@ class LowPass(RunFilter):
             else np.full(len(rows), self.length)
         )
         short = rows["length"] <= longest + 1e-12
-        out, begin, starts = (
-            [],
-            0,
-            np.vstack([start, rows["end"][:-1, : self.count]]),
-        )
+        out = []
+        begin = 0
+        starts = np.vstack([start, rows["end"][:-1, : self.count]])
         for i in [*np.flatnonzero(~short), len(rows)]:
             if i > begin:
                 out.append(self._filtered(rows[begin:i], starts[begin]))
@@ -74,12 +71,11 @@ class LowPass(RunFilter):
 
     def _filtered(self, rows: Rows, start: FloatArray) -> Rows:
         if not len(self._held):
-            self._state, self._end = start.copy(), start.copy()
-            self._before, self._after, self._judged = (
-                [start.copy()],
-                [start.copy()],
-                0,
-            )
+            self._state = start.copy()
+            self._end = start.copy()
+            self._before = [start.copy()]
+            self._after = [start.copy()]
+            self._judged = 0
         rows = np.concatenate([self._held, rows])
         rows, self._held = rows[:-1].copy(), rows[-1:].copy()
         first = self._end
@@ -93,7 +89,8 @@ class LowPass(RunFilter):
             )
         rows["end"][:, : self.count] = made
         if len(rows):
-            self._state, self._end = made[-1].copy(), made[-1].copy()
+            self._state = made[-1].copy()
+            self._end = made[-1].copy()
         for vertex, place in zip(vertices, made, strict=True):
             self._note(vertex, place)
         return self.with_lengths(rows, first)
@@ -110,10 +107,8 @@ class LowPass(RunFilter):
             np.array(self._before), np.array(self._after), ahead, self._judged
         )
         self._judged = NOTED // 3
-        self._before, self._after = (
-            self._before[-NOTED // 3 :],
-            self._after[-NOTED // 3 :],
-        )
+        self._before = self._before[-NOTED // 3 :]
+        self._after = self._after[-NOTED // 3 :]
 
 
 def _low_passed(values: list[float], state: float, level: float) -> list[float]:

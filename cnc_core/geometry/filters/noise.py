@@ -41,19 +41,15 @@ class Noise(RunFilter):
         self._left: list[FloatArray] = []  # vertices dropped since
 
     def settings(self, row: Any) -> None:
-        self.angle, self.length, self.cusps = (
-            float(row["angle"]),
-            float(row["length"]),
-            row["value"] == 1,
-        )
+        self.angle = float(row["angle"])
+        self.length = float(row["length"])
+        self.cusps = row["value"] == 1
 
     def extend(self, rows: Rows, start: FloatArray) -> Rows:
         if not len(self._held):
-            self._kept, self._ways, self._left = (
-                start.copy(),
-                np.zeros((0, self.count)),
-                [],
-            )
+            self._kept = start.copy()
+            self._ways = np.zeros((0, self.count))
+            self._left = []
         ends = rows["end"][:, : self.count]
         self._ways = np.vstack(
             [self._ways, np.diff(np.vstack([start, ends]), axis=0)]
@@ -68,7 +64,8 @@ class Noise(RunFilter):
 
     def _give(self, count: int, *, last: bool) -> Rows:
         """The first ``count`` rows held, without those that are dropped."""
-        rows, self._held = self._held[:count].copy(), self._held[count:]
+        rows = self._held[:count].copy()
+        self._held = self._held[count:]
         if not count:
             return rows
         drop = self._sharp(last)[
@@ -88,13 +85,17 @@ class Noise(RunFilter):
     def _sharp(self, last: bool) -> Any:
         """Which ends of all known ways are to be dropped."""
         turn = np.concatenate([turns_of(self._ways, self.axes), [0.0]])
-        short = np.linalg.norm(self._ways[:, self.used], axis=1) < self.length
+        short = (
+            np.linalg.norm(
+                self._ways[:, self.used],
+                axis=1,
+            )
+            < self.length
+        )
         sharp = short & (np.abs(turn) >= self.angle) & (turn != 0.0)
         if self.cusps:
-            ahead, behind = (
-                np.concatenate([[0.0], turn[:-1]]),
-                np.concatenate([turn[1:], [0.0]]),
-            )
+            ahead = np.concatenate([[0.0], turn[:-1]])
+            behind = np.concatenate([turn[1:], [0.0]])
             sharp &= (turn * ahead < 0) & (turn * behind < 0)
         return sharp
 

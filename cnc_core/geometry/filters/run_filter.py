@@ -33,12 +33,16 @@ from cnc_core.blocks import (
     RAPID,
     BlockBatch,
 )
-
-from ..shapes.polynomial import joined
+from cnc_core.blocks.pool import joined
 
 FloatArray = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
-NOISE, NURBS, FINE_NOISE, SHORT, LOW_PASS, FEED_CONTROL = 1, 2, 3, 4, 5, 6
+NOISE = 1
+NURBS = 2
+FINE_NOISE = 3
+SHORT = 4
+LOW_PASS = 5
+FEED_CONTROL = 6
 NO_AXIS = 255
 SAME_MM = 1e-9
 CLOSE_MM = 1e-6  # of a largest distance
@@ -75,7 +79,11 @@ def lengths_of(delta: FloatArray, main: tuple[int, int, int]) -> FloatArray:
     those rest.
     """
     present = [axis for axis in main if axis >= 0]
-    length = np.asarray(np.sqrt((delta[:, present] ** 2).sum(axis=1)))
+    length = np.asarray(
+        np.sqrt(
+            (delta[:, present] ** 2).sum(axis=1),
+        )
+    )
     whole = np.sqrt((delta**2).sum(axis=1))
     return np.where(length < SAME_MM, whole, length)
 
@@ -84,7 +92,8 @@ def turns_of(delta: FloatArray, axes: tuple[int, int]) -> FloatArray:
     """(n - 1,) signed turns in a plane between consecutive ways (n, axes), rad;
     0 where one of them is no way there.
     """
-    a, b = delta[:-1][:, list(axes)], delta[1:][:, list(axes)]
+    a = delta[:-1][:, list(axes)]
+    b = delta[1:][:, list(axes)]
     turn = np.arctan2(
         a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)
     )
@@ -149,7 +158,9 @@ class RunFilter(ABC):
     def __init__(self, start: FloatArray, main: tuple[int, int, int]) -> None:
         self.main, self.count = main, len(start)
         self.on = False
-        self.axes, self.depth, self.tangential = (0, 1), NO_AXIS, NO_AXIS
+        self.axes = (0, 1)
+        self.depth = NO_AXIS
+        self.tangential = NO_AXIS
         self.report = FilterReport(self.name)
         self._last = start.copy()
 
@@ -202,10 +213,8 @@ class RunFilter(ABC):
 
     def _set(self, row: Any) -> None:
         self.on = bool(row["flags"] & HAS_VALUE)
-        self.axes, self.depth = (
-            (int(row["degree"]), int(row["fill_1"])),
-            int(row["plane"]),
-        )
+        self.axes = (int(row["degree"]), int(row["fill_1"]))
+        self.depth = int(row["plane"])
         self.tangential = (
             int(row["center"][0]) - 1 if row["center"][0] > 0 else NO_AXIS
         )
@@ -226,7 +235,11 @@ class RunFilter(ABC):
         usable, start = self._usable(rows)
         edges = np.flatnonzero(np.diff(usable.astype(np.int8))) + 1
         out = []
-        for begin, end in zip([0, *edges], [*edges, len(rows)], strict=True):
+        for begin, end in zip(
+            [0, *edges],
+            [*edges, len(rows)],
+            strict=True,
+        ):
             if usable[begin]:
                 self.report.blocks_in += int(end - begin)
                 made = self.extend(rows[begin:end].copy(), start[begin])
@@ -243,7 +256,12 @@ class RunFilter(ABC):
         """
         moving = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & ELEMENT) == 0)
         places = np.where(moving, np.arange(len(rows)), -1)
-        before = np.concatenate([[-1], np.maximum.accumulate(places)[:-1]])
+        before = np.concatenate(
+            [
+                [-1],
+                np.maximum.accumulate(places)[:-1],
+            ]
+        )
         ends = rows["end"][:, : self.count]
         start = np.where(
             (before >= 0)[:, None], ends[np.maximum(before, 0)], self._last
@@ -285,11 +303,9 @@ class RunFilter(ABC):
         ``after`` has not got there yet; nor are the first ``behind`` of
         ``after``.
         """
-        report, before, after = (
-            self.report,
-            before[:, self.used],
-            after[:, self.used],
-        )
+        report = self.report
+        before = before[:, self.used]
+        after = after[:, self.used]
         report.segments_deviation_mm = farthest(
             after[behind:], before, report.segments_deviation_mm
         )

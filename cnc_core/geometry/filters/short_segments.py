@@ -30,7 +30,8 @@ class ShortSegments(RunFilter):
         self._left: list[FloatArray] = []
 
     def settings(self, row: Any) -> None:
-        self.length, self.seconds = float(row["length"]), float(row["value"])
+        self.length = float(row["length"])
+        self.seconds = float(row["value"])
 
     def extend(self, rows: Rows, start: FloatArray) -> Rows:
         if not len(self._held):

@@ -46,7 +46,8 @@ def basis(knots: FloatArray, u: FloatArray, degree: int) -> FloatArray:
     for j in range(1, degree + 1):
         saved = np.zeros(len(u))
         for r in range(j):
-            right, left = knots[:, degree + r], knots[:, degree + r - j]
+            right = knots[:, degree + r]
+            left = knots[:, degree + r - j]
             share = values[:, r] / (right - left)
             values[:, r] = saved + (right - u) * share
             saved = (u - left) * share
@@ -66,11 +67,9 @@ class SplineFilter(RunFilter):
         self._begin(start)
 
     def settings(self, row: Any) -> None:
-        self.length, self.order, self.step = (
-            float(row["length"]),
-            int(row["value"]),
-            float(row["radius"]),
-        )
+        self.length = float(row["length"])
+        self.order = int(row["value"])
+        self.step = float(row["radius"])
 
     def _begin(self, start: FloatArray) -> None:
         """A new run."""
@@ -110,7 +109,12 @@ class SplineFilter(RunFilter):
             self._begin(start)
         if self._degree == 1:
             return self._polygon(rows)
-        self._points = np.vstack([self._points, rows["end"][:, : self.count]])
+        self._points = np.vstack(
+            [
+                self._points,
+                rows["end"][:, : self.count],
+            ]
+        )
         self._rows = np.concatenate([self._rows, rows])
         return self._evaluated(
             self._number - max(self._degree, 2 * self._degree - 2), None
@@ -121,7 +125,8 @@ class SplineFilter(RunFilter):
         the last row, which may be the end.
         """
         rows = np.concatenate([self._rows, rows])
-        out, self._rows = rows[:-1].copy(), rows[-1:]
+        out = rows[:-1].copy()
+        self._rows = rows[-1:]
         out["flags"] &= ~np.uint16(EXACT_STOP)
         return out
 
@@ -197,9 +202,18 @@ class SplineFilter(RunFilter):
         share = (np.arange(per_span) + 1.0) / per_span
         u_table = (spans[:, None] + share).ravel()
         table = self._at(u_table, np.repeat(spans, per_span), degree, top)
-        begin = self._at(np.array([float(self._span)]), spans[:1], degree, top)
+        begin = self._at(
+            np.array([float(self._span)]),
+            spans[:1],
+            degree,
+            top,
+        )
         way = np.linalg.norm(
-            np.diff(np.vstack([begin, table]), axis=0)[:, self.used], axis=1
+            np.diff(
+                np.vstack([begin, table]),
+                axis=0,
+            )[:, self.used],
+            axis=1,
         )
         length = np.concatenate([[0.0], np.cumsum(way)])
         final = top is not None and until == top
@@ -220,10 +234,8 @@ class SplineFilter(RunFilter):
             sources = np.append(sources, len(self._rows) - 1)
         driven = np.vstack([self._last_out, points])
         out = self._made(points, sources, final)
-        begin_span, self._out_span = (
-            min(self._span, self._out_span),
-            int(at[-1]) if len(at) else self._out_span,
-        )
+        begin_span = min(self._span, self._out_span)
+        self._out_span = int(at[-1]) if len(at) else self._out_span
         at = np.append(at, until - 1) if final else at
         self._measure(driven, (begin_span, until), at, degree, final)
         self._span = until
@@ -236,10 +248,8 @@ class SplineFilter(RunFilter):
         rows = self._rows[sources].copy()
         rows["flags"][: -1 if final else None] &= ~np.uint16(EXACT_STOP)
         rows["end"][:, : self.count] = points
-        before, self._last_out = (
-            self._last_out,
-            points[-1].copy() if len(points) else self._last_out,
-        )
+        before = self._last_out
+        self._last_out = points[-1].copy() if len(points) else self._last_out
         return self.with_lengths(rows, before)
 
     def _measure(
@@ -298,5 +308,6 @@ class SplineFilter(RunFilter):
             - self._first
         )
         if keep > SPANS_AT_ONCE:
-            self._points, self._rows = self._points[keep:], self._rows[keep:]
+            self._points = self._points[keep:]
+            self._rows = self._rows[keep:]
             self._first += keep

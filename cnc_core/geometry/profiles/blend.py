@@ -86,11 +86,10 @@ def gentle_bend(turn: float) -> tuple[float, float]:
     lines, for a deviation of 1.
     """
     handle, reach = gentle_handle(turn), gentle_reach(turn, 1.0)
-    a, b = np.array([1.0, 0.0]), np.array([np.cos(turn), np.sin(turn)])
-    start, end = (
-        np.array([-a * reach, a, 0.0 * a]),
-        np.array([b * reach, b, 0.0 * b]),
-    )
+    a = np.array([1.0, 0.0])
+    b = np.array([np.cos(turn), np.sin(turn)])
+    start = np.array([-a * reach, a, 0.0 * a])
+    end = np.array([b * reach, b, 0.0 * b])
     coef = joining(start, end, [0, 1], handle * reach)
     u = np.linspace(0.0, 1.0, BEND_SAMPLES)
     d1, d2, d3 = (
@@ -100,7 +99,8 @@ def gentle_bend(turn: float) -> tuple[float, float]:
     speed = np.linalg.norm(d1, axis=1)[:, None]
     t = d1 / speed
     gain = (d2 * t).sum(axis=1)[:, None]
-    across, third = d2 - gain * t, d3 - (d3 * t).sum(axis=1)[:, None] * t
+    across = d2 - gain * t
+    third = d3 - (d3 * t).sum(axis=1)[:, None] * t
     bend = np.linalg.norm(across, axis=1) / speed[:, 0] ** 2
     change = np.linalg.norm(
         third / speed**3 - 3.0 * gain * across / speed**4, axis=1
@@ -125,7 +125,9 @@ def round_handle(turn: float) -> float:
     with the same tangent length.
     """
     return (
-        float(3.2 * (1.0 - np.tan(turn / 4.0) / np.sin(turn / 2.0)))
+        float(
+            3.2 * (1.0 - np.tan(turn / 4.0) / np.sin(turn / 2.0)),
+        )
         if turn > 1e-6
         else 1.6
     )
@@ -164,12 +166,10 @@ class Blends:
         *,
         exact: bool = False,
     ) -> None:
-        self.spec, self._linear, self._edge_speed, self._limits = (
-            spec,
-            list(spec.linear),
-            edge_speed,
-            limits,
-        )
+        self.spec = spec
+        self._linear = list(spec.linear)
+        self._edge_speed = edge_speed
+        self._limits = limits
         self._held: Intervals | None = None
         self.count = 0
         self._by_parameter = spec.kind != POINTS and not spec.feed_by_length
@@ -196,14 +196,18 @@ class Blends:
             first = int(at) + 1
         rest = whole[first:]
         if not final and len(rest) and rest.after[-1] in self._codes:
-            self._held, rest = rest[-1:], rest[:-1]
+            self._held = rest[-1:]
+            rest = rest[:-1]
         return Intervals.joined([*parts, rest], columns)
 
     def _blend(self, whole: Intervals, at: int) -> Intervals:
         """Cut both neighbours in place; the piece between them."""
-        left, right = whole.coef[at], whole.coef[at + 1]
-        a, b = evaluated(left, whole.span[at])[1], evaluated(right, 0.0)[1]
-        turn, passed = self._turn(a, b), whole.after[at] == PASS
+        left = whole.coef[at]
+        right = whole.coef[at + 1]
+        a = evaluated(left, whole.span[at])[1]
+        b = evaluated(right, 0.0)[1]
+        turn = self._turn(a, b)
+        passed = whole.after[at] == PASS
         chord = self.spec.chord
         if passed:
             speed = min(
@@ -246,7 +250,10 @@ class Blends:
         whole.coef[at + 1] = shifted(right, u1)
         whole.span[at + 1] -= u1
         piece = whole[at : at + 1]
-        feed = np.minimum(whole.feed[at : at + 1], whole.feed[at + 1 : at + 2])
+        feed = np.minimum(
+            whole.feed[at : at + 1],
+            whole.feed[at + 1 : at + 2],
+        )
         if passed:
             rate = self._rate(a, b) if self._by_parameter else 1.0
             feed = np.minimum(feed, self._edge_speed(a, b) / rate)
@@ -273,10 +280,16 @@ class Blends:
         """Direction and curvature are the same on both sides already."""
         sides = []
         for jet in (evaluated(left, span), evaluated(right, 0.0)):
-            d1, d2 = jet[1][self._linear], jet[2][self._linear]
+            d1 = jet[1][self._linear]
+            d2 = jet[2][self._linear]
             speed = float(np.linalg.norm(d1))
             t = d1 / max(speed, 1e-300)
-            sides.append((t, (d2 - (d2 @ t) * t) / max(speed, 1e-300) ** 2))
+            sides.append(
+                (
+                    t,
+                    (d2 - (d2 @ t) * t) / max(speed, 1e-300) ** 2,
+                )
+            )
         (t1, k1), (t2, k2) = sides
         return bool(
             np.abs(t1 - t2).max() < 1e-9 and np.abs(k1 - k2).max() < 1e-9
@@ -284,7 +297,12 @@ class Blends:
 
     def _turn(self, a: FloatArray, b: FloatArray) -> float:
         x, y = a[self._linear], b[self._linear]
-        return float(np.arctan2(np.linalg.norm(np.cross(x, y)), x @ y))
+        return float(
+            np.arctan2(
+                np.linalg.norm(np.cross(x, y)),
+                x @ y,
+            )
+        )
 
     def _chord(self, coef: FloatArray, span: float) -> float:
         moved = evaluated(coef, span)[0] - coef[:, 0]
@@ -320,14 +338,15 @@ class Blends:
                 np.array([length]),
             )[0]
         else:
-            length, coef = (
-                1.0,
-                joining(start, end, self._linear, handle * reach),
-            )
+            length = 1.0
+            coef = joining(start, end, self._linear, handle * reach)
         points = np.einsum(
             "ck,kg->gc", coef, (length * GRID) ** np.arange(6)[:, None]
         )
-        near = np.linalg.norm((points - corner)[:, self._linear], axis=1).min()
+        near = np.linalg.norm(
+            (points - corner)[:, self._linear],
+            axis=1,
+        ).min()
         return (coef, length, u0, u1) if near <= chord * (1.0 + 1e-6) else None
 
     def _end_of(self, coef: FloatArray, reach: float) -> float:
@@ -372,8 +391,18 @@ def joining(
     """
     states = []
     for state in (start, end):
-        rate = speed / max(float(np.linalg.norm(state[1][linear])), 1e-300)
-        states.append(np.stack([state[1] * rate, state[2] * rate * rate]))
+        rate = speed / max(
+            float(np.linalg.norm(state[1][linear])),
+            1e-300,
+        )
+        states.append(
+            np.stack(
+                [
+                    state[1] * rate,
+                    state[2] * rate * rate,
+                ]
+            )
+        )
     one = np.array([1.0])
     return np.asarray(
         spline.quintic(

@@ -126,7 +126,8 @@ class Curves:
         self.spec, self._directions = spec, directions
         self.filter = PointFilter(spec)
         self.marked = self.kept = 0
-        self._columns, self._linear = len(spec.columns), list(spec.linear)
+        self._columns = len(spec.columns)
+        self._linear = list(spec.linear)
         self._buffer = Points.none(self._columns)
         self._known = 1  # points of the buffer whose transition is final
         self._gone = 0  # knots of the open curve that have left the buffer
@@ -155,7 +156,9 @@ class Curves:
         """Automatic transitions of the points whose neighbours are both known;
         programmed ones stay.
         """
-        buffer, first, stop = self._buffer, self._known, len(self._buffer) - 1
+        buffer = self._buffer
+        first = self._known
+        stop = len(self._buffer) - 1
         if stop > first:
             part = slice(first - 1, stop + 1)
             wanted = (
@@ -240,7 +243,8 @@ class Curves:
         far = float(np.linalg.norm((b - a)[self._linear]))
         far = far if far >= STANDS else float(np.linalg.norm(b - a))
         coef = np.zeros((1, self._columns, 6))
-        coef[0, :, 0], coef[0, :, 1] = a, (b - a) / far
+        coef[0, :, 0] = a
+        coef[0, :, 1] = (b - a) / far
         self._state = None
         marks = (
             np.array([STOP]),
@@ -259,11 +263,9 @@ class Curves:
         out = self._curve(stop, len(self._buffer))
         drop = stop - HALO
         self._buffer = self._buffer[drop:]
-        self._gone, self._known, self._solved = (
-            self._gone + drop,
-            self._known - drop,
-            HALO,
-        )
+        self._gone = self._gone + drop
+        self._known = self._known - drop
+        self._solved = HALO
         return out
 
     def _curve(self, stop: int, length: int) -> Intervals:
@@ -284,12 +286,14 @@ class Curves:
             first -= 1
         whole = np.concatenate(states)
         self._state = whole[-1]
-        values, h = buffer.values[first:stop], steps[first : stop - 1]
+        values = buffer.values[first:stop]
+        h = steps[first : stop - 1]
         coef = (spline.cubic if degree == 3 else spline.hermite)(
             values, whole, h
         )
         to = slice(first + 1, stop)
-        after, rapid = np.zeros(len(h), np.int64), np.zeros(len(h), np.bool_)
+        after = np.zeros(len(h), np.int64)
+        rapid = np.zeros(len(h), np.bool_)
         return Intervals(
             coef,
             h,
@@ -303,13 +307,18 @@ class Curves:
     def _window(
         self, at: int, to: int, length: int, steps: FloatArray
     ) -> Window:
-        low, high = max(0, at - HALO), min(length, at + CORE + HALO)
+        low = max(0, at - HALO)
+        high = min(length, at + CORE + HALO)
         values = self._buffer.values
         clamp = None
         if low == 0 and not self._gone and self._clamp is not None:
             clamp = (
                 self._clamp
-                * float(np.linalg.norm((values[1] - values[0])[self._linear]))
+                * float(
+                    np.linalg.norm(
+                        (values[1] - values[0])[self._linear],
+                    )
+                )
                 / steps[0]
             )
         return Window(

@@ -37,7 +37,13 @@ def times(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def dot(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(
-        sum(times(a[:, :, i], b[:, :, i]) for i in range(a.shape[2]))
+        sum(
+            times(
+                a[:, :, i],
+                b[:, :, i],
+            )
+            for i in range(a.shape[2])
+        )
     )
 
 
@@ -54,7 +60,9 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def power(a: FloatArray, exponent: float) -> FloatArray:
     """A positive scalar to a power."""
-    v, d, c = a[:, 0], a[:, 1], a[:, 2]
+    v = a[:, 0]
+    d = a[:, 1]
+    c = a[:, 2]
     first = exponent * v ** (exponent - 1.0)
     second = exponent * (exponent - 1.0) * v ** (exponent - 2.0)
     return np.stack(
@@ -82,4 +90,11 @@ def angle(x: FloatArray, y: FloatArray) -> FloatArray:
     turning[:, 1] = x[:, 0] * y[:, 2] - y[:, 0] * x[:, 2]
     rate = turning[:, 0] / square[:, 0]
     change = turning[:, 1] / square[:, 0] - rate * square[:, 1] / square[:, 0]
-    return np.stack([np.arctan2(y[:, 0], x[:, 0]), rate, change], axis=1)
+    return np.stack(
+        [
+            np.arctan2(y[:, 0], x[:, 0]),
+            rate,
+            change,
+        ],
+        axis=1,
+    )

@@ -88,10 +88,8 @@ class ProfileLimits:
         window = max(smooth.window_s, smooth.constant_s)
         if not (window > 0 or smooth.merge_s > 0 or smooth.entities > 0):
             return None
-        velocity, acceleration = (
-            self._machine.velocity.copy(),
-            self._machine.acceleration.copy(),
-        )
+        velocity = self._machine.velocity.copy()
+        acceleration = self._machine.acceleration.copy()
         for code, which, shares in self._shares:
             if which == FEED_MOTIONS and code == lib.NC_DYNAMICS_VELOCITY:
                 velocity *= shares
@@ -114,19 +112,15 @@ class ProfileLimits:
 
     def _rows(self, held: bool) -> BlockBatch:
         rows = np.zeros(len(self._shares) + (self._jerk is not None), NC_BLOCK)
-        rows["type"], rows["count"], rows["file"] = (
-            DYNAMICS,
-            self._spec.count,
-            self._spec.file,
-        )
+        rows["type"] = DYNAMICS
+        rows["count"] = self._spec.count
+        rows["file"] = self._spec.file
         for row, (code, which, shares) in zip(rows, self._shares, strict=False):
             row["code"], row["value"] = code, which
             row["end"][: len(shares)] = shares if held else 1.0
         if self._jerk is not None:
-            rows[-1]["code"], rows[-1]["value"] = (
-                lib.NC_DYNAMICS_PATH,
-                FEED_MOTIONS,
-            )
+            rows[-1]["code"] = lib.NC_DYNAMICS_PATH
+            rows[-1]["value"] = FEED_MOTIONS
             rows[-1]["end"][PATH_JERK] = self._jerk if held else 0.0
         return BlockBatch(rows)
 
@@ -192,7 +186,11 @@ def _jerks(
     """
     scale = spec.smoothness.scale or 1.0
     jerk = {
-        i: scale * min(d.jerk or np.inf, float(machine.jerk[i]) or np.inf)
+        i: scale
+        * min(
+            d.jerk or np.inf,
+            float(machine.jerk[i]) or np.inf,
+        )
         for i, d in own.items()
     }
     if spec.smoothness.jerk == "profile":

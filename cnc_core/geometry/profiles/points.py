@@ -143,7 +143,8 @@ class PointFilter:
     def _axis_null_moves(self, points: Points) -> Points:
         """Changes of an axis below its own threshold are ignored (AXP)."""
         points = points[:]
-        points.values, points.after = points.values.copy(), points.after.copy()
+        points.values = points.values.copy()
+        points.after = points.after.copy()
         for i, axis in enumerate(self.spec.axes):
             if axis.null_move > 0.0 and len(points):
                 last = (

@@ -76,7 +76,9 @@ def rows_of(
     """
     n, axes, order = coef.shape
     rows = np.zeros(n, NC_BLOCK)
-    rows["type"], rows["degree"], rows["angle"] = POLYNOMIAL, degree, span
+    rows["type"] = POLYNOMIAL
+    rows["degree"] = degree
+    rows["angle"] = span
     rows["end"][:, :axes] = np.einsum(
         "nak,nk->na", coef, span[:, None] ** np.arange(order)
     )
@@ -87,14 +89,23 @@ def rows_of(
     )
     rows["length"] = rows["length_min"] = lengths(coef, span, main)
     size = axes * (degree + 1)
-    rows["pool"] = np.concatenate([[0], np.cumsum(size)[:-1]]) if n else 0
+    rows["pool"] = (
+        np.concatenate(
+            [[0], np.cumsum(size)[:-1]],
+        )
+        if n
+        else 0
+    )
     pool = np.empty(int(size.sum()))
     for d in np.unique(degree):
         which = np.flatnonzero(degree == d)
         at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(
             axes * (int(d) + 1)
         )
-        pool[at] = coef[which, :, : int(d) + 1].reshape(len(which), -1)
+        pool[at] = coef[which, :, : int(d) + 1].reshape(
+            len(which),
+            -1,
+        )
     for name, value in fields.items():
         rows[name] = value
     return BlockBatch(rows, pool)
@@ -113,7 +124,9 @@ def line_row(
     far = float(np.linalg.norm(moved[main]))
     if far < STANDS:  # what rounding left of it is no length
         far = float(np.linalg.norm(moved))
-    row["type"], row["length"], row["length_min"] = LINEAR, far, far
+    row["type"] = LINEAR
+    row["length"] = far
+    row["length_min"] = far
     row["end"][0, : len(end)] = end
     row["flags"] = EXACT_STOP | (RAPID if rapid else 0)
     for name, value in fields.items():

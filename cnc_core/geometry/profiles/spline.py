@@ -77,7 +77,13 @@ def _solved(windows: list[Window], degree: int) -> FloatArray:
     fill = _quintic if degree == 5 else _cubic
     for k, window in enumerate(windows):
         n = len(window.points)
-        fill(window, before[:n, k], middle[:n, k], behind[:n, k], right[:n, k])
+        fill(
+            window,
+            before[:n, k],
+            middle[:n, k],
+            behind[:n, k],
+            right[:n, k],
+        )
     for i in range(1, longest):
         factor = before[i] @ np.linalg.inv(middle[i - 1])
         middle[i] -= factor @ behind[i - 1]
@@ -97,16 +103,20 @@ def _cubic(
     behind: FloatArray,
     right: FloatArray,
 ) -> None:
-    h, moved = w.steps, np.diff(w.points, axis=0)
+    h = w.steps
+    moved = np.diff(w.points, axis=0)
     pull = 3.0 * moved / (h * h)[:, None]
     middle[:, 0, 0] = 0.0
     middle[:-1, 0, 0] += 2.0 / h
     middle[1:, 0, 0] += 2.0 / h
-    before[1:, 0, 0], behind[:-1, 0, 0] = 1.0 / h, 1.0 / h
+    before[1:, 0, 0] = 1.0 / h
+    behind[:-1, 0, 0] = 1.0 / h
     right[:-1, 0] += pull
     right[1:, 0] += pull
     if w.clamp is not None:
-        middle[0, 0, 0], behind[0, 0, 0], right[0, 0] = 1.0, 0.0, w.clamp
+        middle[0, 0, 0] = 1.0
+        behind[0, 0, 0] = 0.0
+        right[0, 0] = w.clamp
 
 
 def _quintic(
@@ -119,7 +129,8 @@ def _quintic(
     """Jumps of the fourth (first row, negative) and third derivative are 0; at
     free ends the derivatives themselves.
     """
-    h, moved = w.steps, np.diff(w.points, axis=0)
+    h = w.steps
+    moved = np.diff(w.points, axis=0)
     h2, h3 = h * h, h**3
     middle[:] = 0.0
     # what the interval ahead of a knot adds, then the one behind it
@@ -127,24 +138,28 @@ def _quintic(
     middle[1:, 0, 1] -= 36.0 / h2
     middle[1:, 1, 0] -= 36.0 / h2
     middle[1:, 1, 1] += 9.0 / h
-    before[1:, 0, 0], before[1:, 0, 1] = 168.0 / h3, 24.0 / h2
-    before[1:, 1, 0], before[1:, 1, 1] = -24.0 / h2, -3.0 / h
+    before[1:, 0, 0] = 168.0 / h3
+    before[1:, 0, 1] = 24.0 / h2
+    before[1:, 1, 0] = -24.0 / h2
+    before[1:, 1, 1] = -3.0 / h
     middle[:-1, 0, 0] += 192.0 / h3
     middle[:-1, 0, 1] += 36.0 / h2
     middle[:-1, 1, 0] += 36.0 / h2
     middle[:-1, 1, 1] += 9.0 / h
-    behind[:-1, 0, 0], behind[:-1, 0, 1] = 168.0 / h3, -24.0 / h2
-    behind[:-1, 1, 0], behind[:-1, 1, 1] = 24.0 / h2, -3.0 / h
-    fourth, third = (
-        360.0 * moved / (h2 * h2)[:, None],
-        60.0 * moved / h3[:, None],
-    )
+    behind[:-1, 0, 0] = 168.0 / h3
+    behind[:-1, 0, 1] = -24.0 / h2
+    behind[:-1, 1, 0] = 24.0 / h2
+    behind[:-1, 1, 1] = -3.0 / h
+    fourth = 360.0 * moved / (h2 * h2)[:, None]
+    third = 60.0 * moved / h3[:, None]
     right[1:, 0] += fourth
     right[1:, 1] -= third
     right[:-1, 0] += fourth
     right[:-1, 1] += third
     if w.clamp is not None:
-        middle[0, 0], behind[0, 0], right[0, 0] = (1.0, 0.0), 0.0, w.clamp
+        middle[0, 0] = (1.0, 0.0)
+        behind[0, 0] = 0.0
+        right[0, 0] = w.clamp
 
 
 def hermite(
@@ -156,7 +171,13 @@ def hermite(
     Where the data are those of a cubic the highest coefficients come out as
     rounding.
     """
-    return quintic(points[:-1], points[1:], states[:-1], states[1:], steps)
+    return quintic(
+        points[:-1],
+        points[1:],
+        states[:-1],
+        states[1:],
+        steps,
+    )
 
 
 def quintic(
@@ -171,16 +192,17 @@ def quintic(
     """
     h = steps[:, None]
     moved = p1 - p0
-    d0, d1, c0, c1 = (
-        s0[:, 0] * h,
-        s1[:, 0] * h,
-        s0[:, 1] * h * h,
-        s1[:, 1] * h * h,
-    )
+    d0 = s0[:, 0] * h
+    d1 = s1[:, 0] * h
+    c0 = s0[:, 1] * h * h
+    c1 = s1[:, 1] * h * h
     a3 = 10.0 * moved - 6.0 * d0 - 4.0 * d1 - 1.5 * c0 + 0.5 * c1
     a4 = -15.0 * moved + 8.0 * d0 + 7.0 * d1 + 1.5 * c0 - c1
     a5 = 6.0 * moved - 3.0 * (d0 + d1) - 0.5 * (c0 - c1)
-    coef = np.stack([p0, d0, 0.5 * c0, a3, a4, a5], axis=2)
+    coef = np.stack(
+        [p0, d0, 0.5 * c0, a3, a4, a5],
+        axis=2,
+    )
     return np.asarray(coef / steps[:, None, None] ** np.arange(6))
 
 
@@ -191,11 +213,9 @@ def cubic(
     slopes.
     """
     h = steps[:, None]
-    moved, d0, d1 = (
-        np.diff(points, axis=0),
-        states[:-1, 0] * h,
-        states[1:, 0] * h,
-    )
+    moved = np.diff(points, axis=0)
+    d0 = states[:-1, 0] * h
+    d1 = states[1:, 0] * h
     zero = np.zeros_like(moved)
     coef = np.stack(
         [

@@ -31,8 +31,9 @@ from cnc_core.blocks import (
     RAPID,
     BlockBatch,
 )
+from cnc_core.blocks.pool import coefficients, joined
 
-from ..shapes.polynomial import coefficients, derivative, joined, normalised
+from ..shapes.polynomial import derivative, normalised
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -78,7 +79,11 @@ class _Caps:
 
     @classmethod
     def none(cls) -> _Caps:
-        return cls(np.empty(0), np.empty(0), np.empty(0, np.bool_))
+        return cls(
+            np.empty(0),
+            np.empty(0),
+            np.empty(0, np.bool_),
+        )
 
     def __len__(self) -> int:
         return len(self.share)
@@ -100,7 +105,11 @@ class _Caps:
         )
         if self.ends.any():
             keep = max(keep, int(np.flatnonzero(self.ends)[-1]) + 1)
-        return _Caps(self.share[keep:], self.time[keep:], self.ends[keep:])
+        return _Caps(
+            self.share[keep:],
+            self.time[keep:],
+            self.ends[keep:],
+        )
 
 
 class ProfileFilter:
@@ -189,11 +198,15 @@ class ProfileFilter:
             else BlockBatch.empty()
         )
         out = joined([self._queue.drain(), rest])
-        self._now, self._past, self._queue = None, _Caps.none(), _Queue(0)
+        self._now = None
+        self._past = _Caps.none()
+        self._queue = _Queue(0)
         return out
 
     def resync(self, position: FloatArray) -> None:
-        self._now, self._past, self._queue = None, _Caps.none(), _Queue(0)
+        self._now = None
+        self._past = _Caps.none()
+        self._queue = _Queue(0)
         self._held.clear()
 
 
@@ -234,7 +247,12 @@ def _caps(
         speed = np.minimum(
             1.0, speed / np.maximum(rows["feed"][curves], 1e-9)[:, None]
         )
-        share[curves] = _mean(np.stack([speed[:, :-1], speed[:, 1:]], axis=2))
+        share[curves] = _mean(
+            np.stack(
+                [speed[:, :-1], speed[:, 1:]],
+                axis=2,
+            )
+        )
     time = (rows["length"] / PARTS)[:, None] / np.maximum(
         rows["feed"][:, None] * share, 1e-6
     )
@@ -248,7 +266,9 @@ def _mean(share: FloatArray) -> FloatArray:
     """Share of the speed over equal lengths (last axis) in which the same time
     passes.
     """
-    return np.asarray(1.0 / (1.0 / np.maximum(share, 1e-6)).mean(axis=-1))
+    return np.asarray(
+        1.0 / (1.0 / np.maximum(share, 1e-6)).mean(axis=-1),
+    )
 
 
 def _curve_speed(
@@ -263,12 +283,22 @@ def _curve_speed(
         )
     )
     d1, d2 = (
-        np.einsum("nak,kg->nga", c, GRID ** np.arange(c.shape[2])[:, None])
+        np.einsum(
+            "nak,kg->nga",
+            c,
+            GRID ** np.arange(c.shape[2])[:, None],
+        )
         for c in (first, derivative(first))
     )
     by_length = (rows["flags"] & BY_LENGTH != 0)[:, None]
-    speed = np.sqrt((d1[:, :, list(filter_.main)] ** 2).sum(axis=2))
-    rate = np.where(by_length, rows["length"][:, None], np.maximum(speed, 1e-9))
+    speed = np.sqrt(
+        (d1[:, :, list(filter_.main)] ** 2).sum(axis=2),
+    )
+    rate = np.where(
+        by_length,
+        rows["length"][:, None],
+        np.maximum(speed, 1e-9),
+    )
     along = (
         np.where(
             by_length, 0.0, (d1 * d2)[:, :, list(filter_.main)].sum(axis=2)
@@ -290,7 +320,10 @@ def _opened(caps: _Caps, window: float) -> FloatArray:
     out = caps.share.copy()
     if not window > 0.0:
         return out
-    for part in np.split(np.arange(len(caps)), np.flatnonzero(caps.ends) + 1):
+    for part in np.split(
+        np.arange(len(caps)),
+        np.flatnonzero(caps.ends) + 1,
+    ):
         if len(part):
             out[part] = _opened_section(
                 caps.share[part], caps.time[part], window
@@ -321,7 +354,10 @@ def _spread(caps: _Caps, share: FloatArray, merge: float) -> FloatArray:
     if not merge > 0.0:
         return share
     out = share.copy()
-    for part in np.split(np.arange(len(caps)), np.flatnonzero(caps.ends) + 1):
+    for part in np.split(
+        np.arange(len(caps)),
+        np.flatnonzero(caps.ends) + 1,
+    ):
         if len(part):
             out[part] = _spread_section(share[part], caps.time[part], merge)
     return out
@@ -334,13 +370,30 @@ def _spread_section(
     there go on.
     """
     end = np.cumsum(time)
-    begin, rows, half = end - time, np.arange(len(share)), 0.5 * merge
+    begin = end - time
+    rows = np.arange(len(share))
+    half = 0.5 * merge
     first = np.searchsorted(end, begin - half, side="right")
     last = np.searchsorted(begin, end + half) - 1
-    least = -_largest(-share, np.minimum(first, rows), np.maximum(last, rows))
-    edges = np.concatenate([[-merge, 0.0], end, [end[-1] + merge]])
+    least = -_largest(
+        -share,
+        np.minimum(first, rows),
+        np.maximum(last, rows),
+    )
+    edges = np.concatenate(
+        [
+            [-merge, 0.0],
+            end,
+            [end[-1] + merge],
+        ]
+    )
     level = np.concatenate([least[:1], least, least[-1:]])
-    total = np.concatenate([[0.0], np.cumsum(level * np.diff(edges))])
+    total = np.concatenate(
+        [
+            [0.0],
+            np.cumsum(level * np.diff(edges)),
+        ]
+    )
     middle = 0.5 * (begin + end)
     mean = (
         np.interp(middle + half, edges, total)
@@ -356,7 +409,12 @@ def _largest(
     table = [values]
     while 1 << len(table) <= len(values):
         half = 1 << (len(table) - 1)
-        table.append(np.maximum(table[-1][:-half], table[-1][half:]))
+        table.append(
+            np.maximum(
+                table[-1][:-half],
+                table[-1][half:],
+            )
+        )
     level = np.floor(np.log2(high - low + 1)).astype(np.intp)
     out = np.empty(len(low))
     for k in np.unique(level):

@@ -21,7 +21,7 @@ from cnc_core.kinematics.machine import Kinematics
 from . import jets, spline
 from .curves import Intervals
 from .rows import NODES, WEIGHTS
-from .tool import NoVersor, Rotaries, Versors
+from .tool import LastVersors, NoVersor, Rotaries, Versors
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -32,7 +32,7 @@ ANGLE_DEG = 0.002
 TOGETHER = 1e-6  # relative difference of first derivatives that are the same
 
 
-class NotCarried(Exception):  # noqa: N818 - a reason, the stage makes the error
+class NotReached(Exception):  # noqa: N818 - a reason, the stage makes the error
     """``reason``: "direction" not reached, "rough" (not smooth), "versor"
     without length.  ``interval``: where.
     """
@@ -43,7 +43,7 @@ class NotCarried(Exception):  # noqa: N818 - a reason, the stage makes the error
 
 
 @dataclass
-class Carried:
+class AxisCurves:
     """Polynomials (n, channel axes, 6) over ``span``; each is the part
     ``u0``..``u1`` of interval ``index``.
     """
@@ -55,7 +55,16 @@ class Carried:
     u1: FloatArray
 
 
-class Carry:
+@dataclass(frozen=True)
+class _Position:
+    """What counts from the end of the part before, to begin a part again."""
+
+    versors: LastVersors
+    near: FloatArray | None
+    angle: float
+
+
+class ToAxes:
     """State along one profile.
 
     ``start``: (channel axes,) in programmed coordinates.
@@ -114,18 +123,20 @@ class Carry:
             if rotary:
                 self._limits[axis.channel] = angle
 
-    def __call__(self, intervals: Intervals) -> Carried:
-        """The intervals in channel axes; NotCarried."""
+    def __call__(self, intervals: Intervals) -> AxisCurves:
+        """The intervals in channel axes; NotReached."""
         n = len(intervals)
         if self.exact:
-            return Carried(
+            return AxisCurves(
                 self.copied(intervals.coef),
                 intervals.span,
                 np.arange(n),
                 np.zeros(n),
                 intervals.span.copy(),
             )
-        index, u0, u1 = np.arange(n), np.zeros(n), intervals.span.copy()
+        index = np.arange(n)
+        u0 = np.zeros(n)
+        u1 = intervals.span.copy()
         state = self._state()
         for _ in range(HALVINGS):
             self._restore(state)
@@ -133,17 +144,16 @@ class Carry:
             coef = self._joined(intervals, index, u0, u1, ends)
             bad = self._missed(coef, u1 - u0, values) & ~intervals.rapid[index]
             if not bad.any():
-                return Carried(coef, u1 - u0, index, u0, u1)
+                return AxisCurves(coef, u1 - u0, index, u0, u1)
             times = np.where(bad, 2, 1)
             middle = 0.5 * (u0 + u1)
             first = np.cumsum(times) - times
-            index, u0, u1 = (
-                np.repeat(index, times),
-                np.repeat(u0, times),
-                np.repeat(u1, times),
-            )
-            u1[first[bad]], u0[first[bad] + 1] = middle[bad], middle[bad]
-        raise NotCarried(
+            index = np.repeat(index, times)
+            u0 = np.repeat(u0, times)
+            u1 = np.repeat(u1, times)
+            u1[first[bad]] = middle[bad]
+            u0[first[bad] + 1] = middle[bad]
+        raise NotReached(
             "rough", int(index[np.flatnonzero(np.repeat(bad, times))[0]])
         )
 
@@ -160,16 +170,15 @@ class Carry:
 
     # by quintics
 
-    def _state(self) -> tuple[object, ...]:
-        v = self.versors
+    def _state(self) -> _Position:
         near = None if self.rotaries is None else self.rotaries.near
-        return v._normal, v._heading, near, self._angle
+        return _Position(self.versors.last, near, self._angle)
 
-    def _restore(self, state: tuple[object, ...]) -> None:
-        self.versors._normal, self.versors._heading = state[0], state[1]  # type: ignore[assignment]
-        if self.rotaries is not None:
-            self.rotaries.near = state[2]  # type: ignore[assignment]
-        self._angle = state[3]  # type: ignore[assignment]
+    def _restore(self, state: _Position) -> None:
+        self.versors.last = state.versors
+        if self.rotaries is not None and state.near is not None:
+            self.rotaries.near = state.near
+        self._angle = state.angle
 
     def _evaluated(
         self,
@@ -184,11 +193,11 @@ class Carry:
         u = (u0[:, None] + (u1 - u0)[:, None] * SAMPLES).ravel()
         at = np.repeat(index, len(SAMPLES))
         forward = np.tile(SAMPLES < 1.0, len(index))
-        all_jets = self.carried(intervals.coef[at], u, forward, at)
+        all_jets = self.axis_jets(intervals.coef[at], u, forward, at)
         shaped = all_jets.reshape(len(index), len(SAMPLES), 3, -1)
         return shaped[:, :, 0], shaped[:, [0, -1]]
 
-    def carried(
+    def axis_jets(
         self,
         coef: FloatArray,
         u: FloatArray,
@@ -208,21 +217,21 @@ class Carry:
         try:
             d = self.versors.direction(coef, u, out)
         except NoVersor as reason:
-            raise NotCarried(
+            raise NotReached(
                 "versor", int(at[reason.at]) if at is not None else 0
             ) from None
         if self.rotaries is not None:
             try:
                 angles = self.rotaries.angles(d, forward)
             except ValueError as error:
-                raise NotCarried(
+                raise NotReached(
                     "direction", int(at[error.args[0]]) if at is not None else 0
                 ) from None
-            out[:, :, self.rotaries._axes] = angles
+            out[:, :, self.rotaries.axes] = angles
         try:
             tip = self.versors.tip(coef, u, d, forward)
         except NoVersor as reason:
-            raise NotCarried(
+            raise NotReached(
                 "versor", int(at[reason.at]) if at is not None else 0
             ) from None
         for k, i in enumerate(spec.linear):
@@ -236,7 +245,11 @@ class Carry:
         """
         assert self._following is not None
         angle = self.versors.following(coef, u, self._following)
-        steps = np.diff(np.concatenate([[self._angle], angle[:, 0]]))
+        steps = np.diff(
+            np.concatenate(
+                [[self._angle], angle[:, 0]],
+            )
+        )
         angle[:, 0] = self._angle + np.cumsum((steps + 180.0) % 360.0 - 180.0)
         self._angle = float(angle[-1, 0])
         out[:, :, self.spec.axes[self._following].channel] = angle
@@ -250,7 +263,8 @@ class Carry:
         ends: FloatArray,
     ) -> FloatArray:
         """Quintics; neighbours whose curves go on share value and derivatives."""
-        a, b = ends[:-1, 1], ends[1:, 0]
+        a = ends[:-1, 1]
+        b = ends[1:, 0]
         near = np.abs(a[:, 0] - b[:, 0]).max(axis=1) < 1e-7
         slope = np.abs(a[:, 1] - b[:, 1]).max(axis=1)
         same = near & (slope <= TOGETHER * (np.abs(a[:, 1]).max(axis=1) + 1e-9))
@@ -258,7 +272,8 @@ class Carry:
             intervals.after[index[:-1]] == SMOOTH
         )
         middle = 0.5 * (a[same] + b[same])
-        ends[:-1, 1][same], ends[1:, 0][same] = middle, middle
+        ends[:-1, 1][same] = middle
+        ends[1:, 0][same] = middle
         keep = near & ~same
         ends[:-1, 1][keep, 0] = b[keep, 0]
         h = u1 - u0
@@ -286,7 +301,7 @@ class Carry:
     # feed
 
     def reference_lengths(
-        self, intervals: Intervals, made: Carried
+        self, intervals: Intervals, made: AxisCurves
     ) -> FloatArray | None:
         """(n,) lengths of the curve that the feed refers to; None: of the
         driven tip itself.
@@ -315,5 +330,8 @@ class Carry:
                 out[:, :, axis.channel] = columns[:, :, i]
             chain = self.versors.kinematics.chain
             speed = chain.forward_jets(out, spec.tool.origin_length)[0][:, 1]
-        speeds = np.linalg.norm(speed, axis=1).reshape(len(h), len(NODES))
+        speeds = np.linalg.norm(speed, axis=1).reshape(
+            len(h),
+            len(NODES),
+        )
         return np.asarray(speeds @ (0.5 * WEIGHTS) * h)

@@ -7,10 +7,12 @@ Sources: specification 5.2 (versors), 5.3 (compensation), 5.4 (tangential axis),
     CLP = CCP + r n + (R - r) q - r d        AXI = CLP + L d
 
 Everything is computed with exact derivatives, because what comes out is joined
-to quintics (``profile_carry``).
+to quintics (``to_axes``).
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -53,7 +55,13 @@ def filled(
     """
     if good.all():
         return values
-    at = np.maximum.accumulate(np.where(good, np.arange(len(good)), -1))
+    at = np.maximum.accumulate(
+        np.where(
+            good,
+            np.arange(len(good)),
+            -1,
+        )
+    )
     out = values[np.maximum(at, 0)].copy()
     out[~good, 1:] = 0.0
     missing = at < 0
@@ -67,6 +75,14 @@ def filled(
     return out
 
 
+@dataclass(frozen=True)
+class LastVersors:
+    """Normal (3,) and heading (1,), degrees, of the point before, if any."""
+
+    normal: FloatArray | None = None
+    heading: FloatArray | None = None
+
+
 class Versors:
     """Directions along a profile, point after point.
 
@@ -78,8 +94,7 @@ class Versors:
     ) -> None:
         self.spec, self.kinematics = spec, kinematics
         self._linear = list(spec.linear)
-        self._normal: FloatArray | None = None
-        self._heading: FloatArray | None = None
+        self.last = LastVersors()
 
     def columns(
         self, coef: FloatArray, u: FloatArray, group: str
@@ -103,7 +118,17 @@ class Versors:
         if rest.any():
             slope[rest, 0] = slope[rest, 1]
             slope[rest, 1:] = 0.0
-            slope[rest & (np.linalg.norm(slope[:, 0], axis=1) < 1e-12), 0] = (
+            slope[
+                rest
+                & (
+                    np.linalg.norm(
+                        slope[:, 0],
+                        axis=1,
+                    )
+                    < 1e-12
+                ),
+                0,
+            ] = (
                 1.0,
                 0.0,
                 0.0,
@@ -133,7 +158,8 @@ class Versors:
         if column is None or not self.spec.axes[column].kinematic:
             return d
         angle = np.radians(self.following(coef, u, column))
-        cos, sin = np.cos(angle[:, 0]), np.sin(angle[:, 0])
+        cos = np.cos(angle[:, 0])
+        sin = np.sin(angle[:, 0])
         c = np.stack(
             [
                 cos,
@@ -172,7 +198,11 @@ class Versors:
         cos_beta = np.cos(alpha) * jets.power(c, -1.0)
         clipped = np.abs(cos_beta[:, 0]) >= 1.0 - 1e-12
         cos_beta[clipped] = np.stack(
-            [np.sign(cos_beta[clipped, 0]), 0 * u[clipped], 0 * u[clipped]],
+            [
+                np.sign(cos_beta[clipped, 0]),
+                0 * u[clipped],
+                0 * u[clipped],
+            ],
             axis=1,
         )
         sin2 = -jets.times(cos_beta, cos_beta)
@@ -183,8 +213,8 @@ class Versors:
         made = jets.times(cos_beta, e1) + jets.times(
             sin_beta, jets.cross(t, e1)
         )
-        out = filled(made, good, self._normal)
-        self._normal = out[-1, 0].copy()
+        out = filled(made, good, self.last.normal)
+        self.last = replace(self.last, normal=out[-1, 0].copy())
         return out
 
     def radius_direction(
@@ -256,16 +286,27 @@ class Versors:
         """
         axis = self.spec.axes[column]
         slope = jets.of_columns(coef[:, self._linear[:2]], u, 1)
-        good = np.linalg.norm(slope[:, 0], axis=1) > 1e-9 * np.maximum(
-            np.linalg.norm(slope[:, 1], axis=1), 1.0
-        )
+        good = np.linalg.norm(
+            slope[:, 0],
+            axis=1,
+        ) > 1e-9 * np.maximum(np.linalg.norm(slope[:, 1], axis=1), 1.0)
         slope[~good] = ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0))
-        heading = np.degrees(jets.angle(slope[:, :, 0], slope[:, :, 1]))
+        heading = np.degrees(
+            jets.angle(
+                slope[:, :, 0],
+                slope[:, :, 1],
+            )
+        )
         if not good.all():
-            before = self._heading if self._heading is not None else np.zeros(1)
+            before = (
+                np.zeros(1) if self.last.heading is None else self.last.heading
+            )
             heading = filled(heading[:, :, None], good, before)[:, :, 0]
-        self._heading = heading[-1, :1].copy()
-        offset = jets.of_columns(coef[:, column : column + 1], u)[:, :, 0]
+        self.last = replace(self.last, heading=heading[-1, :1].copy())
+        offset = jets.of_columns(
+            coef[:, column : column + 1],
+            u,
+        )[:, :, 0]
         return np.asarray(
             offset + heading if axis.role == "TAN" else offset - heading
         )
@@ -278,12 +319,10 @@ class Rotaries:
 
     def __init__(self, kinematics: Kinematics, near: FloatArray) -> None:
         self._chain = kinematics.chain
-        self._axes = list(kinematics.chain.rotary)
-        self._low, self._high = (
-            kinematics.low[self._axes],
-            kinematics.high[self._axes],
-        )
-        self.near = near[self._axes].copy()
+        self.axes = list(kinematics.chain.rotary)
+        self._low = kinematics.low[self.axes]
+        self._high = kinematics.high[self.axes]
+        self.near = near[self.axes].copy()
 
     def angles(
         self, d: FloatArray, forward: npt.NDArray[np.bool_]
@@ -333,7 +372,8 @@ class Rotaries:
         g = d @ a
         p = b[2, 0] * c[0] + b[2, 1] * c[1]
         q = b[2, 1] * c[0] - b[2, 0] * c[1]
-        wanted, reach = g[:, 2] - b[2, 2] * c[2], float(np.hypot(p, q))
+        wanted = g[:, 2] - b[2, 2] * c[2]
+        reach = float(np.hypot(p, q))
         beyond = np.abs(wanted) > reach * (1.0 + 1e-9) + 1e-9
         half = np.arctan2(
             np.sqrt(np.maximum((reach - wanted) * (reach + wanted), 0.0)),
@@ -355,12 +395,16 @@ class Rotaries:
                 )
                 @ b.T
             )
-            free[:, 0] |= np.hypot(h[:, 0], h[:, 1]) < PARALLEL
-            first = np.arctan2(g[:, 1], g[:, 0]) - np.arctan2(h[:, 1], h[:, 0])
-            out[:, k, 0], out[:, k, 1] = (
-                signs[0] * np.degrees(first),
-                signs[1] * np.degrees(second),
+            free[:, 0] |= (
+                np.hypot(
+                    h[:, 0],
+                    h[:, 1],
+                )
+                < PARALLEL
             )
+            first = np.arctan2(g[:, 1], g[:, 0]) - np.arctan2(h[:, 1], h[:, 0])
+            out[:, k, 0] = signs[0] * np.degrees(first)
+            out[:, k, 1] = signs[1] * np.degrees(second)
         out[beyond] = np.nan
         return out, free
 
@@ -395,23 +439,21 @@ class Rotaries:
         """Implicit differentiation of direction(angles) = d; at singular poses
         the least motion.
         """
-        n, count = (
-            len(value),
-            1 + max([*self._chain.linear, *self._chain.rotary]),
-        )
+        n = len(value)
+        count = 1 + max([*self._chain.linear, *self._chain.rotary])
         out = np.zeros((n, 3, 2))
         out[:, 0] = value
         q = np.zeros((n, 3, count))
-        q[:, 0, self._axes] = value
+        q[:, 0, self.axes] = value
         slopes = []
-        for axis in self._axes:
+        for axis in self.axes:
             q[:, 1] = 0.0
             q[:, 1, axis] = 1.0
             slopes.append(self._chain.forward_jets(q, 0.0)[1][:, 1])
         inverse = np.linalg.pinv(np.stack(slopes, axis=2), rcond=1e-7)
         out[:, 1] = np.einsum("nij,nj->ni", inverse, d[:, 1])
         q[:, 1] = 0.0
-        q[:, 1, self._axes] = out[:, 1]
+        q[:, 1, self.axes] = out[:, 1]
         bend = self._chain.forward_jets(q, 0.0)[1][:, 2]
         out[:, 2] = np.einsum("nij,nj->ni", inverse, d[:, 2] - bend)
         return out

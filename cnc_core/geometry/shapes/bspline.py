@@ -56,7 +56,8 @@ def _blossom(
     for r in range(1, degree + 1):
         u = high if r <= ends else low
         for j in range(degree, r - 1, -1):
-            left, right = knots[number - degree + j], knots[number + j - r + 1]
+            left = knots[number - degree + j]
+            right = knots[number + j - r + 1]
             share = ((u - left) / (right - left))[:, None]
             d[j] = (1.0 - share) * d[j - 1] + share * d[j]
     return d[degree]

@@ -160,7 +160,11 @@ def _principal(points: Array) -> tuple[Array, Array, Array, Array]:
 def _fit_round(points: Array) -> Circle:
     """Circle in 2, sphere in 3 dimensions."""
     middle = points.mean(axis=0)
-    scale = float(np.sqrt(((points - middle) ** 2).sum(axis=1).mean()))
+    scale = float(
+        np.sqrt(
+            ((points - middle) ** 2).sum(axis=1).mean(),
+        )
+    )
     scaled = (points - middle) / scale
     centre = _minimise(scaled, _kasa(scaled))
     if centre is None:
@@ -193,8 +197,17 @@ def _kasa(points: Array) -> Array:
     """Centre of the algebraic fit: linear least squares of x^2 + y^2 + .. = 2 c
     p + const.
     """
-    system = np.hstack([2.0 * points, np.ones((len(points), 1))])
-    solution = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)[0]
+    system = np.hstack(
+        [
+            2.0 * points,
+            np.ones((len(points), 1)),
+        ]
+    )
+    solution = np.linalg.lstsq(
+        system,
+        (points**2).sum(axis=1),
+        rcond=None,
+    )[0]
     return np.asarray(solution[:-1])
 
 
@@ -207,16 +220,14 @@ def _minimise(points: Array, centre: Array) -> Array | None:
         gradient, exact, approximate = _derivatives(points, centre)
         step = _step(gradient, exact, approximate, damping)
         reached = centre + step
-        new_cost, length = (
-            _cost(points, reached),
-            float(np.linalg.norm(step)) / (1.0 + float(np.linalg.norm(centre))),
+        new_cost = _cost(points, reached)
+        length = float(np.linalg.norm(step)) / (
+            1.0 + float(np.linalg.norm(centre))
         )
         if new_cost <= cost:
-            centre, cost, damping = (
-                reached,
-                new_cost,
-                max(damping / 10.0, 1e-15),
-            )
+            centre = reached
+            cost = new_cost
+            damping = max(damping / 10.0, 1e-15)
             if length < STEP_END:
                 return centre
         elif length < CLOSE_ENOUGH:

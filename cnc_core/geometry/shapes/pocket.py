@@ -147,9 +147,11 @@ def placed(
     moves: Iterable[Move], centre: tuple[float, float], degrees: float
 ) -> Iterator[Move]:
     """The moves turned about Z and shifted to the pocket's centre."""
-    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    c = math.cos(math.radians(degrees))
+    s = math.sin(math.radians(degrees))
     if degrees % 90.0 == 0.0:
-        c, s = float(round(c)), float(round(s))
+        c = float(round(c))
+        s = float(round(s))
 
     def point(x: float, y: float) -> tuple[float, float]:
         return centre[0] + c * x - s * y, centre[1] + s * x + c * y
@@ -223,7 +225,8 @@ def _around(ring: Ring, turn: int) -> Iterator[Move]:
         (1, -1, False),
     ):
         corner = (sx * (ring.x - r), sy * (ring.y - r) * t)
-        first, last = (ring.x * sx, corner[1]), (corner[0], ring.y * sy * t)
+        first = (ring.x * sx, corner[1])
+        last = (corner[0], ring.y * sy * t)
         if not upright:
             first, last = last, first
         yield Move(PLANE, *first)

@@ -1,42 +1,24 @@
-"""Polynomial rows in numpy: coefficients out of the pool, values, exact
-extremes, rows from pieces.
+"""Polynomials in numpy: values, derivatives, hulls, exact extremes, distances.
 
-Coefficients are (..., axes, degree + 1), ascending powers of the programmed
-parameter 0..``row["angle"]``.
+Coefficients are (..., axes, degree + 1), ascending powers of the parameter.
 """
 
 from __future__ import annotations
 
 from math import comb
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-from cnc_core.blocks import POLYNOMIAL, TANGENTS, BlockBatch
 
 FloatArray = npt.NDArray[np.float64]
 ORDER = 6  # coefficients per axis at the most
 
 
-def coefficients(
-    rows: npt.NDArray[Any], pool: FloatArray, axes: int
-) -> FloatArray:
-    """(n, axes, 6) of n polynomial rows, zero above each row's degree."""
-    out = np.zeros((len(rows), axes, ORDER))
-    for degree in np.unique(rows["degree"]):
-        which = np.flatnonzero(rows["degree"] == degree)
-        order = int(degree) + 1
-        at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(
-            axes * order
-        )
-        out[which, :, :order] = pool[at].reshape(-1, axes, order)
-    return out
-
-
 def normalised(coef: FloatArray, end: FloatArray) -> FloatArray:
     """The same polynomials over a parameter 0..1; ``end`` (n,)."""
-    return np.asarray(coef * end[:, None, None] ** np.arange(coef.shape[2]))
+    return np.asarray(
+        coef * end[:, None, None] ** np.arange(coef.shape[2]),
+    )
 
 
 def value(coef: FloatArray, w: FloatArray) -> FloatArray:
@@ -49,7 +31,9 @@ def value(coef: FloatArray, w: FloatArray) -> FloatArray:
 
 def derivative(coef: FloatArray) -> FloatArray:
     """Coefficients of the derivative, (n, axes, order - 1)."""
-    return np.asarray(coef[:, :, 1:] * np.arange(1, coef.shape[2]))
+    return np.asarray(
+        coef[:, :, 1:] * np.arange(1, coef.shape[2]),
+    )
 
 
 def bernstein(coef: FloatArray) -> FloatArray:
@@ -68,7 +52,8 @@ def extremes(coef: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(low, high), each (axes,): exact extremes of one polynomial (axes, order)
     over 0..1.
     """
-    low, high = np.empty(len(coef)), np.empty(len(coef))
+    low = np.empty(len(coef))
+    high = np.empty(len(coef))
     for i, c in enumerate(coef):
         roots = np.roots(
             np.trim_zeros((c[1:] * np.arange(1, len(c)))[::-1], "f")
@@ -81,7 +66,8 @@ def extremes(coef: FloatArray) -> tuple[FloatArray, FloatArray]:
         values = np.polynomial.polynomial.polyval(
             np.array([0.0, 1.0, *inside]), c
         )
-        low[i], high[i] = values.min(), values.max()
+        low[i] = values.min()
+        high[i] = values.max()
     return low, high
 
 
@@ -93,7 +79,8 @@ def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
     points = np.einsum(
         "nak,kg->nga", coef, w ** np.arange(coef.shape[2])[:, None]
     )
-    off, chord = points - pos[:, None, :], np.diff(points, axis=1)
+    off = points - pos[:, None, :]
+    chord = np.diff(points, axis=1)
     best = np.linalg.norm(off, axis=2).min(axis=1)
     long2 = (chord * chord).sum(axis=2)
     share = np.clip(
@@ -101,10 +88,17 @@ def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
         0.0,
         1.0,
     )
-    far = np.linalg.norm(off[:, :-1] + share[..., None] * chord, axis=2)
+    far = np.linalg.norm(
+        off[:, :-1] + share[..., None] * chord,
+        axis=2,
+    )
     first = derivative(coef)
     second = derivative(first)
-    beside = np.pad(far, ((0, 0), (1, 1)), constant_values=np.inf)
+    beside = np.pad(
+        far,
+        ((0, 0), (1, 1)),
+        constant_values=np.inf,
+    )
     minima = np.where(
         (far <= beside[:, :-2]) & (far <= beside[:, 2:]), far, np.inf
     )
@@ -112,7 +106,9 @@ def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
     for start in np.argsort(minima, axis=1)[:, :4].T:
         u = w[start] + share[each, start] / grid
         for _ in range(12):
-            d, d1, d2 = value(coef, u) - pos, value(first, u), value(second, u)
+            d = value(coef, u) - pos
+            d1 = value(first, u)
+            d2 = value(second, u)
             slope = (d1 * d1).sum(axis=1)
             bend = slope + (d * d2).sum(axis=1)
             u = np.clip(
@@ -128,23 +124,21 @@ def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
     return np.asarray(best)
 
 
-def joined(batches: list[BlockBatch]) -> BlockBatch:
-    """One batch; the pools are put one behind the other."""
-    if len(batches) == 1:
-        return batches[0]
-    if not batches:
-        return BlockBatch.empty()
-    parts, at = [], 0
-    for batch in batches:
-        rows = batch.rows
-        owns = (rows["type"] == POLYNOMIAL) | (
-            (rows["type"] < POLYNOMIAL) & (rows["degree"] == TANGENTS)
-        )
-        if at and owns.any():
-            rows = rows.copy()
-            rows["pool"][owns] += at
-        parts.append(rows)
-        at += len(batch.pool)
-    return BlockBatch(
-        np.concatenate(parts), np.concatenate([b.pool for b in batches])
-    )
+def quintics(a: FloatArray, b: FloatArray, length: FloatArray) -> FloatArray:
+    """(n, axes, 6) ascending over 0..length: the quintics that meet the jets a
+    and b (n, 3, axes) at both ends.
+    """
+    h = length[:, None]
+    p0, p1 = a[:, 0], b[:, 0]
+    v0 = a[:, 1] * h
+    v1 = b[:, 1] * h
+    c0 = a[:, 2] * h * h
+    c1 = b[:, 2] * h * h
+    d = p1 - p0
+    out = np.stack([
+        p0, v0, 0.5 * c0,
+        10 * d - 6 * v0 - 4 * v1 - 1.5 * c0 + 0.5 * c1,
+        -15 * d + 8 * v0 + 7 * v1 + 1.5 * c0 - c1,
+        6 * d - 3 * (v0 + v1) - 0.5 * (c0 - c1),
+    ], axis=-1)  # fmt: skip
+    return np.asarray(out / h[..., None] ** np.arange(6))

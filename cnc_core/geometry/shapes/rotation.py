@@ -41,7 +41,11 @@ def sine_cosine(degrees: float) -> tuple[float, float]:
 def elementary(axis: str, degrees: float) -> Array:
     """Right-handed rotation about X, Y or Z."""
     s, c = sine_cosine(degrees)
-    i, j = {"X": (1, 2), "Y": (2, 0), "Z": (0, 1)}[axis]
+    i, j = {
+        "X": (1, 2),
+        "Y": (2, 0),
+        "Z": (0, 1),
+    }[axis]
     out = np.eye(3)
     out[i, i] = out[j, j] = c
     out[i, j], out[j, i] = -s, s
@@ -71,10 +75,13 @@ def from_points(points: Array) -> Array:
     A vertical plane keeps the sense of its points.  CollinearError if they
     determine no plane.
     """
-    along, across = points[1] - points[0], points[2] - points[0]
+    along = points[1] - points[0]
+    across = points[2] - points[0]
     normal = np.cross(along, across)
     size = float(np.linalg.norm(normal))
-    if size <= 1e-9 * float(np.linalg.norm(along) * np.linalg.norm(across)):
+    if size <= 1e-9 * float(
+        np.linalg.norm(along) * np.linalg.norm(across),
+    ):
         raise CollinearError("the three points lie on a line")
     if normal[2] < 0 and abs(normal[2]) > VERTICAL * size:
         normal = -normal
@@ -89,12 +96,11 @@ def zyx_angles(matrix: Array) -> tuple[float, float, float]:
     flat = float(np.hypot(matrix[0, 0], matrix[1, 0]))
     b = np.arctan2(-matrix[2, 0], flat)
     if flat > 1e-12:
-        a, c = (
-            np.arctan2(matrix[2, 1], matrix[2, 2]),
-            np.arctan2(matrix[1, 0], matrix[0, 0]),
-        )
+        a = np.arctan2(matrix[2, 1], matrix[2, 2])
+        c = np.arctan2(matrix[1, 0], matrix[0, 0])
     else:
-        a, c = 0.0, np.arctan2(-matrix[0, 1], matrix[1, 1])
+        a = 0.0
+        c = np.arctan2(-matrix[0, 1], matrix[1, 1])
     x, y, z = (float(np.rad2deg(angle)) + 0.0 for angle in (a, b, c))
     return x, y, z
 

@@ -4,7 +4,7 @@ batches before anything moves there.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,10 +19,10 @@ from cnc_core.blocks import (
     motion_planes,
 )
 from cnc_core.blocks.arcs import arc_extremes
-from cnc_core.config import CellConfig
+from cnc_core.blocks.pool import coefficients
 from cnc_core.errors import CncError, Place
 
-from ..shapes.polynomial import bernstein, coefficients, extremes, normalised
+from ..shapes.polynomial import bernstein, extremes, normalised
 from .stage import RefusedRow
 
 FloatArray = npt.NDArray[np.float64]
@@ -30,26 +30,24 @@ LOWEST = 98  # code of a SOFT_LIMITS row; the other is 99
 
 
 class AxisLimits:
-    """Stage that refuses the first motion leaving an axis's range (error 903001)."""
+    """Stage that refuses the first motion leaving an axis's range (error 903001).
+
+    ``names``: of the axes.  ``main``: channel index of X, Y, Z.  ``limits``:
+    lowest and highest position, (axes,) each, mm or degrees.  ``start``:
+    (axes,).  ``place``: of (file, line).
+    """
 
     def __init__(
         self,
-        cell: CellConfig,
+        names: Sequence[str],
+        main: tuple[int, int, int],
+        limits: tuple[FloatArray, FloatArray],
+        start: FloatArray,
         place: Callable[[int, int], Place],
-        start: FloatArray | None = None,
     ) -> None:
-        self.names, self.main, self.place = (
-            cell.axis_names,
-            cell.main_axes,
-            place,
-        )
-        self.low, self.high = (
-            cell.axis_values("min_mm"),
-            cell.axis_values("max_mm"),
-        )
-        self.last = (
-            cell.axis_values("start_mm") if start is None else start.copy()
-        )
+        self.names, self.main, self.place = names, main, place
+        self.low, self.high = limits
+        self.last = start.copy()
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         """The same rows; those that set limits end here."""
@@ -148,7 +146,8 @@ class AxisLimits:
             coefficients(rows, pool, len(self.names)), rows["angle"]
         )
         points = bernstein(coef)
-        low, high = points.min(axis=2), points.max(axis=2)
+        low = points.min(axis=2)
+        high = points.max(axis=2)
         for i in np.flatnonzero(
             ((low < self.low) | (high > self.high)).any(axis=1)
         ):

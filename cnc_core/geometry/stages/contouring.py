@@ -3,7 +3,7 @@ shorter; ``c_ext/contour*.c`` does it.
 
 Off until a ``CONTOUR`` row says otherwise.  One motion is held until the next
 one is known, and the rows between them with it.  How it is done is told in
-docs/contouring.md.
+docs/explanation/contouring.md.
 """
 
 from __future__ import annotations
@@ -80,7 +80,8 @@ class Contouring:
         warn: Callable[[CncError], None],
     ) -> None:
         config = ffi.new("nc_contour_config *")
-        config.axes, config.main_axis = len(start), list(machine.main)
+        config.axes = len(start)
+        config.main_axis = list(machine.main)
         config.accel, config.rapid = machine.accel, machine.rapid
         handle = lib.nc_contour_new(config, _full(start))
         if handle == ffi.NULL:

@@ -27,9 +27,9 @@ from cnc_core.blocks import (
     BlockBatch,
     motion_planes,
 )
+from cnc_core.blocks.pool import joined
 from cnc_core.errors import ERRORS, CncError, Place
 
-from ..shapes.polynomial import joined
 from .stage import RefusedRow
 
 FloatArray = npt.NDArray[np.float64]
@@ -43,7 +43,8 @@ class _Leg:
 
     def __init__(self, row: Any, start: FloatArray, axes: list[int]) -> None:
         self.row, self.axes = row, axes
-        self.start, self.end = start[axes], np.asarray(row["end"][axes])
+        self.start = start[axes]
+        self.end = np.asarray(row["end"][axes])
         self.arc = bool(row["type"] == CIRCULAR)
         self.sense = float(np.sign(row["angle"])) if self.arc else 0.0
         self.centre = np.array(row["center"]) if self.arc else np.zeros(2)
@@ -94,9 +95,17 @@ class _Leg:
         if chord >= 2.0 * self.radius:
             return None
         turn = back * self.sense * 2.0 * math.asin(0.5 * chord / self.radius)
-        d, c, s = corner - self.centre, math.cos(turn), math.sin(turn)
+        d = corner - self.centre
+        c = math.cos(turn)
+        s = math.sin(turn)
         return np.asarray(
-            self.centre + np.array([c * d[0] - s * d[1], s * d[0] + c * d[1]])
+            self.centre
+            + np.array(
+                [
+                    c * d[0] - s * d[1],
+                    s * d[0] + c * d[1],
+                ]
+            )
         )
 
     def share(self, point: FloatArray) -> float:
@@ -108,7 +117,10 @@ class _Leg:
         a, b = self.start - self.centre, point - self.centre
         turn = (
             self.sense
-            * math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b))
+            * math.atan2(
+                a[0] * b[1] - a[1] * b[0],
+                float(a @ b),
+            )
             % (2.0 * math.pi)
         )
         whole = abs(float(self.row["angle"]))
@@ -170,10 +182,8 @@ class Corners:
         if batch.rows["type"][motion] != POLYNOMIAL:
             return BlockBatch(rows)
         row = rows[motion - first : motion - first + 1]
-        begin, size = (
-            int(row["pool"][0]),
-            len(self._start) * (int(row["degree"][0]) + 1),
-        )
+        begin = int(row["pool"][0])
+        size = len(self._start) * (int(row["degree"][0]) + 1)
         row["pool"] = 0
         return BlockBatch(rows, batch.pool[begin : begin + size].copy())
 
@@ -198,7 +208,12 @@ class Corners:
 
     def _refused(self, code: int, row: Any, ahead: BlockBatch) -> RefusedRow:
         error = CncError(
-            code, ERRORS[code], self._place(int(row["file"]), int(row["line"]))
+            code,
+            ERRORS[code],
+            self._place(
+                int(row["file"]),
+                int(row["line"]),
+            ),
         )
         return RefusedRow(error, ahead, int(row["count"]))
 
@@ -206,7 +221,8 @@ class Corners:
         """Serve all corners whose second block is known; one without stays at
         the end.
         """
-        rows, at = [row.copy() for row in batch.rows], 0
+        rows = [row.copy() for row in batch.rows]
+        at = 0
         out: list[Any] = []
         position = self._start.copy()  # where the motion `before` begins
         before: int | None = None  # place in `out`
@@ -304,11 +320,9 @@ class Corners:
         a, b = legs[0].row, legs[1].row
         axes = legs[0].axes
         element = a.copy()
-        element["n"], element["line"], element["count"] = (
-            corner["n"],
-            corner["line"],
-            corner["count"],
-        )
+        element["n"] = corner["n"]
+        element["line"] = corner["line"]
+        element["count"] = corner["count"]
         element["file"] = corner["file"]
         if corner["feed"] > 0.0:
             element["feed"], element["flags"] = corner["feed"], 0
@@ -320,7 +334,9 @@ class Corners:
         # an exact stop stays at the end of the first block
         element["flags"] &= ~np.uint16(2)
         way = points[1] - points[0]
-        element["type"], element["angle"], element["center"] = LINEAR, 0.0, 0.0
+        element["type"] = LINEAR
+        element["angle"] = 0.0
+        element["center"] = 0.0
         element["radius"] = element["programmed_radius"] = 0.0
         element["length"] = float(np.hypot(*way))
         if corner["code"] == ROUND:
@@ -338,20 +354,22 @@ def _bend(
     turn: float,
 ) -> None:
     """The element becomes the arc that begins along ``tangent``."""
-    radius, side = float(corner["value"]), math.copysign(1.0, turn)
+    radius = float(corner["value"])
+    side = math.copysign(1.0, turn)
     centre = points[0] + side * radius * np.array([-tangent[1], tangent[0]])
     a, b = points[0] - centre, points[1] - centre
     sweep = side * (
         side
-        * math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b))
+        * math.atan2(
+            a[0] * b[1] - a[1] * b[0],
+            float(a @ b),
+        )
         % (2.0 * math.pi)
     )
-    element["type"], element["plane"], element["center"], element["angle"] = (
-        CIRCULAR,
-        corner["plane"],
-        centre,
-        sweep,
-    )
+    element["type"] = CIRCULAR
+    element["plane"] = corner["plane"]
+    element["center"] = centre
+    element["angle"] = sweep
     element["radius"] = element["programmed_radius"] = radius
     element["length"] = abs(sweep) * radius
 
@@ -364,7 +382,10 @@ def _shorten(leg: _Leg, share: float) -> None:
 
 
 def _turn(u: FloatArray, v: FloatArray) -> float:
-    return math.atan2(float(u[0] * v[1] - u[1] * v[0]), float(u @ v))
+    return math.atan2(
+        float(u[0] * v[1] - u[1] * v[0]),
+        float(u @ v),
+    )
 
 
 def _fit(
@@ -384,10 +405,8 @@ def _points(
     if code == EDGE:
         half = math.cos(0.5 * turn)
         size = 0.5 * size / half if half > 1e-9 else math.inf
-    first, second = (
-        legs[0].at_chord(corner, size, -1.0),
-        legs[1].at_chord(corner, size, 1.0),
-    )
+    first = legs[0].at_chord(corner, size, -1.0)
+    second = legs[1].at_chord(corner, size, 1.0)
     return None if first is None or second is None else (first, second)
 
 

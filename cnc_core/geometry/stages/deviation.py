@@ -28,9 +28,10 @@ from cnc_core.blocks import (
     BlockBatch,
     motion_planes,
 )
+from cnc_core.blocks.pool import coefficients
 
 from ..filters.run_filter import FloatArray, Rows, farthest
-from ..shapes.polynomial import coefficients, normalised
+from ..shapes.polynomial import normalised
 
 SAGITTA_MM = 2e-5
 CHORDS_MAX, ARC_CHORDS_MAX = 512, 4096
@@ -78,7 +79,12 @@ class Chords:
                 8.0 * SAGITTA_MM / max(float(rows["radius"][i]), SAGITTA_MM)
             )
             chords[i] = min(
-                max(1.0, np.ceil(abs(float(rows["angle"][i])) / step)),
+                max(
+                    1.0,
+                    np.ceil(
+                        abs(float(rows["angle"][i])) / step,
+                    ),
+                ),
                 ARC_CHORDS_MAX,
             )
         owner = np.repeat(np.arange(len(rows)), chords)
@@ -95,7 +101,11 @@ class Chords:
             own * share[curved, None, None] ** np.arange(own.shape[2])
         ).sum(axis=2)
         for i in arcs:
-            points[owner == i] = self._arc(rows[i], start[i], share[owner == i])
+            points[owner == i] = self._arc(
+                rows[i],
+                start[i],
+                share[owner == i],
+            )
         return points, rows["count"].astype(np.int64)[owner]
 
     def _arc(
@@ -126,7 +136,11 @@ def _polynomial_chords(coef: FloatArray) -> Counts:
     order = np.arange(coef.shape[2])
     bend = (np.linalg.norm(coef, axis=1) * order * (order - 1)).sum(axis=1)
     return np.asarray(
-        np.clip(np.ceil(np.sqrt(bend / (8.0 * SAGITTA_MM))), 1, CHORDS_MAX),
+        np.clip(
+            np.ceil(np.sqrt(bend / (8.0 * SAGITTA_MM))),
+            1,
+            CHORDS_MAX,
+        ),
         dtype=np.int64,
     )
 
@@ -137,10 +151,8 @@ class _Polyline:
     """
 
     def __init__(self, points: FloatArray, count: int) -> None:
-        self._points, self._counts = (
-            [points],
-            [np.full(len(points), count, np.int64)],
-        )
+        self._points = [points]
+        self._counts = [np.full(len(points), count, np.int64)]
 
     def add(self, points: FloatArray, counts: Counts) -> None:
         self._points.append(points)
@@ -158,10 +170,8 @@ class _Polyline:
 
     def forget(self, first: int) -> None:
         """The points up to number ``first``."""
-        self._points, self._counts = (
-            [self.points[first:].copy()],
-            [self.counts[first:].copy()],
-        )
+        self._points = [self.points[first:].copy()]
+        self._counts = [self.counts[first:].copy()]
 
 
 class Tap:
@@ -194,10 +204,8 @@ class Tap:
     def _forget(self) -> None:
         """Nothing is compared."""
         ends = np.vstack([self._before, self._chords.last])
-        self._programmed, self._driven = (
-            _Polyline(ends, -1),
-            _Polyline(ends[1:], -1),
-        )
+        self._programmed = _Polyline(ends, -1)
+        self._driven = _Polyline(ends[1:], -1)
         self._first, self._until = (
             0,
             -1,
@@ -250,10 +258,8 @@ class Tap:
             return
         if not self._on and not self.active:  # plain reading: no row is copied
             ends = rows["end"][at[-2:], : len(self._before)]
-            self._before, self._chords.last = (
-                (self._chords.last if len(at) == 1 else ends[0].copy()),
-                ends[-1].copy(),
-            )
+            self._before = self._chords.last if len(at) == 1 else ends[0].copy()
+            self._chords.last = ends[-1].copy()
             return
         moves = rows[at]
         ends = np.vstack(
@@ -266,7 +272,8 @@ class Tap:
             self._programmed.add(*self._chords.of(moves, pool))
         if self._on:
             self._until = int(moves["count"][-1])
-        self._before, self._chords.last = ends[-2].copy(), ends[-1].copy()
+        self._before = ends[-2].copy()
+        self._chords.last = ends[-1].copy()
 
     # what is driven
 
@@ -316,10 +323,8 @@ class Tap:
         """Judge what is driven and not judged yet, and vertices up to number
         ``until``.
         """
-        programmed, driven = (
-            self._programmed.points * self._mask,
-            self._driven.points * self._mask,
-        )
+        programmed = self._programmed.points * self._mask
+        driven = self._driven.points * self._mask
         if self._new:
             self._deviation = farthest(
                 driven[-self._new - 1 :], programmed, self._deviation

@@ -26,9 +26,9 @@ from cnc_core.blocks import (
     motion_planes,
 )
 from cnc_core.blocks.coordinates import Coordinates, Frame
+from cnc_core.blocks.pool import joined
 
-from ..shapes.paths import FloatArray, Paths
-from ..shapes.polynomial import joined
+from .paths import FloatArray, Paths
 from .pieces import cut, element_rows, merged, piece_rows
 from .stage import DropZeroLength, RefusedRow, Stage
 
@@ -43,10 +43,8 @@ class _Turned:
     def __init__(self, frame: Frame, main: tuple[int, int, int]) -> None:
         present = [place for place, axis in enumerate(main) if axis >= 0]
         self._main = [main[place] for place in present]
-        self._rotation, self._origin = (
-            frame.rotation[np.ix_(present, present)],
-            frame.origin[present],
-        )
+        self._rotation = frame.rotation[np.ix_(present, present)]
+        self._origin = frame.origin[present]
 
     def carry(self, jets: FloatArray) -> FloatArray:
         out = jets.copy()
@@ -79,11 +77,14 @@ class Frames:
     def __init__(
         self, inside: Stage, start: FloatArray, main: tuple[int, int, int]
     ) -> None:
-        self._inside, self._main, self._axes = inside, main, len(start)
+        self._inside = inside
+        self._main = main
+        self._axes = len(start)
         self._plain: Stage = DropZeroLength()
         self._coordinates = Coordinates()
         # where pieces and elements stand, frame coordinates
-        self._driven, self._element = start.copy(), start.copy()
+        self._driven = start.copy()
+        self._element = start.copy()
         self.deviation = 0.0
 
     def push(self, batch: BlockBatch) -> BlockBatch:
@@ -201,7 +202,11 @@ class Frames:
                 (rows["type"] <= POLYNOMIAL) & (rows["flags"] & flag == 0)
             )
             if len(which):
-                setattr(self, name, rows["end"][which[-1], : self._axes].copy())
+                setattr(
+                    self,
+                    name,
+                    rows["end"][which[-1], : self._axes].copy(),
+                )
 
     def _turned_pool(
         self, out: npt.NDArray[Any], rows: npt.NDArray[Any], pool: FloatArray
@@ -211,7 +216,8 @@ class Frames:
         for i in np.flatnonzero(
             (rows["type"] == POLYNOMIAL) & (rows["flags"] & ELEMENT == 0)
         ):
-            order, first = int(rows["degree"][i]) + 1, int(rows["pool"][i])
+            order = int(rows["degree"][i]) + 1
+            first = int(rows["pool"][i])
             if turned is pool:
                 turned = pool.copy()
             coef = (
@@ -229,7 +235,8 @@ class Frames:
         tilted = []
         for i in np.flatnonzero(out["type"] == CIRCULAR):
             first, second, third = motion_planes(int(out["plane"][i]))
-            a, b = frame.rotation[:, first], frame.rotation[:, second]
+            a = frame.rotation[:, first]
+            b = frame.rotation[:, second]
             places = int(np.argmax(np.abs(a))), int(np.argmax(np.abs(b)))
             if abs(a[places[0]]) == 1.0 and abs(b[places[1]]) == 1.0:
                 self._turn_circle(
@@ -257,7 +264,8 @@ class Frames:
             frame.rotation[places[0], plane[0]]
             * frame.rotation[places[1], plane[1]]
         )
-        row["plane"], row["center"] = PLANES[pair], centre[list(pair)]
+        row["plane"] = PLANES[pair]
+        row["center"] = centre[list(pair)]
         row["angle"] *= signs * (1.0 if pair == places else -1.0)
 
     @staticmethod
@@ -284,7 +292,8 @@ class Frames:
         carrier = _Turned(self._coordinates.frame, self._main)
         driven = np.flatnonzero(circles["flags"] & ELEMENT == 0)
         seen = np.flatnonzero(circles["flags"] & PIECE == 0)
-        pools, parts = [pool], [(keep, 0, out[keep])]
+        pools = [pool]
+        parts = [(keep, 0, out[keep])]
         if len(seen):
             elements, tangents = element_rows(
                 out[tilted[seen]],
@@ -322,8 +331,6 @@ class Frames:
         return self._out(lambda _: self._inside.drain(), BlockBatch.empty())
 
     def resync(self, position: FloatArray) -> None:
-        self._driven, self._element = (
-            position[: self._axes].copy(),
-            position[: self._axes].copy(),
-        )
+        self._driven = position[: self._axes].copy()
+        self._element = position[: self._axes].copy()
         self._inside.resync(position)

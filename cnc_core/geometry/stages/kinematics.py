@@ -31,13 +31,14 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.coordinates import Coordinates
+from cnc_core.blocks.pool import joined
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.kinematics.chain import SingularMachine
 from cnc_core.kinematics.machine import Kinematics, LengthCorrection
 
-from ..shapes.paths import FloatArray, IntArray, Paths
-from ..shapes.polynomial import derivative, joined
+from ..shapes.polynomial import derivative
 from .parameter_feed import fastest, stretches
+from .paths import FloatArray, IntArray, Paths
 from .pieces import (
     NotCarried,
     Pieces,
@@ -191,25 +192,24 @@ class KinematicsStage:
     def _points(self, batch: BlockBatch) -> BlockBatch:
         """#PTP: every motion is a straight line of the axes to its end."""
         assert self._kinematics is not None
-        rows, moving = (
-            batch.rows,
-            np.flatnonzero(batch.rows["type"] <= POLYNOMIAL),
-        )
+        rows = batch.rows
+        moving = np.flatnonzero(batch.rows["type"] <= POLYNOMIAL)
         wrong = moving[rows["type"][moving] != LINEAR]
         if len(wrong):
             ahead = self._segment(BlockBatch(rows[: wrong[0]], batch.pool))
             raise self._refused(rows[wrong[0]], ONLY_LINES, ahead)
         out = rows.copy()
         ends = self._driven_ends(rows, moving, batch)
-        length = self._axis_lengths(np.vstack([self._axes, ends[:-1]]), ends)
+        length = self._axis_lengths(
+            np.vstack([self._axes, ends[:-1]]),
+            ends,
+        )
         whole = out[moving]
         whole["end"][:, : self._count] = ends
         whole["length"] = whole["length_min"] = length
         out[moving] = whole
-        self._axes, self._tip = (
-            ends[-1].copy(),
-            rows["end"][moving[-1], : self._count].copy(),
-        )
+        self._axes = ends[-1].copy()
+        self._tip = rows["end"][moving[-1], : self._count].copy()
         self._element = self._axes
         keep = np.ones(len(out), dtype=bool)
         keep[moving] = length > 0.0
@@ -217,7 +217,8 @@ class KinematicsStage:
 
     def _axis_lengths(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
         """Over the main axes, over the others where those rest, as in the waist."""
-        moved, main = ends - starts, [i for i in self._main if i >= 0]
+        moved = ends - starts
+        main = [i for i in self._main if i >= 0]
         others = [i for i in range(self._count) if i not in main]
         over_main, over_others = (
             np.linalg.norm(moved[:, which], axis=1) for which in (main, others)
@@ -297,10 +298,8 @@ class KinematicsStage:
             )
             self._element = ends[seen[-1]].copy()
         if len(driven):
-            self._axes, self._tip = (
-                axis_ends[-1].copy(),
-                ends[driven[-1]].copy(),
-            )
+            self._axes = axis_ends[-1].copy()
+            self._tip = ends[driven[-1]].copy()
         return merged(parts, np.concatenate(pools))
 
     def _straight(
@@ -326,7 +325,9 @@ class KinematicsStage:
         rows = _by_parameter(batch.rows[which])
         paths = Paths(rows, starts, batch.pool, self._main)
         rotary = list(kinematics.rotary_axes)
-        sweep = np.abs(rows["end"][:, rotary] - starts[:, rotary]).sum(axis=1)
+        sweep = np.abs(
+            rows["end"][:, rotary] - starts[:, rotary],
+        ).sum(axis=1)
         sweep += np.where(
             rows["type"] == CIRCULAR, np.degrees(np.abs(rows["angle"])), 0.0
         )
@@ -391,7 +392,9 @@ class KinematicsStage:
         """
         assert self._kinematics is not None
         rotary = list(self._kinematics.rotary_axes)
-        turn = np.abs(rows["end"][:, rotary] - starts[:, rotary]).sum(axis=1)
+        turn = np.abs(
+            rows["end"][:, rotary] - starts[:, rotary],
+        ).sum(axis=1)
         stretch = np.maximum(1.0, turn / (DEGREES_A_MM * rows["length"]))
         return np.where(rows["flags"] & BY_PARAMETER != 0, 1.0, stretch)
 
@@ -446,10 +449,8 @@ class KinematicsStage:
             # as that of the pieces
             made["feed"] *= self._stretch(rows[fresh], starts[fresh])
             curves = np.flatnonzero(made["flags"] & BY_PARAMETER != 0)
-            slope, span = (
-                derivative(paths.coef[paths.curve[curves]]),
-                made["angle"][curves],
-            )
+            slope = derivative(paths.coef[paths.curve[curves]])
+            span = made["angle"][curves]
             made["feed"][curves] = rows[fresh]["feed"][curves] * fastest(
                 slope, span, [i for i in self._main if i >= 0]
             )

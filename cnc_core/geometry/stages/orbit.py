@@ -47,7 +47,8 @@ class _Element:
     """
 
     def __init__(self, row: Any, start: Array, end: Array) -> None:
-        self.row, self.arc = row, int(row["type"]) == CIRCULAR
+        self.row = row
+        self.arc = int(row["type"]) == CIRCULAR
         self.start, self.end = start, end
         self.cut = 0.0
         if not self.arc:
@@ -58,9 +59,19 @@ class _Element:
         quarter = math.copysign(math.pi / 2, float(row["angle"]))
         centre = row["center"]
         self.first = (
-            math.atan2(start[1] - centre[1], start[0] - centre[0]) + quarter
+            math.atan2(
+                start[1] - centre[1],
+                start[0] - centre[0],
+            )
+            + quarter
         )
-        self.last = math.atan2(end[1] - centre[1], end[0] - centre[0]) + quarter
+        self.last = (
+            math.atan2(
+                end[1] - centre[1],
+                end[0] - centre[0],
+            )
+            + quarter
+        )
 
     @property
     def side(self) -> float:
@@ -173,7 +184,10 @@ class Orbit:
 
     def _sense(self) -> float:
         """1 counter-clockwise, -1 clockwise: of the first element that tells."""
-        side = next((e.side for e in self._open if abs(e.side) > SAME_MM), 1.0)
+        side = next(
+            (e.side for e in self._open if abs(e.side) > SAME_MM),
+            1.0,
+        )
         return math.copysign(1.0, side)
 
     def _join(self, before: _Element, behind: _Element) -> None:
@@ -234,7 +248,10 @@ class Orbit:
         if (
             closed
             and len(elements) > 1
-            and np.abs(elements[-1].end - elements[0].start).max() < 1e-6
+            and np.abs(
+                elements[-1].end - elements[0].start,
+            ).max()
+            < 1e-6
         ):
             self._join(elements[-1], elements[0])
         for element in elements:

@@ -25,8 +25,9 @@ from cnc_core.blocks import (
     TANGENTS,
     BlockBatch,
 )
+from cnc_core.blocks.pool import coefficients
 
-from ..shapes.polynomial import coefficients, derivative, normalised
+from ..shapes.polynomial import derivative, normalised
 
 FloatArray = npt.NDArray[np.float64]
 GRID = np.linspace(0.0, 1.0, 33)
@@ -73,7 +74,12 @@ class ParameterFeed:
             return batch
         tangents, most = self._tangents(rows[which], batch.pool)
         out = np.repeat(
-            rows, np.where(np.isin(np.arange(len(rows)), which), 2, 1)
+            rows,
+            np.where(
+                np.isin(np.arange(len(rows)), which),
+                2,
+                1,
+            ),
         )
         element = which + np.arange(len(which))
         pools = [batch.pool, tangents.ravel()]
@@ -84,10 +90,8 @@ class ParameterFeed:
         seen["flags"] = (
             seen["flags"] & ~np.uint16(BY_PARAMETER | EXACT_STOP)
         ) | ELEMENT
-        seen["degree"], seen["pool"] = (
-            TANGENTS,
-            len(batch.pool) + 6 * np.arange(len(which)),
-        )
+        seen["degree"] = TANGENTS
+        seen["pool"] = len(batch.pool) + 6 * np.arange(len(which))
         out[element] = seen
         return BlockBatch(out, np.concatenate(pools))
 

@@ -38,20 +38,21 @@ from cnc_core.blocks import (
     BlockBatch,
     motion_planes,
 )
-
-from ..shapes.polynomial import joined
+from cnc_core.blocks.pool import joined
 
 FloatArray = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
-PATH, ALL_AXES, PLANE, PLANE_OR_STOP, ALWAYS_PLANE, PLANE_OR_ALL = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-)
-NO_TEST, PLANAR, THRESHOLDS, PLANAR_OR_THRESHOLDS, SPATIAL_ANGLE = 0, 1, 2, 3, 4
+PATH = 0
+ALL_AXES = 1
+PLANE = 2
+PLANE_OR_STOP = 3
+ALWAYS_PLANE = 4
+PLANE_OR_ALL = 5
+NO_TEST = 0
+PLANAR = 1
+THRESHOLDS = 2
+PLANAR_OR_THRESHOLDS = 3
+SPATIAL_ANGLE = 4
 NO_AXIS = 255
 SMALL = 1e-9
 
@@ -110,7 +111,8 @@ class PathMode:
         self._settings = Settings()
         self._main, self._count = main, len(start)
         self._last = start.copy()
-        self._held, self._held_start = BlockBatch.empty(), start.copy()
+        self._held = BlockBatch.empty()
+        self._held_start = start.copy()
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows whose ends are known; settings are consumed."""
@@ -159,7 +161,12 @@ class PathMode:
         )
         rows, before = batch.rows[moving], self._last
         if len(moving):
-            start = np.vstack([self._last, rows["end"][:-1, : self._count]])
+            start = np.vstack(
+                [
+                    self._last,
+                    rows["end"][:-1, : self._count],
+                ]
+            )
             self._last = rows["end"][-1, : self._count].copy()
             self._feeds(rows, start)
             batch.rows[moving] = rows
@@ -290,10 +297,8 @@ class PathMode:
         )
         if stands:
             return batch
-        self._held, self._held_start = (
-            BlockBatch(rows[last:].copy(), batch.pool),
-            start,
-        )
+        self._held = BlockBatch(rows[last:].copy(), batch.pool)
+        self._held_start = start
         return BlockBatch(rows[:last], batch.pool)
 
     def _corners(
@@ -379,8 +384,14 @@ class PathMode:
             into[i], outof[i] = self._arc_tangents(
                 motions[i], start[i], into[i]
             )
-        into /= np.maximum(np.linalg.norm(into, axis=1), SMALL)[:, None]
-        outof /= np.maximum(np.linalg.norm(outof, axis=1), SMALL)[:, None]
+        into /= np.maximum(
+            np.linalg.norm(into, axis=1),
+            SMALL,
+        )[:, None]
+        outof /= np.maximum(
+            np.linalg.norm(outof, axis=1),
+            SMALL,
+        )[:, None]
         return into, outof
 
     def _arc_tangents(
@@ -390,7 +401,10 @@ class PathMode:
         first, second, _ = motion_planes(int(row["plane"]))
         axes = [self._main[first], self._main[second]]
         into, outof = delta.copy(), delta.copy()
-        for way, place in ((into, start[axes]), (outof, row["end"][axes])):
+        for way, place in (
+            (into, start[axes]),
+            (outof, row["end"][axes]),
+        ):
             radius = place - row["center"]
             way[axes] = float(row["angle"]) * np.array([-radius[1], radius[0]])
         return into, outof

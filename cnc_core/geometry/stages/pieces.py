@@ -28,7 +28,8 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 
-from ..shapes.paths import FloatArray, IntArray, Paths, quintics
+from ..shapes.polynomial import quintics
+from .paths import FloatArray, IntArray, Paths
 
 # of a piece, where the miss is measured; its shape is (x (1 - x))^3 to first
 # order
@@ -85,20 +86,21 @@ def cut(
         if len(counts)
         else np.empty(0)
     )
-    u0, u1 = place / counts[index], (place + 1) / counts[index]
+    u0 = place / counts[index]
+    u1 = (place + 1) / counts[index]
     done: list[Pieces] = []
     for _ in range(HALVINGS):
         if not len(index):
             break
         made, good = _tried(paths, index, u0, u1, carrier, tolerance)
         done.append(made)
-        index, u0, u1 = index[~good], u0[~good], u1[~good]
+        index = index[~good]
+        u0 = u0[~good]
+        u1 = u1[~good]
         middle = 0.5 * (u0 + u1)
         index = np.repeat(index, 2)
-        u0, u1 = (
-            np.column_stack([u0, middle]).ravel(),
-            np.column_stack([middle, u1]).ravel(),
-        )
+        u0 = np.column_stack([u0, middle]).ravel()
+        u1 = np.column_stack([middle, u1]).ravel()
     if len(index):
         raise NotCarried(int(index[0]))
     return _sorted(done, paths.axes)
@@ -113,10 +115,8 @@ def _tried(
     tolerance: float,
 ) -> tuple[Pieces, npt.NDArray[np.bool_]]:
     """The pieces that are good enough, and which of the intervals they are."""
-    a, b = (
-        carrier.carry(paths.jets(index, u0)),
-        carrier.carry(paths.jets(index, u1)),
-    )
+    a = carrier.carry(paths.jets(index, u0))
+    b = carrier.carry(paths.jets(index, u1))
     length = paths.lengths(index, u0, u1)
     coef = quintics(a, b, length)
     worst = np.zeros(len(index))
@@ -147,10 +147,8 @@ def _sorted(parts: list[Pieces], axes: int) -> Pieces:
             np.empty((0, axes)),
             0.0,
         )
-    index, u0 = (
-        np.concatenate([p.index for p in parts]),
-        np.concatenate([p.u0 for p in parts]),
-    )
+    index = np.concatenate([p.index for p in parts])
+    u0 = np.concatenate([p.u0 for p in parts])
     order = np.lexsort((u0, index))
     return Pieces(
         index[order],
@@ -170,12 +168,10 @@ def piece_rows(
     """
     rows = source[pieces.index].copy()
     axes = pieces.end.shape[1]
-    rows["type"], rows["degree"], rows["angle"], rows["length"] = (
-        POLYNOMIAL,
-        5,
-        pieces.length,
-        pieces.length,
-    )
+    rows["type"] = POLYNOMIAL
+    rows["degree"] = 5
+    rows["angle"] = pieces.length
+    rows["length"] = pieces.length
     rows["pool"] = first + axes * 6 * np.arange(len(rows))
     rows["end"][:, :axes] = pieces.end
     _share(rows, source[pieces.index], pieces.length)
@@ -192,7 +188,9 @@ def piece_rows(
 def line_rows(source: npt.NDArray[Any], ends: FloatArray) -> npt.NDArray[Any]:
     """Motions (n,) that are straight lines of the axes to ``ends`` (n, axes)."""
     rows = source.copy()
-    rows["type"], rows["degree"], rows["pool"] = LINEAR, 0, 0
+    rows["type"] = LINEAR
+    rows["degree"] = 0
+    rows["pool"] = 0
     rows["end"][:, : ends.shape[1]] = ends
     _share(rows, source, source["length"])
     return rows
@@ -245,7 +243,9 @@ def merged(
     )
     place = np.concatenate([p for p, _, _ in parts]) if parts else np.empty(0)
     rank = (
-        np.concatenate([np.full(len(p), k) for p, k, _ in parts])
+        np.concatenate(
+            [np.full(len(p), k) for p, k, _ in parts],
+        )
         if parts
         else np.empty(0)
     )

@@ -126,13 +126,21 @@ class RadiusCompensation:
         row, text = self._state.place, ERRORS[number]
         if number == lib.NC_ERROR_INNER_RADIUS:
             text += f": contour {self._state.detail[0]:g} mm, tool {self._state.detail[1]:g} mm"
-        return CncError(number, text, self._place(int(row.file), int(row.line)))
+        return CncError(
+            number,
+            text,
+            self._place(
+                int(row.file),
+                int(row.line),
+            ),
+        )
 
     def _refuse(self, number: int, parts: list[Rows], pool: FloatArray) -> None:
         """Report and go on without compensation, or stop the stream behind the
         rows in ``parts``.
         """
-        error, count = self._error(number), int(self._state.place.count)
+        error = self._error(number)
+        count = int(self._state.place.count)
         lib.nc_offset_forget(self._state)
         if self._collect is None:
             raise RefusedRow(

@@ -1,7 +1,7 @@
 """Smoothing of micro-segments and corners within a tolerance, as a streaming
 stage.
 
-The geometry is in C (``c_ext/smooth*.c``, told in ``docs/smoothing.md``).
+The geometry is in C (``c_ext/stages/smoothing``, told in ``docs/explanation/smoothing.md``).
 Programmed motions go on as *elements* (flag ``ELEMENT``: what the PLC sees),
 among them *pieces* (flag ``PIECE``: what the machine executes; ``value`` is the
 programmed distance they cover).  A motion that is driven as programmed stays
@@ -85,11 +85,9 @@ class Smoothing:
         carried: float = 0.0,
     ) -> None:
         config = ffi.new("nc_smooth_config *")
-        config.axes, config.main_axis, config.rotary = (
-            len(start),
-            list(machine.main),
-            machine.rotary,
-        )
+        config.axes = len(start)
+        config.main_axis = list(machine.main)
+        config.rotary = machine.rotary
         config.accel, config.feed = machine.accel, machine.feed
         self._carried = carried
         # what is left to them now: less from the first tolerance on that has no

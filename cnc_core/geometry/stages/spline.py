@@ -50,7 +50,13 @@ def akima_slopes(slopes: FloatArray) -> FloatArray:
     first = 2 * slopes[0] - slopes[1]
     last = 2 * slopes[-1] - slopes[-2]
     m = np.vstack(
-        [2 * first - slopes[0], first, slopes, last, 2 * last - slopes[-1]]
+        [
+            2 * first - slopes[0],
+            first,
+            slopes,
+            last,
+            2 * last - slopes[-1],
+        ]
     )
     change = np.abs(np.diff(m, axis=0))
     before, behind = change[:-2], change[2:]
@@ -59,7 +65,13 @@ def akima_slopes(slopes: FloatArray) -> FloatArray:
     weighted = (behind * m[1:-2] + before * m[2:-1]) / np.where(
         even, 1.0, total
     )
-    return np.asarray(np.where(even, 0.5 * (m[1:-2] + m[2:-1]), weighted))
+    return np.asarray(
+        np.where(
+            even,
+            0.5 * (m[1:-2] + m[2:-1]),
+            weighted,
+        )
+    )
 
 
 def hermite(
@@ -68,7 +80,12 @@ def hermite(
     """(axes, 4) ascending coefficients over 0..h."""
     chord = (p1 - p0) / h
     return np.stack(
-        [p0, d0, (3 * chord - 2 * d0 - d1) / h, (d0 + d1 - 2 * chord) / h**2],
+        [
+            p0,
+            d0,
+            (3 * chord - 2 * d0 - d1) / h,
+            (d0 + d1 - 2 * chord) / h**2,
+        ],
         axis=1,
     )
 
@@ -126,7 +143,9 @@ class Spline:
         main: tuple[int, int, int],
         place: Callable[[int, int], Place],
     ) -> None:
-        self._at, self._main, self._place = start.copy(), main, place
+        self._at = start.copy()
+        self._main = main
+        self._place = place
         self._curve: _Curve | None = None
         # its end waits for the direction of the next motion
         self._ending: _Curve | None = None
@@ -199,14 +218,10 @@ class Spline:
         if row["type"] == CIRCULAR:
             first, second, _ = motion_planes(int(row["plane"]))
             a, b = self._main[first], self._main[second]
-            point, rate = (
-                (end if at_end else before),
-                float(row["angle"]) / float(row["length"]),
-            )
-            way[a], way[b] = (
-                -rate * (point[b] - row["center"][1]),
-                rate * (point[a] - row["center"][0]),
-            )
+            point = end if at_end else before
+            rate = float(row["angle"]) / float(row["length"])
+            way[a] = -rate * (point[b] - row["center"][1])
+            way[b] = rate * (point[a] - row["center"][0])
         return way
 
     def _take(self, row: Any, pool: FloatArray) -> None:
@@ -239,13 +254,19 @@ class Spline:
         row = row.copy()
         if row["type"] == POLYNOMIAL:
             size = len(self._at) * (int(row["degree"]) + 1)
-            first, row["pool"] = int(row["pool"]), len(self._pool)
+            first = int(row["pool"])
+            row["pool"] = len(self._pool)
             self._pool += pool[first : first + size].tolist()
         self._rows.append(row)
 
     def _refused(self, code: int, row: Any) -> RefusedRow:
         error = CncError(
-            code, ERRORS[code], self._place(int(row["file"]), int(row["line"]))
+            code,
+            ERRORS[code],
+            self._place(
+                int(row["file"]),
+                int(row["line"]),
+            ),
         )
         self._curve = None
         return RefusedRow(error, self._taken(), int(row["count"]))
@@ -372,12 +393,10 @@ class Spline:
             for a in self._main
             if a >= 0 and np.abs(coef[a, 1:]).max() > 1e-12
         ]
-        row["type"], row["degree"], row["angle"], row["pool"] = (
-            POLYNOMIAL,
-            coef.shape[1] - 1,
-            end,
-            len(self._pool),
-        )
+        row["type"] = POLYNOMIAL
+        row["degree"] = coef.shape[1] - 1
+        row["angle"] = end
+        row["pool"] = len(self._pool)
         row["length"] = length_of(coef, end, axes or list(range(len(coef))))
         row["length_min"] = row["length"]
         powers = np.arange(coef.shape[1])
@@ -387,17 +406,18 @@ class Spline:
         self._rows.append(row)
         way = coef[:, 1:] * powers[1:] @ end ** (powers[1:] - 1)
         norm = self._chord(way)
-        self._at, self._tangent = (
-            row["end"][: len(coef)].copy(),
-            way / norm if norm > 0 else None,
-        )
+        self._at = row["end"][: len(coef)].copy()
+        self._tangent = way / norm if norm > 0 else None
 
     def _taken(self) -> BlockBatch:
         rows, pool = self._rows, self._pool
         self._rows, self._pool = [], []
         if not rows:
             return BlockBatch.empty()
-        return BlockBatch(np.array(rows, dtype=rows[0].dtype), np.array(pool))
+        return BlockBatch(
+            np.array(rows, dtype=rows[0].dtype),
+            np.array(pool),
+        )
 
 
 def _bspline(points: FloatArray) -> list[tuple[FloatArray, float]]:
@@ -405,12 +425,27 @@ def _bspline(points: FloatArray) -> list[tuple[FloatArray, float]]:
     mirrored.
     """
     p = np.vstack(
-        [2 * points[0] - points[1], points, 2 * points[-1] - points[-2]]
+        [
+            2 * points[0] - points[1],
+            points,
+            2 * points[-1] - points[-2],
+        ]
     )
     basis = (
-        np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]])
+        np.array(
+            [
+                [1, 4, 1, 0],
+                [-3, 0, 3, 0],
+                [3, -6, 3, 0],
+                [-1, 3, -3, 1],
+            ]
+        )
         / 6.0
     )
     return [
-        ((basis @ p[i : i + 4]).T.copy(), 1.0) for i in range(len(points) - 1)
+        (
+            (basis @ p[i : i + 4]).T.copy(),
+            1.0,
+        )
+        for i in range(len(points) - 1)
     ]

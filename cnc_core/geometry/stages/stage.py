@@ -16,9 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
+from cnc_core.blocks.pool import joined
 from cnc_core.errors import CncError
-
-from ..shapes.polynomial import joined
 
 
 class RefusedRow(Exception):  # noqa: N818 - it is the row that is refused, the error is inside

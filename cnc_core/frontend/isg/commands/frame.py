@@ -265,7 +265,10 @@ class FrameCommands(CoordinateBase):
                 "ROTATION_SEQUENCE", "ROTATION_MODE_FIXED"
             )
             if word is None:
-                text = f"#CS MODE ON: expected ROTATION_SEQUENCE or ROTATION_MODE_FIXED, found {stream.describe()}"
+                text = (
+                    "#CS MODE ON: expected ROTATION_SEQUENCE or "
+                    f"ROTATION_MODE_FIXED, found {stream.describe()}"
+                )
                 raise fail(900010, text, stream.current.offset)
             if word.text.upper() == "ROTATION_MODE_FIXED":
                 fixed = True

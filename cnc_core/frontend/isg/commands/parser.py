@@ -34,12 +34,12 @@ from . import table
 from .base import Items, Run
 from .corner import CornerCommands
 from .cycle import CycleCommands
-from .foresight import ForesightCommands
 from .frame import FrameCommands
 from .kinematic import KinematicCommands
 from .orbit import OrbitCommands
 from .path import PathCommands
 from .position import PositionCommands
+from .prediction import PredictionCommands
 from .spline import SplineCommands
 from .text import TextCommands
 from .time import TimeCommands
@@ -74,7 +74,7 @@ class CommandParser(
     TimeCommands,
     CycleCommands,
     OrbitCommands,
-    ForesightCommands,
+    PredictionCommands,
 ):
     """Compiles one # command; the stream stands behind ``#``."""
 
@@ -167,11 +167,8 @@ class CommandParser(
                 found[:1] == ["INIT"]
                 and self._stream.following.text.upper() == "V.E"
             )
-        if words in (("WAIT",), ("SIGNAL",)) and self._words(2)[1:] in (
-            ["FOR"],
-            ["INDP"],
-            ["READ"],
-        ):
+        alone = words in (("WAIT",), ("SIGNAL",))
+        if alone and self._words(2)[1:] in (["FOR"], ["INDP"], ["READ"]):
             return False
         return found == list(words)
 
@@ -394,7 +391,8 @@ class CommandParser(
                 and len(parts) > 2
                 and parts[1] in ("P", "S", "L", "CYC", "I")
             ):
-                names.append((parts[1], ".".join(parts[2:]), token.offset))
+                name = ".".join(parts[2:])
+                names.append((parts[1], name, token.offset))
             elif (
                 token.text.upper() == "P" and stream.current.kind is Kind.NUMBER
             ):

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.frontend.isg.cycles.declaration import (
     DEGENERATE,
@@ -19,8 +18,8 @@ from cnc_core.frontend.isg.cycles.declaration import (
     Surroundings,
 )
 from cnc_core.geometry.shapes.fits import DegenerateError
+from cnc_core.units import FloatArray
 
-Array = npt.NDArray[np.float64]
 Fit = TypeVar("Fit")
 POINTS = 10
 FIRST = (50, 60, 70)  # @P of X, Y, Z of point 1
@@ -60,7 +59,7 @@ def whole_points(axes: str, fewest: int) -> Rule:
     return rule
 
 
-def points_of(given: Given, dimensions: int) -> Array:
+def points_of(given: Given, dimensions: int) -> FloatArray:
     """(n, dimensions) points of the call; gaps are skipped."""
     rows = [
         [given[first + i] for first in FIRST[:dimensions]]
@@ -70,7 +69,7 @@ def points_of(given: Given, dimensions: int) -> Array:
     return np.array(rows, dtype=np.float64)
 
 
-def fitted(fit: Callable[[Array], Fit], points: Array) -> Fit:
+def fitted(fit: Callable[[FloatArray], Fit], points: FloatArray) -> Fit:
     """The fit, or the cycle's error for points that do not determine it."""
     try:
         return fit(points)
@@ -78,7 +77,7 @@ def fitted(fit: Callable[[Array], Fit], points: Array) -> Fit:
         raise CycleError(DEGENERATE, f"CYC_DEGENERATE: {error}") from None
 
 
-def by_axis(name: str, values: Array) -> dict[str, float]:
+def by_axis(name: str, values: FloatArray) -> dict[str, float]:
     """``NameX``, ``NameY``, .."""
     return {
         f"{name}{axis}": float(value) + 0.0

@@ -191,7 +191,10 @@ def tool(given: Given, around: Surroundings) -> list[Problem]:
         ]
     found = []
     if 6 in given and given[6] > 2 * radius * (1 + 1e-12):
-        text = f"CYC_PARAM_INVALID: @P6 (largest infeed in XY) is {given[6]:g}, allowed: <= {2 * radius:g}, the tool"
+        text = (
+            f"CYC_PARAM_INVALID: @P6 (largest infeed in XY) is {given[6]:g}, "
+            f"allowed: <= {2 * radius:g}, the tool"
+        )
         found.append(Problem(INVALID, text, 6))
     sides = [number for number in (72, 73) if number in given]
     found += [
@@ -254,7 +257,8 @@ def centre(given: Given, around: Surroundings) -> list[Problem]:
 
 def size(given: Given, around: Surroundings) -> list[Problem]:
     """The program of the cycle stays within bounds."""
-    if not {4, 5, 6, 72, 73} <= given.values.keys() or around.tool_radius <= 0:
+    needed = {4, 5, 6, 72, 73}
+    if not needed <= given.values.keys() or around.tool_radius <= 0:
         return []
     cuts = [
         given[4] / given[5],

@@ -5,7 +5,6 @@ both to a plane.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.frontend.isg.cycles.declaration import (
     ANGLE,
@@ -31,6 +30,7 @@ from cnc_core.geometry.shapes.rotation import (
     from_points,
     zyx_angles,
 )
+from cnc_core.units import FloatArray
 
 RESULT_FILE = "SysPosRotationToPlaneResult.txt"
 BOTH, TOOL, SYSTEM, CALCULATE = 1, 2, 3, 4
@@ -103,13 +103,17 @@ def definition(given: Given, around: Surroundings) -> list[Problem]:
     points = [n for n in POINTS if n in given.programmed]
     angles = [n for n in ANGLES if n in given.programmed]
     if points and angles:
-        text = f"CYC_PARAM_CONFLICT: points (@P{points[0]}) and angles (@P{angles[0]}) exclude each other"
+        text = (
+            f"CYC_PARAM_CONFLICT: points (@P{points[0]}) and "
+            f"angles (@P{angles[0]}) exclude each other"
+        )
         return [Problem(CONFLICT, text, angles[0])]
     if not points and not angles:
         return [
             Problem(
                 MISSING,
-                "CYC_PARAM_MISSING: neither points (@P6 to @P14) nor angles (@P15 to @P17) are given",
+                "CYC_PARAM_MISSING: neither points (@P6 to @P14) "
+                "nor angles (@P15 to @P17) are given",
             )
         ]
     if angles or len(points) == len(POINTS):
@@ -129,16 +133,18 @@ def transformation(given: Given, around: Surroundings) -> list[Problem]:
     wrong_mode = 1 in given.programmed and 1 not in given
     if around.trafo or wrong_mode or given[1] not in (BOTH, TOOL):
         return []
-    text = f"CYC_NO_TRAFO: mode {given[1]:g} turns the tool: it needs an active kinematic transformation (#TRAFO ON)"
+    text = (
+        f"CYC_NO_TRAFO: mode {given[1]:g} turns the tool: "
+        "it needs an active kinematic transformation (#TRAFO ON)"
+    )
     return [Problem(NO_TRAFO, text, 1)]
 
 
-def rotation_of(given: Given) -> npt.NDArray[np.float64]:
+def rotation_of(given: Given) -> FloatArray:
     """(3, 3) the new axes as columns, in the coordinate system before the call."""
     if POINTS[0] in given:
-        points = np.array([given[n] for n in POINTS], dtype=np.float64).reshape(
-            3, 3
-        )
+        values = [given[number] for number in POINTS]
+        points = np.array(values, dtype=np.float64).reshape(3, 3)
         try:
             return from_points(points)
         except CollinearError as error:
@@ -151,10 +157,11 @@ def rotation_of(given: Given) -> npt.NDArray[np.float64]:
     )
 
 
-def result_text(rotation: npt.NDArray[np.float64]) -> str:
+def result_text(rotation: FloatArray) -> str:
     """The file: one axis a line, six decimals, no -0."""
     lines = []
-    for name, axis in zip("XYZ", np.round(rotation.T, 6) + 0.0, strict=True):
+    axes = np.round(rotation.T, 6) + 0.0
+    for name, axis in zip("XYZ", axes, strict=True):
         lines.append(
             f"{name}-Axis: {axis[0]:.6f} {axis[1]:.6f} {axis[2]:.6f}\n"
         )

@@ -12,13 +12,11 @@ import re
 from pathlib import Path
 from typing import Protocol
 
-import numpy as np
-import numpy.typing as npt
-
 from cnc_core.blocks import BlockBatch
 from cnc_core.errors import CncError
 from cnc_core.frontend.machine import External
 from cnc_core.frontend.port import ExternalValue, OfflinePort, Wait
+from cnc_core.units import FloatArray
 
 SEARCHED_BYTES = 64 << 20
 CHUNK_BYTES = 1 << 20
@@ -46,9 +44,7 @@ class DryPort(OfflinePort):
     something of it.
     """
 
-    def __init__(
-        self, position: npt.NDArray[np.float64], skip_levels: int
-    ) -> None:
+    def __init__(self, position: FloatArray, skip_levels: int) -> None:
         super().__init__(position, skip_levels)
         self.asked = False
 
@@ -56,7 +52,7 @@ class DryPort(OfflinePort):
         self.asked = True
         return 0.0
 
-    def position(self) -> npt.NDArray[np.float64]:
+    def position(self) -> FloatArray:
         self.asked = True
         return super().position()
 

@@ -1,4 +1,4 @@
-"""All built-in cycles by name; ``docs/cycles.md`` prints the same."""
+"""All built-in cycles by name; ``docs/reference/cycles.md`` prints the same."""
 
 from __future__ import annotations
 

@@ -32,7 +32,9 @@ class Writer:
         z: float | None = None,
     ) -> None:
         words = [
-            self.word(i, v) for i, v in enumerate((x, y, z)) if v is not None
+            self.word(place, value)
+            for place, value in enumerate((x, y, z))
+            if value is not None
         ]
         self.lines.append(" ".join(["G00", *words]))
 

@@ -36,6 +36,7 @@ from .search import (
 NEST_MAX = 20
 CASE_TOLERANCE = 0.001
 Run = Callable[[], None]
+Test = Callable[[], bool]
 
 
 class Control:
@@ -302,7 +303,7 @@ class Control:
 
         return run
 
-    def while_(self, test: Callable[[], bool], mark: Mark, offset: int) -> Run:
+    def while_(self, test: Test, mark: Mark, offset: int) -> Run:
         def run() -> None:
             frame = self._again("WHILE", mark)
             if frame is None:

@@ -14,10 +14,8 @@ from cnc_core.frontend.base.variables import Value
 
 from ..language.formulas import Formulas
 from .control import Control, Run
-from .search import CLOSERS, MIDDLES, OPENERS
 
 TRUE_FROM = 0.5  # $IF, $WHILE, $UNTIL
-WORDS = frozenset({*OPENERS, *CLOSERS, *MIDDLES, "BREAK", "CONTINUE", "GOTO"})
 
 
 def parse(
@@ -28,19 +26,19 @@ def parse(
     """
     token = stream.current
     word = token.text.upper() if token.kind is Kind.NAME else ""
-    if word not in WORDS:
+    if word not in _STATEMENTS:
         name = f"${word}" if word else f"$ and {stream.describe()}"
         raise fail(900002, f"unknown control statement {name}", token.offset)
     stream.next()
     parser = _Parser(control, stream, formulas, mark, token.offset)
-    run = getattr(parser, "_" + word.lower())()
+    run = _STATEMENTS[word](parser)
     if not stream.at_end:
         raise fail(
             900010,
             f"unexpected {stream.current.text!r} behind ${word}",
             stream.current.offset,
         )
-    return run  # type: ignore[no-any-return]
+    return run
 
 
 def parse_old(
@@ -110,8 +108,6 @@ class _Parser:
 
     def _elseif(self) -> Run:
         return self._control.elseif(self._test(), self._offset)
-
-    _ifelse = _elseif
 
     def _else(self) -> Run:
         return self._control.else_("IF", self._offset)
@@ -224,3 +220,27 @@ class _Parser:
             f"$GOTO: expected N or [label], found {stream.describe()}",
             offset,
         )
+
+
+_STATEMENTS: dict[str, Callable[[_Parser], Run]] = {
+    "IF": _Parser._if,
+    "ELSEIF": _Parser._elseif,
+    "IFELSE": _Parser._elseif,
+    "ELSE": _Parser._else,
+    "ENDIF": _Parser._endif,
+    "SWITCH": _Parser._switch,
+    "CASE": _Parser._case,
+    "DEFAULT": _Parser._default,
+    "ENDSWITCH": _Parser._endswitch,
+    "FOR": _Parser._for,
+    "WHILE": _Parser._while,
+    "DO": _Parser._do,
+    "REPEAT": _Parser._repeat,
+    "ENDFOR": _Parser._endfor,
+    "ENDWHILE": _Parser._endwhile,
+    "ENDDO": _Parser._enddo,
+    "UNTIL": _Parser._until,
+    "BREAK": _Parser._break,
+    "CONTINUE": _Parser._continue,
+    "GOTO": _Parser._goto,
+}

@@ -27,8 +27,13 @@ OPENERS = {
     "REPEAT": "REPEAT",
 }
 CLOSERS = {
-    "ENDIF": "IF", "ENDSWITCH": "SWITCH", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDDO": "DO", "UNTIL": "REPEAT"
-}  # fmt: skip
+    "ENDIF": "IF",
+    "ENDSWITCH": "SWITCH",
+    "ENDFOR": "FOR",
+    "ENDWHILE": "WHILE",
+    "ENDDO": "DO",
+    "UNTIL": "REPEAT",
+}
 MIDDLES = {
     "ELSEIF": "IF",
     "IFELSE": "IF",

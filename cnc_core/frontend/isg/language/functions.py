@@ -83,7 +83,8 @@ def _insert(text: object, other: object, pos: object) -> str:
         raise CncError(
             RANGE, f"position {place} out of range 0..{len(_text(text))}"
         )
-    return _limited(_text(text)[:place] + _text(other) + _text(text)[place:])
+    whole = _text(text)
+    return _limited(whole[:place] + _text(other) + whole[place:])
 
 
 def _replace(text: object, other: object, count: object, pos: object) -> str:
@@ -137,10 +138,16 @@ for _names, _function in (
         TEXT_FUNCTIONS[_name] = Function(_function, 1, 1)
 
 STRICT = FormulaParser.functions | TEXT_FUNCTIONS
+
+
+def _whole_quotient(dividend: float, divisor: float) -> float:
+    return float(math.trunc(dividend / divisor))
+
+
 # names that no source documents; lenient mode only
 LENIENT = STRICT | {
     "DEG": Function(math.degrees, 1, 1),
     "RAD": Function(math.radians, 1, 1),
     "TRUNC": Function(lambda x: float(math.trunc(x)), 1, 1),
-    "DIV": Function(lambda a, b: float(math.trunc(a / b)), 2, 2),
+    "DIV": Function(_whole_quotient, 2, 2),
 }

@@ -11,7 +11,11 @@ from cnc_core.frontend.base.scanner import MotionWords
 # (group, error for two of the group in one block, codes); the manual's numbers,
 # 900011 where it has none
 GROUPS: tuple[tuple[str, int, tuple[int, ...]], ...] = (
-    ("motion", 20108, (0, 1, 2, 3, 4, 33, 63, 74, 301, 302, 303, 331, 332)),
+    (
+        "motion",
+        20108,
+        (*range(5), 33, 63, 74, 301, 302, 303, 331, 332),
+    ),
     ("plane", 20108, (17, 18, 19)),
     ("mirror", 20112, (20, 21, 22, 23, 351)),
     ("corner", 20113, (25, 26)),
@@ -87,11 +91,23 @@ EFFECTS: dict[int, Callable[[MotionWords], None]] = {
 PLAIN = frozenset({*range(4), 17, 18, 19, 90, 91})
 
 # Tool radius compensation: cnc_core.frontend.base.compensation.
-COMPENSATION = frozenset({5, 10, 11, 25, 26, 40, 41, 42, 138, 139, 237, 239})
+COMPENSATION = frozenset(
+    {
+        *(5, 10, 11),
+        *(25, 26),
+        *(40, 41, 42),
+        *(138, 139, 237, 239),
+    }
+)
 
 # Executed by cnc_core.frontend.isg.executor.
 OFFSETS = frozenset({*range(53, 60), 92, 159, 160})
-MIRRORS = {20: (1.0, 1.0), 21: (-1.0, 1.0), 22: (1.0, -1.0), 23: (-1.0, -1.0)}
+MIRRORS = {
+    20: (1.0, 1.0),
+    21: (-1.0, 1.0),
+    22: (1.0, -1.0),
+    23: (-1.0, -1.0),
+}
 DIAMETER = frozenset({51, 52})
 FEED_MODES = (93, 94, 95, 194)
 DYNAMICS = frozenset({*range(127, 135), 230, 231, 233})
@@ -109,21 +125,39 @@ INITIAL = frozenset({8, 9, 12, 117, 135, 140, 163, 202, 900})
 
 # Accepted and kept, without effect on the rows; said once in a warning.
 STORED = frozenset(
-    {13, 901, 115, 116, 136, 137, 167, 193, 293, 333, 334, 338, 339}
+    {
+        *(13, 901),
+        *(115, 116, 136, 137, 167, 193),
+        *(293, 333, 334, 338, 339),
+    }
 )
 
 # With ``=value``.
 VALUED = frozenset(
-    {115, 128, 129, 131, 133, 134, 159, 160, 231, 233, 333, 334, 338, 339}
+    {
+        *(115, 128, 129, 131, 133, 134),
+        *(159, 160, 231, 233),
+        *(333, 334, 338, 339),
+    }
 )
 VALUE_OPTIONAL = frozenset({115})
 
 # Axis words of the block belong to these functions and move nothing.
-AXIS_TAKERS = frozenset({68, 74, 92, 98, 99, 127, 130, 132, 136, 160, 230, 351})
+AXIS_TAKERS = frozenset(
+    {
+        *(68, 74, 92, 98, 99),
+        *(127, 130, 132, 136),
+        *(160, 230, 351),
+    }
+)
 
 ACCEPTED = INITIAL | STORED | EXECUTED | COMPENSATION
 
 # Known to the manual and refused by name.
 REFUSED = frozenset(
-    {66, *range(100, 109), 112, 141, 200, 201, 236, 238, 303, 310}
+    {
+        *(66, *range(100, 109), 112, 141),
+        *(200, 201, 236, 238),
+        *(303, 310),
+    }
 )

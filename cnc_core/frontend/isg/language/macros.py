@@ -34,19 +34,21 @@ class ExpandedBlock(BlockText):
 def definition(text: str) -> tuple[str, str] | None:
     """Name and text if the block defines a macro."""
     found = DEFINITION.match(text)
-    return (
-        (found[1][1:-1], found[2][1:-1].replace('\\"', '"')) if found else None
-    )
+    if not found:
+        return None
+    name, text = found[1][1:-1], found[2][1:-1]
+    return name, text.replace('\\"', '"')
 
 
 def expand(text: str, macros: dict[str, str]) -> tuple[str, list[int]]:
-    """The text with all known macros expanded, and for every character its
-    offset in ``text``.
+    """``text`` with all known macros expanded.
+
+    The list: for each character its offset in ``text``.
     """
     origin = list(range(len(text)))
     for _ in range(DEPTH_MAX):
-        found = next((m for m in QUOTED.finditer(text) if m[1] in macros), None)
-        if found is None:
+        found = (m for m in QUOTED.finditer(text) if m[1] in macros)
+        if next(found, None) is None:
             return text, origin
         text, origin = _replaced(text, origin, macros)
         if len(text) > BLOCK_CHARACTERS:
@@ -67,6 +69,7 @@ def _replaced(
             continue
         inner = macros[m[1]]
         parts += [text[last : m.start()], inner]
-        places += origin[last : m.start()] + [origin[m.start()]] * len(inner)
+        places += origin[last : m.start()]
+        places += [origin[m.start()]] * len(inner)
         last = m.end()
     return "".join([*parts, text[last:]]), places + origin[last:]

@@ -6,26 +6,25 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from cnc_core.blocks import motion_planes
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.expression import round_half_away
 from cnc_core.frontend.base.formula import Constant, number_of
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
-from cnc_core.frontend.base.scanner import MotionWords
 
-from ..state.call import Call
 from ..state.state import ProgramState
 from . import gcodes
 from .calls import CallParser
 from .formulas import Formulas
+from .word_block import Function, Step, WordBlock, Words
 
 FUNCTION_MAX = 65535
 NUMBER_MAX = 2**31 - 1
 N_MAX = 2**32 - 1
 # M functions that carry no value
-WITHOUT_VALUE = frozenset({0, 1, 2, 3, 4, 5, 17, 19, 29, 30, *range(40, 46)})
+WITHOUT_VALUE = frozenset({*range(6), 17, 19, 29, 30, *range(40, 46)})
 AXIS_BRACKETS = frozenset(
     {
         "OSC",
@@ -45,75 +44,6 @@ AXIS_BRACKETS = frozenset(
 CYCLE_WORDS = tuple("XYZIJKS")
 CALL = re.compile(r"[lL]{1,2}(?=[\s\"]|[vV]\.)|[lL]+(?=[0-9])")
 LONG_NAME = re.compile(r"\s*=(?!=)")
-
-
-@dataclass(frozen=True)
-class Function:
-    """One M or H function; ``offset`` of its letter."""
-
-    number: int
-    value: float | None
-    offset: int
-
-
-@dataclass
-class Words:
-    """Everything one block says.
-
-    ``offsets``: where a word stands, by its letter or ``G`` group.
-    """
-
-    motion: MotionWords = field(default_factory=MotionWords)
-    functions: dict[str, list[Function]] = field(
-        default_factory=lambda: {"M": [], "H": []}
-    )
-    spindle: float | None = None
-    position: float | None = None  # S.POS
-    tool: int | None = None
-    data: int | None = None
-    is_dwell: bool = False
-    dwell: float | None = None
-    values: dict[int, float] = field(default_factory=dict)  # G..=value
-    call: Call | None = None
-    arguments: list[float | None] = field(default_factory=list)  # G80 [a, b]
-    offsets: dict[str, int] = field(default_factory=dict)
-    codes: dict[str, int] = field(default_factory=dict)
-
-
-Step = Callable[[Words], None]
-
-
-@dataclass
-class WordBlock:
-    """The compiled words of one block.
-
-    ``simple``: nothing but a motion in the words that the scanner knows too.
-    """
-
-    steps: list[Step] = field(default_factory=list)
-    template: MotionWords = field(default_factory=MotionWords)
-    offsets: dict[str, int] = field(default_factory=dict)
-    codes: dict[str, int] = field(default_factory=dict)
-    is_dwell: bool = False
-    simple: bool = True
-    words: bool = False  # there is a word that is no assignment
-
-    def evaluate(self) -> Words:
-        """What the block says now."""
-        t = self.template
-        motion = MotionWords(
-            {}, {}, None, None, 0, t.offset, t.motion, t.plane, t.absolute, t.inch, t.centre_absolute, t.exact_stop,
-            t.block_stop,
-        )  # fmt: skip
-        words = Words(
-            motion,
-            offsets=self.offsets,
-            codes=self.codes,
-            is_dwell=self.is_dwell,
-        )
-        for step in self.steps:
-            step(words)
-        return words
 
 
 class WordParser:

@@ -8,15 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks.coordinates import Frame
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
+from cnc_core.units import FloatArray
 
 from .offsets import Selected
 
-Array = npt.NDArray[np.float64]
 STORED_MAX = 5
 UNDEFINED, TOO_MANY = 20821, 910109
 SEQUENCES = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
@@ -46,14 +45,17 @@ def frame_of(
     return Frame(rotation, v[:3] * unit_mm)
 
 
-def turn(axis: int, degrees: float) -> Array:
+def turn(axis: int, degrees: float) -> FloatArray:
     """(3, 3) right-handed; multiples of 90 degrees exactly."""
     quarter, rest = divmod(degrees, 90.0)
-    c, s = float(np.cos(np.radians(rest))), float(np.sin(np.radians(rest)))
-    c, s = ((c, s), (-s, c), (-c, -s), (s, -c))[int(quarter) % 4]
-    a, b = (axis + 1) % 3, (axis + 2) % 3
+    c = float(np.cos(np.radians(rest)))
+    s = float(np.sin(np.radians(rest)))
+    for _ in range(int(quarter) % 4):
+        c, s = -s, c
+    first, second = (axis + 1) % 3, (axis + 2) % 3
     out = np.eye(3)
-    out[a, a], out[a, b], out[b, a], out[b, b] = c, -s, s, c
+    out[first, first] = out[second, second] = c
+    out[first, second], out[second, first] = -s, s
     return out
 
 
@@ -66,7 +68,7 @@ class Active:
     frame: Frame
     number: int | None
     offsets: Selected
-    shift: Array
+    shift: FloatArray
 
 
 @dataclass
@@ -104,8 +106,9 @@ class Systems:
         """A stored one; None: that defined last."""
         number = self.last if number is None else number
         if number is None or number not in self.stored:
-            text = f"#{self.name} ON: coordinate system {'' if number is None else number} is not defined"
-            raise fail(UNDEFINED, " ".join(text.split()), offset)
+            which = "" if number is None else f"{number} "
+            text = f"#{self.name} ON: coordinate system {which}is not defined"
+            raise fail(UNDEFINED, text, offset)
         return number
 
     def forget(self, number: int | None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from cnc_core.blocks import CHAMFER, CORNER, ROUND
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
+from cnc_core.units import SECONDS_PER_MINUTE
 
 CODES = {301: CHAMFER, 302: ROUND}
 
@@ -42,7 +43,7 @@ class CornerWords:
         """#FRC: of the new element of this block, per minute."""
         if not feed > 0:
             raise fail(900012, "#FRC: the feed must be positive", offset)
-        mm_s = feed * self._modal.unit_mm / 60.0
+        mm_s = feed * self._modal.unit_mm / SECONDS_PER_MINUTE
         self._feed = (self._modal.count, mm_s)
         if (
             self._last is not None

@@ -11,12 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core._engine import lib
 from cnc_core.blocks import DYNAMICS
 from cnc_core.frontend.base.lexer import Warn, fail
 from cnc_core.frontend.base.scanner import Modal, Row
+from cnc_core.units import SECONDS_PER_MINUTE, FloatArray
 
 LOWEST = 0.001  # share: smaller weights, 0 too, count as this (R)
 FEED, RAPID = 0, 1
@@ -26,8 +26,6 @@ VELOCITY, ACCELERATION, JERK = (
     lib.NC_DYNAMICS_JERK,
 )
 PROFILES = {"STEP": 0, "TRAPEZ": 1, "SIN2": 2, "HSC": 3}
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -90,10 +88,10 @@ class Dynamics:
 
     def __init__(self, modal: Modal, axes: int, warn: Warn) -> None:
         self._modal, self._axes, self._warn = modal, axes, warn
-        self._weights: dict[str, Array] = {
+        self._weights: dict[str, FloatArray] = {
             w.name: np.ones(axes) for w in WEIGHTS.values()
         }
-        self._told: dict[tuple[int, int], Array] = {
+        self._told: dict[tuple[int, int], FloatArray] = {
             key: np.ones(axes) for key in PARTS
         }
         self._path: dict[str, float] = {}
@@ -150,7 +148,7 @@ class Dynamics:
         return rows + self._path_rows(n)
 
     def _row(
-        self, code: int, value: int, end: Array | list[float], n: int
+        self, code: int, value: int, end: FloatArray | list[float], n: int
     ) -> Row:
         row = self._modal.row(DYNAMICS, n, code=code, value=value)
         row["end"][0][: len(end)] = end
@@ -162,7 +160,7 @@ class Dynamics:
         """#VECTOR LIMIT ON: values in units of minutes, None: as given last."""
         for name, value in limits.items():
             if value is not None:
-                self._path[name] = value / 60.0 ** MINUTES[name]
+                self._path[name] = value / SECONDS_PER_MINUTE ** MINUTES[name]
             self._path_on.add(name)
         self._path_rapid = rapid
 

@@ -9,6 +9,7 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import SECONDS_PER_MINUTE
 
 TIME, PER_MINUTE, PER_TURN, SHARE = 93, 94, 95, 194
 
@@ -132,7 +133,9 @@ class Feeds:
                 raise fail(
                     900019, "G95: no spindle speed is programmed", offset
                 )
-            feed = value * self._units[self.mode] * turns_min / 60.0
+            feed = (
+                value * self._units[self.mode] * turns_min / SECONDS_PER_MINUTE
+            )
         else:
             feed = value / 100.0 * self._largest(row, start)
         row["feed"] = min(feed * self.factor, self.limit_mm_s or np.inf)
@@ -146,9 +149,8 @@ class Feeds:
             raise fail(
                 907061, "G194: the machine's axis velocities are not known", 0
             )
-        way = np.abs(row["end"][0][: len(start)] - start) / float(
-            row["length"][0]
-        )
+        length = float(row["length"][0])
+        way = np.abs(row["end"][0][: len(start)] - start) / length
         if row["type"][0] == CIRCULAR:
             for place in motion_planes(int(row["plane"][0]))[:2]:
                 way[self._machine.main[place]] = 1.0

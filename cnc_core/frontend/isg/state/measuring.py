@@ -5,7 +5,6 @@ motion, waited for at its end.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks import EXACT_STOP, LINEAR, M
 from cnc_core.errors import ERRORS
@@ -13,8 +12,8 @@ from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.probe import trip
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import FloatArray
 
-Array = npt.NDArray[np.float64]
 MEASURING = "MNE_SNS"
 
 
@@ -26,7 +25,10 @@ def measures(row: Row, machine: ProgramMachine) -> bool:
 
 
 def place_functions(
-    before: list[Row], motion: list[Row], start: Array, machine: ProgramMachine
+    before: list[Row],
+    motion: list[Row],
+    start: FloatArray,
+    machine: ProgramMachine,
 ) -> tuple[list[Row], list[Row]]:
     """Rows ahead of a block's motion, and its motion with the function in it.
 
@@ -58,10 +60,12 @@ def place_functions(
         EXACT_STOP
     )  # the stop belongs to the block's end
     for name in ("length", "length_min"):
-        first[name], second[name] = row[name] * share, row[name] * (1.0 - share)
+        first[name] = row[name] * share
+        second[name] = row[name] * (1.0 - share)
     parts = [
         part
         for part in (first, *mine, second)
         if part["type"][0] == M or part["length"][0] > 0.0
     ]
-    return rest, [*motion[: lines[0]], *parts, *motion[lines[0] + 1 :]]
+    at = lines[0]
+    return rest, [*motion[:at], *parts, *motion[at + 1 :]]

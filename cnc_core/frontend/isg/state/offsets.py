@@ -18,8 +18,8 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import FloatArray
 
-Array = npt.NDArray[np.float64]
 NUMBER_MAX = 96
 ZERO, ADD_ZERO, PSET, TOOL = "ZERO", "ADD_ZERO", "PSET", "TOOL"
 KINDS = (ZERO, ADD_ZERO, PSET, TOOL)
@@ -32,9 +32,9 @@ class Selected:
     """Zero offset, G92 and #PSET as they were selected: number and (axes,) values."""
 
     number: int
-    active: Array
-    g92: Array
-    pset: Array
+    active: FloatArray
+    g92: FloatArray
+    pset: FloatArray
 
     @classmethod
     def none(cls) -> Selected:
@@ -51,7 +51,7 @@ class Offsets:
         self.names = [name.upper() for name in machine.axes]
         self.first_main = machine.main[0]
         self.main = machine.main
-        self.table: dict[int, Array] = {}
+        self.table: dict[int, FloatArray] = {}
         for number, values in machine.zero_offsets.items():
             row = self.stored(number)
             for name, value in values.items():
@@ -74,14 +74,14 @@ class Offsets:
         )
         self._tool_off = self._ex_tool = False
 
-    def _zeros(self) -> Array:
+    def _zeros(self) -> FloatArray:
         return np.zeros(self._axes)
 
     def scale(self, axis: int) -> float:
         """mm or degrees per programmed unit of an axis."""
         return 1.0 if self.rotary[axis] else self._modal.unit_mm
 
-    def stored(self, number: int) -> Array:
+    def stored(self, number: int) -> FloatArray:
         """The row of the table, 1 is G54."""
         return self.table.setdefault(number, self._zeros())
 
@@ -182,7 +182,7 @@ class Offsets:
         """mm"""
         return 0.0 if self._off(TOOL) else self.tool_length_mm
 
-    def selected_total(self) -> Array:
+    def selected_total(self) -> FloatArray:
         """(axes,) sum of what is selected, without the tool length."""
         return self._total()
 
@@ -191,7 +191,10 @@ class Offsets:
     def put_away(self, axes: Iterable[int]) -> Selected:
         """The offsets of some axes begin at 0; what they were."""
         before = Selected(
-            self.number, self.active.copy(), self.g92.copy(), self.pset.copy()
+            self.number,
+            self.active.copy(),
+            self.g92.copy(),
+            self.pset.copy(),
         )
         for axis in axes:
             if axis >= 0:
@@ -232,7 +235,7 @@ class Offsets:
     def _off(self, kind: str) -> bool:
         return kind in self.suppressed or (kind == TOOL and self._tool_off)
 
-    def _total(self) -> Array:
+    def _total(self) -> FloatArray:
         """Without the tool length."""
         total = self._zeros()
         for kind, part in (

@@ -50,7 +50,8 @@ class Patterns:
                 f"PAT_SYNTAX: #AT with {len(values)} values: 3 to 6 are expected",
                 offset,
             )
-        x, y, z, a, b, c = (*values, *[0.0] * (6 - len(values)))
+        missing = [0.0] * (6 - len(values))
+        x, y, z, a, b, c = *values, *missing
         if a or b:
             text = f"PAT_ROTATION: #AT turned by {a:g} about X and {b:g} about Y: only Z is allowed"
             raise fail(ROTATION, text, offset)
@@ -81,7 +82,11 @@ class Patterns:
 
     def not_open(self, offset: int, what: str) -> None:
         if self.opened is not None:
-            text = f"PAT_SYNTAX: {what} inside the pattern of line {self.opened.line}: only #AT stands there"
+            line = self.opened.line
+            text = (
+                f"PAT_SYNTAX: {what} inside the pattern of line {line}: "
+                "only #AT stands there"
+            )
             raise fail(SYNTAX, text, offset)
 
     def at_end(self) -> CncError | None:

@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks import (
     MARKER,
@@ -26,13 +25,14 @@ from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.port import Wait
+from cnc_core.units import FloatArray
 
 CLOSED_WITHIN_MM = 1e-6
 
 
 @dataclass(frozen=True)
 class _Open:
-    position: npt.NDArray[np.float64]
+    position: FloatArray
     place: Place
 
 
@@ -68,7 +68,10 @@ class RealTimeLoop:
             raise fail(22181, ERRORS[22181], offset)
         away = float(np.abs(self._modal.position - opened.position).max())
         if away > CLOSED_WITHIN_MM:
-            text = f"the real-time loop of line {opened.place.line} ends {away:g} mm from where it begins"
+            text = (
+                f"the real-time loop of line {opened.place.line} "
+                f"ends {away:g} mm from where it begins"
+            )
             raise fail(50991, text, offset)
         return self._modal.row(RT_LOOP_END, self._modal.n)
 

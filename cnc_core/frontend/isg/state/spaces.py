@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks import COORDINATES, LINEAR, RAPID, motion_planes
 from cnc_core.blocks.coordinates import Coordinates, Frame
@@ -22,6 +21,7 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.machine import ProgramMachine, TipMachine
+from cnc_core.units import FloatArray
 
 from .coordinate_systems import (
     STORED_MAX,
@@ -33,7 +33,6 @@ from .coordinate_systems import (
 )
 from .offsets import Offsets, Selected
 
-Array = npt.NDArray[np.float64]
 NAME_UNKNOWN = 21601
 WRONG_KINEMATICS = 292005
 RESERVED = ("MCS", "IMCS", "ACS")
@@ -135,7 +134,7 @@ class Spaces:
         turned = turn(third, self.rotation.degrees)
         return Frame(turned, centre - turned @ centre)
 
-    def _main_values(self, values: Array) -> Array:
+    def _main_values(self, values: FloatArray) -> FloatArray:
         """(3,) of X, Y, Z; 0 where the machine lacks one."""
         return np.array(
             [values[axis] if axis >= 0 else 0.0 for axis in self._machine.main]
@@ -169,16 +168,18 @@ class Spaces:
         self._offsets.take_effect(self._machine.main)
         return [self._row(wanted, position, n)]
 
-    def _row(self, coordinates: Coordinates, position: Array, n: int) -> Row:
+    def _row(
+        self, coordinates: Coordinates, position: FloatArray, n: int
+    ) -> Row:
         row = self._modal.row(COORDINATES, n)
         coordinates.fill(row, position)
         return row
 
-    def axes(self) -> Array:
+    def axes(self) -> FloatArray:
         """(axes,) where the axes of the machine stand behind the last motion."""
         return self.axes_at(self._modal.position)
 
-    def axes_at(self, programmed: Array) -> Array:
+    def axes_at(self, programmed: FloatArray) -> FloatArray:
         """(axes,) axis positions of a position in the coordinates in force
         (offsets added).
         """
@@ -188,7 +189,9 @@ class Spaces:
             out = self._machine_of(said).driven(out, said.length)[0]
         return out
 
-    def position_in(self, coordinates: Coordinates, axes: Array) -> Array:
+    def position_in(
+        self, coordinates: Coordinates, axes: FloatArray
+    ) -> FloatArray:
         """(axes,) the axis position ``axes`` in other coordinates."""
         out = axes.copy()
         if coordinates.kinematics is not None:
@@ -205,7 +208,7 @@ class Spaces:
             machine.length_correction() if coordinates.length_only else machine
         )
 
-    def _store_main(self, out: Array, values: Array) -> None:
+    def _store_main(self, out: FloatArray, values: FloatArray) -> None:
         for place, axis in enumerate(self._machine.main):
             if axis >= 0:
                 out[axis] = values[place]

@@ -32,7 +32,8 @@ class Splines:
             return []
         self.active = on
         row = self._modal.row(SPLINE, n, code=KINDS[self.kind] if on else 0)
-        row["plane"], row["degree"] = ENDS[self.ends[0]], ENDS[self.ends[1]]
+        row["plane"] = ENDS[self.ends[0]]
+        row["degree"] = ENDS[self.ends[1]]
         row["end"] = np.nan
         for axis, value in self.vectors[0 if on else 1].items():
             row["end"][0][axis] = value

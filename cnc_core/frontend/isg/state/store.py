@@ -109,8 +109,12 @@ class Store:
 
     def scope_of(self, family: str) -> Scope | LevelScopes:
         scopes: dict[str, Scope | LevelScopes] = {
-            "P": self.program, "S": self.static, "L": self.local, "CYC": self.cycle, "I": self.internal
-        }  # fmt: skip
+            "P": self.program,
+            "S": self.static,
+            "L": self.local,
+            "CYC": self.cycle,
+            "I": self.internal,
+        }
         return scopes[family]
 
     def reference(
@@ -265,7 +269,7 @@ class Store:
                 return
             if place in arrays:
                 arrays[place].store(value, (), offset)
-            values[place] = REAL64.convert(value, f"P{place}", offset)  # type: ignore[assignment]
+            values[place] = REAL64.number(value, f"P{place}", offset)
 
         def exists() -> bool:
             return key() in (arrays if indices else values) or key() in arrays

@@ -17,6 +17,7 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, MotionWords, Row
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import SECONDS_PER_MINUTE
 
 THREAD, RIGID, TAP, RETRACT = 33, 63, 331, 332
 CODES = (THREAD, RIGID, TAP, RETRACT)
@@ -165,6 +166,10 @@ class Turning:
                 900004, f"G{self.mode}: no pitch for the axes that move", offset
             )
         row["feed"] = (
-            self.rev_min / 60.0 * pitch * float(row["length"][0]) / along
+            self.rev_min
+            / SECONDS_PER_MINUTE
+            * pitch
+            * float(row["length"][0])
+            / along
         )
         row["flags"] = 0

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 SENSOR_MODE_MAX = 9
-BY_INDEX, NO_SEARCH, ABSOLUTE, DRIVE, METHOD = (8, 9), 32, 64, 128, 256
+BY_INDEX = (8, 9)
+NO_SEARCH = 32
+ABSOLUTE = 64
+DRIVE = 128
+METHOD = 256
 # DS402: a signed byte, negative numbers belong to the makers of drives
 METHOD_MAX = 127
 

@@ -55,7 +55,11 @@ def parts_of(
             if own or (owned and int(found[1]) in motions):
                 places.append(found.start())
                 owned = own
-    cuts = [0, *[place for place in places if text[:place].strip()], len(text)]
+    cuts = [
+        0,
+        *[place for place in places if text[:place].strip()],
+        len(text),
+    ]
     return [
         " " * begin + text[begin:end] for begin, end in itertools.pairwise(cuts)
     ]

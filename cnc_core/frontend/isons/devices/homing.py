@@ -22,7 +22,9 @@ from ..base.homing_modes import (
 from ..base.machine import HomingSensors
 
 # DS402 methods; from 17 on those of 1 on, without index
-AT_LIMIT, INWARDS, WITHOUT_INDEX = (1, 2), (4, 6), 16
+AT_LIMIT = (1, 2)
+INWARDS = (4, 6)
+WITHOUT_INDEX = 16
 
 
 @dataclass(frozen=True)

@@ -30,10 +30,8 @@ class Positioner:
     homed: bool = False
 
     def position(self, now_s: float) -> float:
-        way, driven = (
-            self.target - self.origin,
-            self.feed_mm_min / 60.0 * (now_s - self.begun_s),
-        )
+        way = self.target - self.origin
+        driven = self.feed_mm_min / 60.0 * (now_s - self.begun_s)
         return (
             self.target
             if driven >= abs(way)
@@ -84,7 +82,8 @@ class Positioners:
         offset: int,
     ) -> float:
         """PA, PD; seconds that the program waits for it."""
-        one, now = self._one(number, offset), self._clock.now_s()
+        one = self._one(number, offset)
+        now = self._clock.now_s()
         if par == ENABLE:
             self._begin(one, one.position(now))
             one.enabled = value > 0
@@ -146,7 +145,8 @@ class Positioners:
 
     def status(self, number: float, par: float, offset: int) -> float:
         """$_PM."""
-        one, now = self._one(number, offset), self._clock.look()
+        one = self._one(number, offset)
+        now = self._clock.look()
         here = one.position(now)
         values = [
             float(one.rest_s(now) > 0),

@@ -151,12 +151,10 @@ class Control:
         jumped_back: Callable[[int, bool], bool] = lambda *_: True,
     ) -> None:
         self._jumped_back = jumped_back
-        self._flow, self._line, self._report, self._visit = (
-            flow,
-            line,
-            report,
-            visit,
-        )
+        self._flow = flow
+        self._line = line
+        self._report = report
+        self._visit = visit
 
     def index(self) -> Index:
         """Of the file that is being executed."""
@@ -201,7 +199,13 @@ class Control:
             self._skip(found[1])
             return
         self._flow.level.repeats = True
-        self._flow.level.nest.append(Loop(position, int(passes), self._here()))
+        self._flow.level.nest.append(
+            Loop(
+                position,
+                int(passes),
+                self._here(),
+            )
+        )
 
     def end_loop(self, position: int) -> None:
         nest: list[Loop] = self._flow.level.nest

@@ -163,7 +163,10 @@ class Endless:
         )
         store = program.store
         scopes = [
-            (dict(s.values), {k: list(v) for k, v in s.arrays.items()})
+            (
+                dict(s.values),
+                {k: list(v) for k, v in s.arrays.items()},
+            )
             for s in (store.scope, store.common)
         ]
         return program.modal.line, levels, scopes, list(store.list)

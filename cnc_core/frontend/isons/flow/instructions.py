@@ -111,11 +111,9 @@ class Instructions:
     # program flow
 
     def _if(self) -> Run:
-        condition, control, mark = (
-            self._formulas.full("IF"),
-            self._program.control,
-            self._program.mark,
-        )
+        condition = self._formulas.full("IF")
+        control = self._program.control
+        mark = self._program.mark
         self._stream.accept_name("THEN")
         return self._simple(
             lambda: None if condition() else control.skip_branch(mark.position)

@@ -27,41 +27,30 @@ def take_over(new: ChannelState, old: ChannelState) -> None:
         )
     )
     modal.feed = before.feed
-    new.spindle, new.tool, new.tables, new.diameter = (
-        old.spindle,
-        old.tool,
-        old.tables,
-        old.diameter,
-    )
-    new.rotary_modes, new.pause_mode, new.depth_axis = (
-        dict(old.rotary_modes),
-        old.pause_mode,
-        old.depth_axis,
-    )
-    new.plane_pair, new.plane_code, new.plane_reversed = (
-        old.plane_pair,
-        old.plane_code,
-        old.plane_reversed,
-    )
+    new.spindle = old.spindle
+    new.tool = old.tool
+    new.tables = old.tables
+    new.diameter = old.diameter
+    new.rotary_modes = dict(old.rotary_modes)
+    new.pause_mode = old.pause_mode
+    new.depth_axis = old.depth_axis
+    new.plane_pair = old.plane_pair
+    new.plane_code = old.plane_code
+    new.plane_reversed = old.plane_reversed
     if old.plane_code:
         modal.apply(MotionWords(plane=old.plane_code))
-    new.modes.mode, new.modes.transport_limit = (
-        old.modes.mode,
-        old.modes.transport_limit,
-    )
+    new.modes.mode = old.modes.mode
+    new.modes.transport_limit = old.modes.transport_limit
     if old.completed:  # edge smoothing does not outlast a stop
-        new.modes.mild, new.modes.mild_on = old.modes.mild, old.modes.mild_on
+        new.modes.mild = old.modes.mild
+        new.modes.mild_on = old.modes.mild_on
     corners, kept = new.output.corners, old.output.corners
-    corners.fillet, corners.bevel, corners.factor = (
-        replace(kept.fillet),
-        replace(kept.bevel),
-        kept.factor,
-    )
-    corners.plane, corners.code, corners.reversed = (
-        kept.plane,
-        kept.code,
-        kept.reversed,
-    )
+    corners.fillet = replace(kept.fillet)
+    corners.bevel = replace(kept.bevel)
+    corners.factor = kept.factor
+    corners.plane = kept.plane
+    corners.code = kept.code
+    corners.reversed = kept.reversed
     transform = copy.deepcopy(old.transform)
     transform.rotation.on = False
     transform.rebuild()

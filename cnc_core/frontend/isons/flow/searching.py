@@ -70,7 +70,13 @@ class Search:
         override = (rows.rows["type"] == EVENT) & (
             rows.rows["code"] == EVENT_OVERRIDE
         )
-        for row in rows.rows[np.isin(rows.rows["type"], (M, S, T)) | override]:
+        for row in rows.rows[
+            np.isin(
+                rows.rows["type"],
+                (M, S, T),
+            )
+            | override
+        ]:
             group = next(
                 (
                     i
@@ -128,7 +134,10 @@ class Search:
         program = self._program
         place = program.modal.position
         self._end_search()
-        for kind in sorted(self._last, key=lambda k: (k != T, k != S, k)):
+        for kind in sorted(
+            self._last,
+            key=lambda k: (k != T, k != S, k),
+        ):
             program.put_out([np.array([self._last[kind]])])
         program.modal.set_position(start)
         program.channel.output.moved_to(start)

@@ -290,7 +290,8 @@ class Formulas(FormulaParser):
             )
         if name in FUNCTIONS:
             return guarded(FUNCTIONS[name], arguments, name, offset)
-        argument, system = number_of(arguments[0], name, offset), self._system
+        argument = number_of(arguments[0], name, offset)
+        system = self._system
         if name in OF_ANGLES:
             function = OF_ANGLES[name]
             later = [
@@ -375,11 +376,9 @@ class Formulas(FormulaParser):
                 stream.current.offset,
             )
         token = stream.next()
-        name, store, system = (
-            variable_name(token.text),
-            self._store,
-            self._system,
-        )
+        name = variable_name(token.text)
+        store = self._store
+        system = self._system
         if name.startswith("_"):
             found = SYSTEM_NAME.fullmatch(name)
             if not found:

@@ -77,7 +77,8 @@ class Macros:
         """
         text = name.replace("\\", "/")
         if text.upper().startswith("$APPPATH"):
-            folders, text = [self._app], text[len("$APPPATH") :].lstrip("/")
+            folders = [self._app]
+            text = text[len("$APPPATH") :].lstrip("/")
         else:
             folders = [*self._folders[:1], caller.parent]
         self._no_converter(name, offset)

@@ -197,7 +197,10 @@ class WordParser:
             raise fail(
                 900011, f"G{code} and G{other}, both of one group", offset
             )
-        taker = next((c for c, _, _ in self.block.g if c in codes.TAKERS), None)
+        taker = next(
+            (c for c, _, _ in self.block.g if c in codes.TAKERS),
+            None,
+        )
         if code in codes.TAKERS and taker is not None:
             raise fail(
                 908005, f"G{code} and G{taker} use the same words", offset

@@ -69,7 +69,8 @@ class Corners:
         """Rows that are final now."""
         if row["type"][0] > POLYNOMIAL:
             return [*self.flush(), row]
-        start, end = self._last, row["end"][0][: self._axes].copy()
+        start = self._last
+        end = row["end"][0][: self._axes].copy()
         self._last = end
         usable = self._usable(row, start)
         out: list[Row] = []
@@ -88,7 +89,9 @@ class Corners:
             return False
         moved = np.abs(row["end"][0][: self._axes] - start) > SAME_MM
         others = [i for i in range(self._axes) if i not in self.plane]
-        return bool(moved[list(self.plane)].any() and not moved[others].any())
+        return bool(
+            moved[list(self.plane)].any() and not moved[others].any(),
+        )
 
     def _serve(self, row: Row, corner: Array) -> tuple[list[Row], Array]:
         """The corner between the row held back and this one: rows, and where
@@ -96,13 +99,14 @@ class Corners:
         """
         assert self._held is not None
         axes = list(self.plane)
-        before, after = (
-            corner[axes] - self._start[axes],
-            row["end"][0][axes] - corner[axes],
-        )
+        before = corner[axes] - self._start[axes]
+        after = row["end"][0][axes] - corner[axes]
         lengths = float(np.hypot(*before)), float(np.hypot(*after))
         u, v = before / lengths[0], after / lengths[1]
-        turn = math.atan2(float(u[0] * v[1] - u[1] * v[0]), float(u @ v))
+        turn = math.atan2(
+            float(u[0] * v[1] - u[1] * v[0]),
+            float(u @ v),
+        )
         shape = self.fillet if self.fillet.active else self.bevel
         size = shape.size * self.factor
         if (

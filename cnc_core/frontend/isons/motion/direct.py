@@ -119,7 +119,8 @@ def home(channel: ChannelState, words: Words, offset: int) -> list[Row | Wait]:
 def _home_axis(
     channel: ChannelState, axis: int, n: int, offset: int
 ) -> list[Row]:
-    p, letter = channel.parameters, channel.machine.axes[axis].upper()
+    p = channel.parameters
+    letter = channel.machine.axes[axis].upper()
     if letter not in AXIS_LETTERS:
         raise fail(
             900001, f"G71: axis {letter} has no machine parameters", offset

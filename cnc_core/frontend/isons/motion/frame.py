@@ -78,10 +78,8 @@ class Frame:
         self._modal = modal
         self.names = tuple(name.upper() for name in machine.axes)
         self._heads = cell.heads
-        self.origin, self.offset = (
-            Layer(self.names, cell.origins),
-            Layer(self.names, cell.offsets),
-        )
+        self.origin = Layer(self.names, cell.origins)
+        self.offset = Layer(self.names, cell.offsets)
         count = len(self.names)
         self.head_number, self.head_on = -1, True
         self.length: Array = np.zeros(count)
@@ -92,15 +90,11 @@ class Frame:
 
     def take_over(self, other: Frame) -> None:
         """Everything as another frame of the same machine has it."""
-        self.origin, self.offset = (
-            copy.deepcopy(other.origin),
-            copy.deepcopy(other.offset),
-        )
+        self.origin = copy.deepcopy(other.origin)
+        self.offset = copy.deepcopy(other.offset)
         self.head_number, self.head_on = other.head_number, other.head_on
-        self.length, self.length_extra = (
-            other.length.copy(),
-            other.length_extra.copy(),
-        )
+        self.length = other.length.copy()
+        self.length_extra = other.length_extra.copy()
         self.home = other.home.copy()
         self.length_axis = other.length_axis
         self.update()

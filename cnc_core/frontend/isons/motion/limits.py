@@ -16,10 +16,8 @@ class Limits:
     """Which limit is in force at each end of each axis."""
 
     def __init__(self, machine: ProgramMachine, parameters: Parameters) -> None:
-        self._names, self._parameters = (
-            [name.upper() for name in machine.axes],
-            parameters,
-        )
+        self._names = [name.upper() for name in machine.axes]
+        self._parameters = parameters
         count = len(self._names)
         far = np.full(count, np.inf)
         self._cell = machine.limits or (-far, far)

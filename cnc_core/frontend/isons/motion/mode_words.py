@@ -119,10 +119,8 @@ def _feed_control(channel: ChannelState, words: Words, offset: int) -> None:
 def _nurbs(channel: ChannelState, words: Words, offset: int) -> None:
     filters, unit = channel.modes.filters, channel.modal.unit_mm
     filters.nurbs = bool(_switch(words, offset, 1, 0))
-    length, step = (
-        _number(words, "Y", offset, 0),
-        _number(words, "A", offset, 1e-3),
-    )
+    length = _number(words, "Y", offset, 0)
+    step = _number(words, "A", offset, 1e-3)
     order = _number(words, "Z", offset, 1, ORDER_MAX, whole=True)
     filters.nurbs_length = (
         filters.nurbs_length if length is None else length * unit
@@ -134,10 +132,8 @@ def _nurbs(channel: ChannelState, words: Words, offset: int) -> None:
 def _noise(channel: ChannelState, words: Words, offset: int) -> None:
     filters, unit = channel.modes.filters, channel.modal.unit_mm
     filters.noise = _switch(words, offset, 3, filters.noise)
-    angle, length = (
-        _number(words, "Y", offset, 0, 180),
-        _number(words, "Z", offset, 0),
-    )
+    angle = _number(words, "Y", offset, 0, 180)
+    length = _number(words, "Z", offset, 0)
     cusps = _number(words, "A", offset, 0, 1, whole=True)
     filters.noise_angle = filters.noise_angle if angle is None else angle
     filters.noise_length = (
@@ -169,10 +165,8 @@ def _smooth(channel: ChannelState, words: Words, offset: int) -> None:
         )
     axis = channel.axis(AXIS_LETTERS[int(number)], offset)
     on = _switch(words, offset, 1, 0)
-    level, length = (
-        _number(words, "A", offset, 0, 1),
-        _number(words, "B", offset, 0),
-    )
+    level = _number(words, "A", offset, 0, 1)
+    length = _number(words, "B", offset, 0)
     if length is not None:
         filters.smooth_length = length * unit
     if not on:

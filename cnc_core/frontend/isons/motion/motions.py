@@ -109,7 +109,9 @@ def transformed(
             relative,
             float(now[axis]),
         )
-    moved = np.asarray(channel.transform.matrix[:, list(given)].any(axis=1))
+    moved = np.asarray(
+        channel.transform.matrix[:, list(given)].any(axis=1),
+    )
     return channel.transform.forward(point) + frame, moved
 
 
@@ -240,7 +242,9 @@ def in_machine_coordinates(
 ) -> list[Row]:
     """Rows of words that count from home, in mm and absolute."""
     modal = channel.modal
-    absolute, inch, motion = modal.absolute, modal.unit_mm != 1.0, modal.motion
+    absolute = modal.absolute
+    inch = modal.unit_mm != 1.0
+    motion = modal.motion
     modal.set_offset(np.zeros(len(channel.machine.axes)))
     modal.set_absolute(True)
     modal.apply(MotionWords(inch=False, centre_absolute=True))

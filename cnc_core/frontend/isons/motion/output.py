@@ -109,7 +109,10 @@ def _reach(
         )
         if len(arcs):
             first, second, _ = motion_planes(plane)
-            at = (arcs[:, None], np.array([main[first], main[second]]))
+            at = (
+                arcs[:, None],
+                np.array([main[first], main[second]]),
+            )
             low[at], high[at] = arc_extremes(rows[arcs], starts[arcs], main)
     return low, high
 
@@ -145,10 +148,8 @@ class Output:
         """Take over the parameters; ``limits``: rows are positions of the axes."""
         p = self._parameters
         self.limits.refresh()
-        slowest, fastest = (
-            p.speed("FEEDMIN") / 60.0,
-            p.speed("FEEDMAX") / 60.0 or math.inf,
-        )
+        slowest = p.speed("FEEDMIN") / 60.0
+        fastest = p.speed("FEEDMAX") / 60.0 or math.inf
         ends = (
             (self.limits.low, self.limits.high)
             if self.limits.active and limits
@@ -177,12 +178,10 @@ class Output:
         any more.
         """
         self.corners.flush()
-        self.side, self._armed, self._corner, self.leaving = (
-            OFF,
-            False,
-            0,
-            False,
-        )
+        self.side = OFF
+        self._armed = False
+        self._corner = 0
+        self.leaving = False
         self.moved_to(position)
 
     # rows
@@ -233,7 +232,10 @@ class Output:
                 offset,
             )
         self._armed = self._armed or side != self.side
-        self.side, self._radius, self._code, self._n = side, radius, code, n
+        self.side = side
+        self._radius = radius
+        self._code = code
+        self._n = n
         self._modal.set_compensated(True)
         self._heading = None
         return rows
@@ -242,11 +244,9 @@ class Output:
         row = self._modal.row(
             COMPENSATION, self._n, code=side, value=self._value()
         )
-        row["plane"], row["degree"], row["pool"] = (
-            self._code,
-            corner,
-            PERPENDICULAR,
-        )
+        row["plane"] = self._code
+        row["degree"] = corner
+        row["pool"] = PERPENDICULAR
         return row
 
     def _value(self) -> float:
@@ -286,12 +286,11 @@ class Output:
         a, b = self.corners.plane
         if self.corners.reversed:
             a, b = b, a
-        start, end = self._last[[a, b]], row["end"][0][[a, b]]
+        start = self._last[[a, b]]
+        end = row["end"][0][[a, b]]
         if row["type"][0] == CIRCULAR:
-            centre, sign = (
-                row["center"][0],
-                math.copysign(1.0, float(row["angle"][0])),
-            )
+            centre = row["center"][0]
+            sign = math.copysign(1.0, float(row["angle"][0]))
             from_centre, to = start - centre, end - centre
             return (
                 math.atan2(sign * from_centre[0], -sign * from_centre[1]),

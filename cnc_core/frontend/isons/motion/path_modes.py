@@ -95,7 +95,9 @@ class PathModes:
 
     def program_starts(self) -> None:
         """G66, G69, G72, G73, G74, G106 are off."""
-        self.depth, self.tangential, self.filters = 0, None, Filters()
+        self.depth = 0
+        self.tangential = None
+        self.filters = Filters()
 
     def rows(
         self, plane: tuple[int, int], depth_axis: int | None, n: int
@@ -120,10 +122,8 @@ class PathModes:
     def _mode_row(self, plane: tuple[int, int], n: int) -> Row:
         p, row = self._parameters, self._modal.row(PATH_MODE, n)
         adaptive = self.filtering and self.filters.feed_control > 0
-        row["code"], row["pool"] = (
-            FEED_ALONG[self.mode],
-            THRESHOLDS if adaptive else CORNER_TEST[self.mode],
-        )
+        row["code"] = FEED_ALONG[self.mode]
+        row["pool"] = THRESHOLDS if adaptive else CORNER_TEST[self.mode]
         row["degree"], row["fill_1"], row["plane"] = *plane, NO_AXIS
         if self.mode == 68 and self.transport_limit:
             row["plane"] = (

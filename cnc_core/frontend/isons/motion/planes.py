@@ -93,7 +93,8 @@ def rotation(channel: ChannelState, code: int, words: Words) -> None:
         )
         values = [rotation.first, rotation.second]
         for i, letter in enumerate("XY"):
-            absolute, relative = words.take(letter), words.take("D" + letter)
+            absolute = words.take(letter)
+            relative = words.take("D" + letter)
             if absolute is not None:
                 values[i] = absolute * unit
             elif relative is not None:

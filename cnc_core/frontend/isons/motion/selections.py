@@ -61,10 +61,10 @@ def tool_words(channel: ChannelState, words: Words) -> list[Row]:
     rows = []
     number = words.take("T")
     if number is not None:
-        number, channel.tool_instead = (
-            number if channel.tool_instead is None else channel.tool_instead,
-            None,
+        number = (
+            number if channel.tool_instead is None else channel.tool_instead
         )
+        channel.tool_instead = None
         check_tool(channel, number, words.offset("T"))
         channel.not_compensated("T", words.offset("T"))
         channel.tool, channel.diameter = int(number), None

@@ -27,7 +27,11 @@ from .transform import Transform
 Array = npt.NDArray[np.float64]
 # number, value, relative, place in the block
 PositionerOffset = Callable[[float, float, bool, int], None]
-PLANE_AXES = {17: ("X", "Y"), 18: ("Z", "X"), 19: ("Y", "Z")}
+PLANE_AXES = {
+    17: ("X", "Y"),
+    18: ("Z", "X"),
+    19: ("Y", "Z"),
+}
 
 
 class ChannelState:

@@ -103,10 +103,8 @@ class Transform:
         turn[first, first] = turn[second, second] = cos
         turn[first, second], turn[second, first] = -sin, sin
         centre = np.zeros(self._axes)
-        centre[first], centre[second] = (
-            self.rotation.first,
-            self.rotation.second,
-        )
+        centre[first] = self.rotation.first
+        centre[second] = self.rotation.second
         return turn, centre - turn @ centre
 
     def forward(self, point: Array) -> Array:
@@ -121,7 +119,11 @@ class Transform:
         """
         part = self.matrix[np.ix_((first, second), (first, second))]
         columns = np.abs(
-            np.delete(self.matrix[:, [first, second]], [first, second], axis=0)
+            np.delete(
+                self.matrix[:, [first, second]],
+                [first, second],
+                axis=0,
+            )
         )
         product = part.T @ part
         scale2 = product[0, 0]
@@ -138,5 +140,11 @@ def cos_sin(degrees: float) -> tuple[float, float]:
     """Exact at multiples of a right angle."""
     turns = round(degrees / 90.0)
     rest = np.radians(degrees - 90.0 * turns)
-    cos, sin = float(np.cos(rest)), float(np.sin(rest))
-    return ((cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos))[turns % 4]
+    cos = float(np.cos(rest))
+    sin = float(np.sin(rest))
+    return (
+        (cos, sin),
+        (-sin, cos),
+        (-cos, -sin),
+        (sin, -cos),
+    )[turns % 4]

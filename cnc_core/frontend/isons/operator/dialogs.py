@@ -84,10 +84,8 @@ class Dialogs:
         return "" if kind == FORM else self._text_word("a name")
 
     def _message(self) -> Run:
-        text, caption = (
-            self._text_word("a text").replace("\\N", "\n"),
-            self._text_word("a caption"),
-        )
+        text = self._text_word("a text").replace("\\N", "\n")
+        caption = self._text_word("a caption")
         self._comma()
         button = self._formulas.argument("button")
         self._comma()

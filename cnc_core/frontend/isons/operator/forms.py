@@ -37,7 +37,8 @@ class Property:
     variable: bool = False
 
 
-_ALL, _SHOWN = (FORM, LABEL, BUTTON, INPUT), (LABEL, BUTTON, INPUT)
+_ALL = (FORM, LABEL, BUTTON, INPUT)
+_SHOWN = (LABEL, BUTTON, INPUT)
 PROPERTIES: dict[str, Property] = {
     "VISIBLE": Property(_ALL),
     "ENABLED": Property(_SHOWN),
@@ -215,10 +216,8 @@ class Forms:
     def show(self, offset: int) -> None:
         """LIB_SHOWFORM."""
         for name, item in self._items.items():
-            low, high = (
-                item.values.get("MIN", -HUGE),
-                item.values.get("MAX", HUGE),
-            )
+            low = item.values.get("MIN", -HUGE)
+            high = item.values.get("MAX", HUGE)
             if low > high:
                 raise fail(
                     909151,
@@ -278,7 +277,8 @@ class Forms:
             raise fail(
                 909152, f"the form has no input {name} that can be used", offset
             )
-        low, high = item.values.get("MIN", -HUGE), item.values.get("MAX", HUGE)
+        low = item.values.get("MIN", -HUGE)
+        high = item.values.get("MAX", HUGE)
         item.value = max(min(value, high), low)
         if item.value != value:
             bound = (

@@ -1,0 +1,345 @@
+/* Nodes to sections: which points belong to one smooth section, which chords
+ * are driven exactly, where corners are. */
+#include "stages/smoothing/corner.h"
+#include "stages/smoothing/emit.h"
+#include "stages/smoothing/nodes.h"
+#include "stages/smoothing/sections.h"
+#include "stages/smoothing/state.h"
+#include "stages/smoothing/window.h"
+#include "stages/square.h"
+
+static double turn_at(const nc_smooth *smooth,
+                      const struct node *before,
+                      const struct node *node,
+                      const struct node *behind) {
+    double minus = 0.0;
+    double plus = 0.0;
+    double la = node->t - before->t;
+    double lb = behind->t - node->t;
+    for (int i = 0; i < smooth->cfg.axes; i++) {
+        double into = (node->position[i] - before->position[i]) / la;
+        double out = (behind->position[i] - node->position[i]) / lb;
+        minus += square(into - out);
+        plus += square(into + out);
+    }
+    return 2.0 * atan2(sqrt(minus), sqrt(plus));
+}
+
+/* The main axes turn back although others go on: their speed, by which the path
+ * is measured, would vanish in the turn. */
+static bool main_turns_back(const nc_smooth *smooth,
+                            const struct node *before,
+                            const struct node *node,
+                            const struct node *behind) {
+    double before2 = 0.0;
+    double behind2 = 0.0;
+    double both = 0.0;
+    for (int i = 0; i < smooth->cfg.axes; i++) {
+        if (!in_main(smooth, i)) {
+            continue;
+        }
+        double into = node->position[i] - before->position[i];
+        double out = behind->position[i] - node->position[i];
+        before2 += into * into;
+        behind2 += out * out;
+        both += into * out;
+    }
+    return both < TURN_BACK * sqrt(before2 * behind2);
+}
+
+/* How much a turn is a corner, 0..1: where lines meet at a large angle a short
+ * blend is faster than a long curve, which is slow over all of its way. */
+static double sharpness(double turn) {
+    return fmin(1.0, fmax(0.0, (turn - SHARP_FROM) / (SHARP_TO - SHARP_FROM)));
+}
+
+/* Way over which a turn may be spread so that it does not slow the machine down
+ * at any speed. */
+static double fast_length(const nc_smooth *smooth, double turn) {
+    double v2 =
+        smooth->cfg.feed * smooth->cfg.feed
+        / smooth->cfg
+              .accel; /* jerk: what builds up the acceleration in 0.1 s */
+    return fmax(
+        FAST_LEAST,
+        fmax(2.0 * turn * v2, sqrt(0.4 * turn * v2 * smooth->cfg.feed)));
+}
+
+/* How far along a long line the curve may begin before a node with this turn,
+ * next to a chord of this length. */
+static double run_out(const nc_smooth *this_smooth,
+                      const struct node *node,
+                      double beside) {
+    if (node->kind == NODE_BREAK) {
+        return 0.0;
+    }
+    double turn = fmax(node->turn, 1e-9);
+    double corner = corner_distance(this_smooth, turn);
+    double smooth = fmin(3.0 * sqrt(8.0 * this_smooth->tol * beside / turn),
+                         fast_length(this_smooth, turn));
+    double bend = fmax(fmin(smooth, KINK * this_smooth->tol / turn),
+                       10.0 * this_smooth->tol);
+    return fmax(corner, bend + sharpness(turn) * (corner - bend));
+}
+
+static struct node between(const nc_smooth *smooth,
+                           const struct node *node,
+                           const struct node *behind,
+                           double share,
+                           uint8_t kind,
+                           double size) {
+    struct node node_n = *behind;
+    node_n.kind = kind;
+    node_n.t = node->t + share * (behind->t - node->t);
+    node_n.programmed =
+        node->programmed + share * (behind->programmed - node->programmed);
+    node_n.turn = 0.0;
+    node_n.size = size;
+    node_n.mark = false;
+    node_n.end_speed = 0.0f;
+    for (int i = 0; i < smooth->cfg.axes; i++) {
+        node_n.position[i] =
+            node->position[i]
+            + share * (behind->position[i] - node->position[i]);
+    }
+    return node_n;
+}
+
+/* The chord that ends at node i, both of whose turns are known: a long one is
+ * driven exactly in its middle. */
+void section_split(nc_smooth *smooth, int i, double beside_next) {
+    struct node node = smooth->nodes[i - 1];
+    struct node behind = smooth->nodes[i];
+    double own = behind.t - node.t;
+    if (node.kind == NODE_HEAD || node.kind == NODE_TAIL) {
+        return;
+    }
+    double left = run_out(smooth, &node, node.len);
+    double right = run_out(smooth, &behind, beside_next);
+    double corner_a = sharpness(node.turn);
+    double corner_b = sharpness(behind.turn);
+    if (fmin(corner_a, corner_b) > 0.9 && own < left + right
+        && own > CROWDED * (left + right)) {
+        left = right = 0.45 * own; /* smaller blends */
+    }
+    double least = left * (LONG_LINE - (LONG_LINE - 1.0) * corner_a)
+                   + right * (LONG_LINE - (LONG_LINE - 1.0) * corner_b);
+    if (own < least || smooth->n_nodes + 2 > NODES) {
+        return;
+    }
+    if (left + right <= 0.0) {
+        return;
+    }
+    struct node add[2];
+    int count = 0;
+    if (node.kind != NODE_BREAK) {
+        add[count++] =
+            between(smooth, &node, &behind, left / own, NODE_TAIL, left / 4.0);
+    }
+    if (behind.kind != NODE_BREAK) {
+        add[count++] = between(smooth,
+                               &node,
+                               &behind,
+                               1.0 - right / own,
+                               NODE_HEAD,
+                               right / 4.0);
+    }
+    if (count == 2 && !(add[0].t < add[1].t)) {
+        return;
+    }
+    memmove(smooth->nodes + i + count,
+            smooth->nodes + i,
+            sizeof(struct node) * (size_t)(smooth->n_nodes - i));
+    memcpy(smooth->nodes + i, add, sizeof(struct node) * (size_t)count);
+    smooth->n_nodes += count;
+}
+
+static void size_of(nc_smooth *smooth, struct node *node, double next) {
+    double turn = fmax(node->turn, 1e-9);
+    double chord = fmax(node->len, next);
+    node->size =
+        fmax(smooth->tol,
+             fmin(3.0 * smooth->tol / turn, TURN_PER_SPAN * chord / turn));
+    double half = 0.5 * SIZE_GROWTH * node->len;
+    double spans =
+        (log1p(half / node->size) + log1p(half / node[-1].size)) / SIZE_GROWTH;
+    smooth->measure += fmax(spans, 1.0 / 8.0);
+}
+
+static int section_end(const nc_smooth *smooth, int known) {
+    for (int i = 1; i < known; i++) {
+        if (smooth->nodes[i].kind == NODE_BREAK
+            || smooth->nodes[i].kind == NODE_TAIL
+            || smooth->nodes[i].kind == NODE_HEAD) {
+            return i;
+        }
+    }
+    return 0;
+}
+
+static int vertices(const nc_smooth *smooth, int end) {
+    int count = 0;
+    for (int i = 1; i < end; i++) {
+        count += smooth->nodes[i].kind == NODE_VERTEX;
+    }
+    return count;
+}
+
+/* Everything up to nodes[end] where a section ends. */
+static void finish_section(nc_smooth *smooth, int end) {
+    if (end == 1 && !smooth->keep.valid) {
+        emit_line(smooth,
+                  &smooth->nodes[0],
+                  &smooth->nodes[1],
+                  smooth->out_t,
+                  smooth->nodes[1].t);
+        drop_nodes(smooth, 1);
+    } else if (vertices(smooth, end) == 1 && !smooth->keep.valid) {
+        corner_path(smooth, end);
+        drop_nodes(smooth, end);
+    } else {
+        window_advance(smooth, end, true);
+    }
+}
+
+/* Work off what is known: the first `known` nodes are settled. */
+void section_work(nc_smooth *smooth, int known) {
+    int end;
+    while ((end = section_end(smooth, known))) {
+        int before = smooth->n_nodes;
+        finish_section(smooth, end);
+        known -= before - smooth->n_nodes;
+        smooth->measure = 0.0;
+    }
+    while (known > 4
+           && (smooth->measure >= SPANS_FULL || smooth->n_nodes > NODES_FULL)) {
+        int before = smooth->n_nodes;
+        window_advance(smooth, known - 1, false);
+        known -= before - smooth->n_nodes;
+    }
+}
+
+/* Node i - its next node is known - becomes final. */
+static void settle(nc_smooth *smooth, int i) {
+    struct node *node = &smooth->nodes[i];
+    double next = smooth->nodes[i + 1].t - node->t;
+    if (node->kind == NODE_VERTEX) {
+        node->turn = turn_at(smooth, node - 1, node, node + 1);
+        double most = smooth->cfg.turn_max;
+        if (node->turn > most
+            || main_turns_back(smooth, node - 1, node, node + 1)) {
+            node->kind = NODE_BREAK;
+        }
+        size_of(smooth, node, next);
+    }
+    section_split(smooth, i, next);
+}
+
+static void add_node(nc_smooth *smooth, const struct node *node) {
+    smooth->nodes[smooth->n_nodes++] = *node;
+    if (smooth->n_nodes > 2) {
+        settle(smooth, smooth->n_nodes - 2);
+    }
+    section_work(smooth, smooth->n_nodes - 1);
+}
+
+/* The directions in which a chord passes all points left out on it: a ball
+ * around `toward`. Each point leaves a ball of its own, and what is kept of the
+ * common part is a ball again. */
+static void narrow(nc_smooth *smooth, const double *unit, double radius) {
+    double apart =
+        smooth->merged_n ? scaled_distance(smooth, unit, smooth->toward) : 0.0;
+    if (smooth->merged_n == 0 || apart + radius <= smooth->spread) {
+        memcpy(smooth->toward, unit, sizeof smooth->toward);
+        smooth->spread = radius;
+    } else if (apart + smooth->spread > radius) {
+        double common = 0.5 * (smooth->spread + radius - apart);
+        double shift = apart > 0.0 ? (smooth->spread - common) / apart : 0.0;
+        for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+            smooth->toward[axis] += shift * (unit[axis] - smooth->toward[axis]);
+        }
+        smooth->spread = common;
+    }
+}
+
+static double direction_to(const nc_smooth *smooth,
+                           const double *from,
+                           const double *to,
+                           double *unit) {
+    double length = scaled_distance(smooth, from, to);
+    for (int axis = 0; axis < NC_AXES; axis++) {
+        unit[axis] =
+            axis < smooth->cfg.axes ? (to[axis] - from[axis]) / length : 0.0;
+    }
+    return length;
+}
+
+/* Collinear with the chord that ends at the last node: that node moves. */
+static bool merge(nc_smooth *smooth, const struct node *node) {
+    struct node *at = last_node(smooth);
+    double allowed = fmin(MERGE * smooth->tol, MERGE_MAX);
+    if (smooth->n_nodes < 2 || at->mark || at->kind != NODE_VERTEX
+        || at->slack > allowed || node->slack > allowed
+        || smooth->merged_n >= MERGED) {
+        return false;
+    }
+    if (at[-1].kind == NODE_TAIL || at->feed != node->feed
+        || at->flags != node->flags || at->t <= smooth->out_t) {
+        return false;
+    }
+    if (smooth->keep.valid
+        && at[-1].t < smooth->keep.tau[smooth->keep.spans + 5]) {
+        return false;
+    }
+    const struct node *from = at - 1;
+    double unit[NC_AXES], v[NC_AXES];
+    double before = direction_to(smooth, from->position, at->position, unit);
+    double length = direction_to(smooth, from->position, node->position, v);
+    if (length <= before + ZERO) {
+        return false;
+    }
+    double toward[NC_AXES];
+    double spread = smooth->spread;
+    memcpy(toward, smooth->toward, sizeof toward);
+    narrow(smooth, unit, allowed / before);
+    if (scaled_distance(smooth, v, smooth->toward) > smooth->spread) {
+        memcpy(smooth->toward, toward, sizeof toward);
+        smooth->spread = spread;
+        return false;
+    }
+    smooth->merged_n++;
+    double t = from->t + length;
+    *at = *node;
+    at->t = smooth->t = t;
+    at->slack = allowed;
+    at->len = length;
+    return true;
+}
+
+/* The programmed position becomes a node; `row` says where it comes from. */
+void section_point(nc_smooth *smooth, const nc_block *row, double slack) {
+    struct node *at = last_node(smooth);
+    double length = scaled_distance(smooth, at->position, smooth->last);
+    struct node node = {.t = at->t + length,
+                        .programmed = smooth->programmed,
+                        .kind = NODE_VERTEX,
+                        .slack = fmax(slack, smooth->skipped),
+                        .len = length,
+                        .size = 1e9};
+    memcpy(node.position, smooth->last, sizeof node.position);
+    node.feed = row->flags & NC_RAPID ? 0.0 : row->feed;
+    node.flags = row->flags & NC_NO_OVERRIDE;
+    node.number = row->n;
+    node.line = row->line;
+    node.count = row->count;
+    node.file = row->file;
+    smooth->stats.left_out = fmax(smooth->stats.left_out, smooth->skipped);
+    smooth->skipped = 0.0;
+    smooth->left_n = 0;
+    smooth->t = node.t;
+    if (merge(smooth, &node)) {
+        return;
+    }
+    smooth->merged_n = 0;
+    add_node(smooth, &node);
+}

@@ -1,0 +1,205 @@
+/* Tuning constants of the smoothing stage, in one table.
+ *
+ * Each entry says what the constant does, in which unit, and what shows its
+ * effect (a test by its name, or a bench). */
+#ifndef SMOOTH_TUNING_H
+#define SMOOTH_TUNING_H
+
+/* ---- Which points make a section (sections.c, smoothing.c) ---- */
+
+/* Shorter ways are no motion. Unit: mm, scaled. Evidence: rounding. */
+#define ZERO 1e-9
+
+/* Points closer to the last one are left out. Unit: share of the tolerance.
+ * Evidence: tests/property/test_smoothing.py. */
+#define LEAVE_OUT 0.25
+
+/* The same of a figure that would be left out altogether. Unit: share of its
+ * size. Evidence: test_smoothing_small_figures. */
+#define FIGURE 0.1
+
+/* Collinear points within it are left out. Unit: share of the tolerance.
+ * Evidence: bench/test_bench_smoothing.py. */
+#define MERGE 0.01
+
+/* The most of it. Unit: mm. Evidence: bench/test_bench_smoothing.py. */
+#define MERGE_MAX 1e-4
+
+/* Left out on one chord at the most. Unit: points. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define MERGED 128
+
+/* That the chords of an arc use up. Unit: share of the tolerance. Evidence:
+ * tests/property/test_smoothing.py. */
+#define SAGITTA 0.05
+
+/* Turn that one knot span may take. Unit: rad. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define TURN_PER_SPAN 0.18
+
+/* Longer chords are driven exactly in their middle; at corners 1. Unit: run-
+ * outs. Evidence: bench/test_bench_smoothing.py. */
+#define LONG_LINE 1.5
+
+/* Main axes that turn by more are at a corner, even if the path with all axes
+ * is not. Unit: cosine. Evidence: test_smoothing_turn_back. */
+#define TURN_BACK -0.866
+
+/* Run-out of a curve at a kink. Unit: tolerances over the turn. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define KINK 24.0
+
+/* Of the way that two corner blends want: with less, a curve takes both
+ * corners. Unit: share. Evidence: bench/test_bench_smoothing.py. */
+#define CROWDED 0.7
+
+/* Run-out of a curve that hardly bends. Unit: mm. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define FAST_LEAST 0.5
+
+/* Turns below it are blended by curves. Unit: rad. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define SHARP_FROM 1.2
+
+/* Turns above it are blended as corners. Unit: rad. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define SHARP_TO 1.6
+
+/* Of the main axes in a chord: with less the path is too short for the turns
+ * of the others. Unit: share. Evidence: test_smoothing_turn_back. */
+#define MAIN_LEAST 0.02
+
+/* Held back: then the section is ended. Unit: rows. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define HELD_MAX 8192
+
+/* Smaller turns need no blend. Unit: rad. Evidence: rounding. */
+#define STRAIGHT 1e-7
+
+/* ---- Spans and nodes of a window (knots.c, window.c) ---- */
+
+/* Growth of the wanted span length with the distance from a kink. Unit: mm
+ * per mm. Evidence: bench/test_bench_smoothing.py. */
+#define SIZE_GROWTH 0.7
+
+/* That make a window worth solving. Unit: spans. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define SPANS_FULL 60
+
+/* With fewer, nodes are waited for. Unit: spans. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define SPANS_LEAST 50
+
+/* A window can hold at the most. Unit: spans. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define SPANS_ROOM 160
+
+/* Committed of a full window. Unit: spans. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define COMMIT_SPANS 40
+
+/* Of the section in work. Unit: nodes. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define NODES 2048
+
+/* Passed before a knot is set all the same. Unit: nodes. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define NODES_PER_SPAN 8
+
+/* What is written, and the control points it shares with what follows, feel
+ * no later knot. Unit: knots. Evidence: tests/property/test_smoothing.py. */
+#define HEAD_KNOTS 10
+
+/* ---- Points that pull (sites.c) ---- */
+
+/* That points of smooth dense data get at the least. Unit: share of the
+ * tolerance. Evidence: bench/test_bench_smoothing.py. */
+#define POINT 0.01
+
+/* The most of it. Unit: mm. Evidence: bench/test_bench_smoothing.py. */
+#define POINT_MAX 1e-4
+
+/* Of what such points scatter, that they get. Unit: factor. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define NOISE 2.0
+
+/* That all other points get: humps lie between them. Unit: share of the
+ * tolerance. Evidence: tests/property/test_smoothing.py. */
+#define SHARE 0.92
+
+/* First weight of a span's points against its fairness. Unit: 1. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define STIFF 300.0
+
+/* ---- Iteration of weights (iterate.c) ---- */
+
+/* Of one window at the most. Unit: solutions. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define ITERATIONS 40
+
+/* Before one is looked at. Unit: solutions. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define SETTLE 5
+
+/* That the points of a span that fails get at the least. Unit: share of the
+ * tolerance. Evidence: bench/test_bench_smoothing.py. */
+#define WISH_FAILED 0.3
+
+/* Of the largest weight in its span: more is not given to a point where a
+ * hump was. Unit: factor. Evidence: bench/test_bench_smoothing.py. */
+#define HUMP_WEIGHT 10.0
+
+/* Of a weight from one solution to the next. Unit: factor. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define GROWTH 100.0
+
+/* From which on weights grow by what the curve gives; before, too much
+ * changes at a time. Unit: solutions. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define GIVE_FROM 11
+
+/* A weight's largest growth over its first. Unit: factor. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define WEIGHT_SPREAD 1e7
+
+/* Growth of a target that is not met although more would be allowed. Unit:
+ * factor. Evidence: bench/test_bench_smoothing.py. */
+#define RELAX 1.5
+
+/* Least factor on a weight once the window settles. Unit: factor. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define RELEASE 1.0
+
+/* The same of points whose closeness is only wished. Unit: factor. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define WISH_LEAST 0.9
+
+/* The largest growth of their weights. Unit: factor. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define WISH_SPREAD 1e4
+
+/* With more at a point the spans need not be looked at. Unit: share of the
+ * tolerance. Evidence: bench/test_bench_smoothing.py. */
+#define NEAR 1.5
+
+/* Least factor on a span's fairness. Unit: share. Evidence:
+ * bench/test_bench_smoothing.py. */
+#define RHO_MIN 1e-5
+
+/* ---- Certificate and output (certify.c, emit.c) ---- */
+
+/* A part is halved so often when the hull is too wide. Unit: count. Evidence:
+ * tests/property/test_smoothing.py. */
+#define DEPTH 4
+
+/* Smallest speed of the curve along it. Unit: share of the chord. Evidence:
+ * test_smoothing_turn_back. */
+#define FORWARD 0.02
+
+/* Pieces that differ by less are the same. Unit: mm. Evidence: rounding. */
+#define SAME 1e-9
+
+/* Rounding leaves less between two pieces. Unit: mm. Evidence: rounding. */
+#define NOTHING 1e-9
+
+#endif

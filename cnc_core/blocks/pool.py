@@ -1,0 +1,50 @@
+"""The pool of a batch: coefficients of polynomial rows, batches joined."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import POLYNOMIAL, TANGENTS, BlockBatch
+
+FloatArray = npt.NDArray[np.float64]
+ORDER = 6  # coefficients per axis at the most
+
+
+def coefficients(
+    rows: npt.NDArray[Any], pool: FloatArray, axes: int
+) -> FloatArray:
+    """(n, axes, 6) of n polynomial rows, zero above each row's degree."""
+    out = np.zeros((len(rows), axes, ORDER))
+    for degree in np.unique(rows["degree"]):
+        which = np.flatnonzero(rows["degree"] == degree)
+        order = int(degree) + 1
+        at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(
+            axes * order
+        )
+        out[which, :, :order] = pool[at].reshape(-1, axes, order)
+    return out
+
+
+def joined(batches: list[BlockBatch]) -> BlockBatch:
+    """One batch; the pools are put one behind the other."""
+    if len(batches) == 1:
+        return batches[0]
+    if not batches:
+        return BlockBatch.empty()
+    parts, at = [], 0
+    for batch in batches:
+        rows = batch.rows
+        owns = (rows["type"] == POLYNOMIAL) | (
+            (rows["type"] < POLYNOMIAL) & (rows["degree"] == TANGENTS)
+        )
+        if at and owns.any():
+            rows = rows.copy()
+            rows["pool"][owns] += at
+        parts.append(rows)
+        at += len(batch.pool)
+    return BlockBatch(
+        np.concatenate(parts), np.concatenate([b.pool for b in batches])
+    )

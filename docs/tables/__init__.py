@@ -1,0 +1,1 @@
+"""The tables of the reference, one module for each kind of page."""

@@ -1,0 +1,99 @@
+"""Pages name files and functions that exist.
+
+Architecture and CONTRIBUTING are held whole: every file and every function with
+``()``.  On the other pages of the explanation and in the README every path is held.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CODE = ("cnc_core", "hli", "plc_client", "c_ext", "tests", "bench")
+WALKS = [
+    ROOT / "CONTRIBUTING.md",
+    ROOT / "docs" / "explanation" / "architecture.md",
+]
+PAGES = sorted(
+    {
+        *WALKS,
+        ROOT / "README.md",
+        *(ROOT / "docs" / "explanation").glob("*.md"),
+        *(ROOT / "docs" / "measurements").glob("*.md"),
+    }
+)
+FENCE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
+SPAN = re.compile(r"`([^`\n]+)`")
+FUNCTION = re.compile(r"^[\w.]*?(\w+)\(\)$")
+FILE = re.compile(r"^[\w./-]+\.(?:py|c|h|pml|toml|md)$")
+FOLDER = re.compile(rf"^(?:{'|'.join(CODE)}|docs|examples)(?:/[\w.-]+)*/?$")
+
+
+def spans(page: Path) -> list[str]:
+    """The texts in backticks outside of code blocks."""
+    return SPAN.findall(FENCE.sub("", page.read_text()))
+
+
+@cache
+def sources() -> dict[str, str]:
+    """Text of every source file of the project by its path."""
+    return {
+        str(path.relative_to(ROOT)): path.read_text()
+        for folder in CODE
+        for suffix in ("*.py", "*.c", "*.h")
+        for path in (ROOT / folder).rglob(suffix)
+    }
+
+
+@cache
+def files() -> tuple[str, ...]:
+    """Paths of sources, pages and models."""
+    pages = (ROOT / "docs").rglob("*.*")
+    return (*sources(), *(str(path.relative_to(ROOT)) for path in pages))
+
+
+def exists(name: str) -> bool:
+    """A path from the root, or the end of the path of some file."""
+    if (ROOT / name).exists():
+        return True
+    return any(path.endswith(f"/{name}") for path in files())
+
+
+def c_functions(text: str) -> list[str]:
+    """Names ahead of a bracket on the lines that begin at the margin."""
+    heads = re.findall(r"^[A-Za-z_].*\(.*", text, re.MULTILINE)
+    return [name for head in heads for name in re.findall(r"(\w+)\(", head)]
+
+
+@cache
+def functions() -> frozenset[str]:
+    """Names that the code defines: functions and classes of Python, functions of C."""
+    python = re.compile(r"^\s*(?:async )?(?:def|class) (\w+)", re.MULTILINE)
+    return frozenset(
+        name
+        for path, text in sources().items()
+        for name in (
+            python.findall(text) if path.endswith(".py") else c_functions(text)
+        )
+    )
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_every_path_on_the_page_exists(page: Path) -> None:
+    """Files and folders of the project that stand in backticks."""
+    named = {s for s in spans(page) if FOLDER.match(s)}
+    if page in WALKS or page.parent.name == "explanation":
+        named |= {s for s in spans(page) if FILE.match(s)}
+    assert not sorted(name for name in named if not exists(name))
+
+
+@pytest.mark.parametrize("page", WALKS, ids=lambda p: p.name)
+def test_every_function_on_the_page_exists(page: Path) -> None:
+    """A name in backticks that ends with ``()`` is defined in the code."""
+    named = {m[1] for s in spans(page) if (m := FUNCTION.match(s))}
+    assert len(named) > 5
+    assert not sorted(named - functions())

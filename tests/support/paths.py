@@ -1,0 +1,19 @@
+"""Folders of the repository that tests read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+TESTS = Path(__file__).resolve().parents[1]
+ROOT = TESTS.parent
+DOCS = ROOT / "docs"
+EXAMPLES = ROOT / "examples"
+FIVE_AXIS = EXAMPLES / "five_axis"
+GOLDEN = TESTS / "golden"
+PLC_PROGRAMS = Path(__file__).with_name("plc")
+
+
+def docs_page(name: str) -> Path:
+    """The one page of the documentation that has a file name."""
+    (page,) = DOCS.rglob(name)
+    return page

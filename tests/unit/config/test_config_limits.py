@@ -1,0 +1,36 @@
+"""Axis limits with which no motion ever ends, and numbers that belong to no
+key, are refused with a reason.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from cnc_core.config import parse_config
+from cnc_core.errors import CncError
+
+
+@pytest.mark.parametrize("key", ["v_max_mm_s", "a_max_mm_s2"])
+def test_limits_that_end_no_motion(key: str) -> None:
+    """1e-300 mm/s is a number, but a millimetre would take longer than the
+    universe: the key is named.
+    """
+    with pytest.raises(CncError, match=f"axes.X.{key}"):
+        parse_config(f"[axes.X]\n{key} = 1e-300\n[axes.Y]\n[axes.Z]\n")
+
+
+@pytest.mark.parametrize("jerk", ["1e-6", "0.01", "0.999"])
+def test_a_jerk_limit_below_rounding(jerk: str) -> None:
+    """Over the minutes such a motion lasts positions round to more jerk than
+    that (61 times 0.01 mm/s3): refused.
+    """
+    with pytest.raises(
+        CncError, match=r"axes\.X.*j_max_mm_s3 .* below 1 mm/s3"
+    ):
+        parse_config(f"[axes.X]\nj_max_mm_s3 = {jerk}\n[axes.Y]\n[axes.Z]\n")
+
+
+def test_same_logical_axis_numbers() -> None:
+    """What concerns the whole cell is told without an empty key."""
+    with pytest.raises(CncError, match="902001: logical axis numbers"):
+        parse_config("[axes.X]\nid = 2\n[axes.Y]\nid = 2\n[axes.Z]\n")

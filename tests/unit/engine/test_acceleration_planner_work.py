@@ -1,0 +1,92 @@
+"""What the planner without jerk leaves out: stretches, phases and windows that
+change nothing of the motion.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cnc_core.benchmarks.workloads import WORKLOADS, write_arcs
+from cnc_core.engine import Engine, Event
+from cnc_core.planning import Feeder, plan_program
+from cnc_core.program import Program
+
+
+def _drive(
+    path: Path, window: int, tolerance: float = 0.0, workload: str = "arcs"
+) -> tuple[float, int, int]:
+    """(motion time, committed phases, rows pushed), pumped on one thread."""
+    cell = WORKLOADS[workload].cell()
+    engine = Engine(cell, window=window, jerk=False)
+    feeder = Feeder(
+        Program(path, cell, "isg", tolerance=tolerance),
+        engine,
+        lambda batch: None,
+    )
+    try:
+        while (event := engine.run(100_000)) is not Event.PROGRAM_END:
+            assert event in (Event.NEED_BLOCKS, Event.DONE)
+            feeder.fill()
+        state = engine.state
+        assert state.infeasible == 0
+        return float(state.motion_time_s), int(state.phases), feeder.rows
+    finally:
+        engine.close()
+
+
+def test_an_arc_at_its_feed_is_one_phase_however_far_the_commits_reach(
+    tmp_path: Path,
+) -> None:
+    """At 50 mm/s arcs of 3 mm radius or more keep the feed: a phase an arc, and
+    one more where a commit cuts it.
+    """
+    path = write_arcs(tmp_path / "a.nc", 200, 3000.0)
+    time, phases, rows = _drive(path, 120)
+    assert time == pytest.approx(200 * 4.0 / 50.0, rel=0.01)
+    assert phases <= rows + time / 0.017 + 20
+
+
+@pytest.mark.parametrize(
+    ("workload", "tolerance"),
+    [("arcs", 0.0), ("arcs", 0.01), ("corners", 0.01), ("five-axis", 0.0)],
+)
+def test_windows_that_cover_the_braking_distance_give_the_same_motion(
+    tmp_path: Path, workload: str, tolerance: float
+) -> None:
+    """Needs that a later window does not change are not looked at again: it
+    shows only where commits cut steps.
+    """
+    path = WORKLOADS[workload].write(tmp_path / "a.nc", 1500)
+    times = [
+        _drive(path, window, tolerance, workload)[0]
+        for window in (60, 120, 190)
+    ]
+    assert max(times) - min(times) <= 5e-6 * max(times)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_five_axis_lines_keep_their_limits_under_override_steps_and_holds(
+    tmp_path: Path, seed: int
+) -> None:
+    """Constant bounds of gentle pieces are made for an override; a larger one
+    comes when that is legal.
+    """
+    path = WORKLOADS["five-axis"].write(tmp_path / "a.nc", 1200)
+    rng = np.random.default_rng(seed)
+
+    def change(engine: Engine) -> None:
+        engine.set_override(
+            float(rng.choice([0.0, 0.3, 1.0, 1.4, 2.0])),
+            bool(rng.random() < 0.15),
+        )
+
+    cell = WORKLOADS["five-axis"].cell()
+    result = plan_program(
+        Program(path, cell, "isg"), window=120, jerk=False, live=(23, change)
+    )
+    assert result.infeasible == 0
+    assert float(result.max_ratio["velocity"] or np.inf) <= 1.0005
+    assert float(result.max_ratio["acceleration"] or np.inf) <= 1.005

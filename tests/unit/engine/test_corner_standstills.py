@@ -1,0 +1,94 @@
+"""Without jerk: a corner is passed with a jump of velocity only where that is
+faster than standing in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cnc_core.config import CellConfig
+from cnc_core.planning import plan_program
+from cnc_core.program import Program
+from support.inside import Inside
+from support.limits import legal
+
+FEED, ACCEL, LIMIT = 100.0, 3000.0, 300.0
+
+
+def exact_stops(points: np.ndarray) -> float:
+    """Time for straight lines from rest to rest, each axis within its limits."""
+    way = np.diff(points, axis=0)
+    length = np.linalg.norm(way, axis=1)
+    share = np.abs(way).max(axis=1) / length
+    accel, top = ACCEL / share, np.minimum(FEED, LIMIT / share)
+    peak = np.minimum(top, np.sqrt(accel * length))
+    return float((2 * peak / accel + (length - peak**2 / accel) / peak).sum())
+
+
+@pytest.mark.parametrize("cycle_s", [0.0005, 0.001, 0.004, 0.008])
+@pytest.mark.parametrize("step", [1.0, 10.0])
+def test_corners_are_never_slower_than_exact_stops(
+    step: float, cycle_s: float, program: Callable[..., Path]
+) -> None:
+    """Random directions in space: what a jump uses up of the acceleration must
+    not cost more than it saves.
+    """
+    rng = np.random.default_rng(3)
+    points = np.vstack(
+        [np.zeros((1, 3)), np.cumsum(rng.normal(size=(60, 3)) * step, axis=0)]
+    ).round(4)
+    path = program(
+        "G90 F6000\n"
+        + "".join(f"G1 X{x:.4f} Y{y:.4f} Z{z:.4f}\n" for x, y, z in points[1:])
+        + "M30\n"
+    )
+    result = plan_program(
+        Program(path, CellConfig(cycle_s=cycle_s)), jerk=False
+    )
+    assert result.motion_time_s <= exact_stops(points) * 1.002
+    assert result.max_ratio["acceleration"] <= 1.002
+
+
+@pytest.mark.parametrize("seed", [0, 26, 33, 5, 17, 93, 124])
+def test_stops_that_come_and_go_behind_corners_leave_the_state_legal(
+    seed: int, tmp_path: Path
+) -> None:
+    """Corners are settled by whole blocks; behind a stop that stays the path
+    begins at rest: the state stays legal.
+    """
+    rng = np.random.default_rng(seed)
+    cycle_s = float(rng.choice([0.001, 0.002, 0.004]))
+    cell = f"cycle_s = {cycle_s}\n" + "".join(
+        f"[axes.{a}]\nj_max_mm_s3 = 0\n" for a in "XY"
+    )
+    at, heading, lines = (
+        np.zeros(2),
+        0.0,
+        [f"G1 F{rng.choice([3000, 6000, 12000])}"],
+    )
+    for _ in range(12):
+        heading += rng.normal() * 0.5
+        at = at + rng.choice([0.5, 2.0, 6.0]) * np.array(
+            [np.cos(heading), np.sin(heading)]
+        )
+        lines.append(f"X{at[0]:.3f} Y{at[1]:.3f}")
+    with Inside(tmp_path, "\n".join(lines) + "\nM30\n", cell) as cnc:
+        unit = cnc.bahn.insert_cmd
+        for k in range(12):
+            cnc.run(int(rng.integers(1, 10)))
+            unit.command_w.dist_or_pos = (
+                float(cnc.engine.state.path) + rng.uniform(0, 4)
+            ) * 1e4
+            unit.command_w.rel_abs_mode = 1
+            unit.command_w.axis_nr = unit.command_w.m_function_nr = 0
+            unit.enable_w = unit.command_semaphor_rw = True
+            cnc.run(int(rng.integers(1, 10)))
+            unit.command_w.dist_or_pos, unit.command_w.rel_abs_mode = 0.0, 2
+            unit.command_semaphor_rw = True
+            cnc.level(cnc.bahn.continue_machining, k % 2 == 0)
+        assert cnc.engine.state.infeasible == 0
+        legal(cnc.pos, cnc.cell)

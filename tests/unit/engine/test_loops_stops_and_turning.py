@@ -1,0 +1,242 @@
+"""What a hostile PLC found: each test is the smallest program and sequence of
+commands that went wrong.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from support.inside import Inside
+from support.limits import legal
+
+pytestmark = pytest.mark.sanitize("engine")
+
+LOOP = (
+    "#RT WHILE\nN30 G1 X10 F6000\nN40 Y10\nN50 X0 Y0\n#RT ENDWHILE\nN70 X-5\n"
+)
+
+
+def _passes(cnc: Inside, cycles: int) -> int:
+    """How often N30 begins again."""
+    count, before = 0, 0
+    for _ in range(cycles):
+        cnc.run(1)
+        block = int(cnc.state.block_number_r)
+        count += before == 50 and block == 30
+        before = block
+    return count
+
+
+@pytest.mark.parametrize(
+    "ahead", ["", "N10 G1 F6000\n", "N10 G1 X1 F6000\nN20 X0\n"]
+)
+def test_a_loop_that_begins_the_program_is_repeated(
+    tmp_path: Path, ahead: str
+) -> None:
+    """isg_contour_lookahead 9, T3: the PLC sets the loop's condition; nothing
+    has to stand ahead of the loop.
+    """
+    with Inside(tmp_path, ahead + LOOP) as cnc:
+        cnc.level(cnc.bahn.rt_loop_enable, True)
+        assert _passes(cnc, 1500) >= 2
+
+
+@pytest.mark.parametrize("modulo", ["", " [MODULO]"])
+def test_the_distance_is_continuous_where_a_loop_begins_again(
+    tmp_path: Path, modulo: str
+) -> None:
+    """isg_contour_lookahead 5.5 and 8: no whole pass too much while it stands
+    at ENDWHILE in single block.
+    """
+    with Inside(
+        tmp_path, LOOP.replace("#RT WHILE", "#RT WHILE" + modulo)
+    ) as cnc:
+        cnc.level(cnc.bahn.rt_loop_enable, True)
+        cnc.level(cnc.bahn.single_block, True)
+        before, length = 0.0, 100_000 * (2 + np.sqrt(2))
+        for k in range(3000):
+            cnc.level(cnc.bahn.continue_machining, k % 200 > 100)
+            cnc.run(1)
+            now = float(cnc.state.dist_prog_start)
+            step = now - before
+            assert -1 <= step < 1100 or (
+                modulo and abs(step + length) < 1100
+            ), (k, before, now)
+            before = now
+        assert modulo or before > 1.2 * length
+
+
+# ------------------------------------------------------------------------- inserted stops, turning
+SQUARE = "N10 G1 F18000\nN20 X20\nN30 X10\nN40 Y10\nN50 X0\n"
+Command = tuple[
+    int, str, object
+]  # cycle, level unit of bahn_mc_control or "insert", value
+
+
+def _insert(cnc: Inside, distance: float, mode: int, m_function: int) -> None:
+    unit = cnc.bahn.insert_cmd
+    unit.command_w.dist_or_pos, unit.command_w.rel_abs_mode = distance, mode
+    unit.command_w.axis_nr, unit.command_w.m_function_nr = 0, m_function
+    unit.enable_w = unit.command_semaphor_rw = True
+
+
+def _drive(cnc: Inside, commands: list[Command], cycles: int) -> None:
+    """The commands at their cycles; at every cycle no jump, nothing infeasible."""
+    last = cnc.cell.axis_values("start_mm")
+    for k in range(cycles):
+        for _, name, value in (c for c in commands if c[0] == k):
+            if name == "insert":
+                _insert(cnc, *value)  # type: ignore[misc]
+            else:
+                cnc.level(getattr(cnc.bahn, name), value)
+        cnc.run(1)
+        now = cnc.parts[-1][-1]
+        assert np.abs(now - last).max() < 0.31, (k, last, now)
+        assert cnc.engine.state.infeasible == 0, k
+        last = now
+    legal(cnc.pos, cnc.cell)
+
+
+def test_an_insert_command_while_it_stands_at_an_inserted_stop(
+    tmp_path: Path,
+) -> None:
+    """hli_reference 5.3, a new one replaces the old: the rest of the block is
+    driven, not left out in one cycle.
+    """
+    text = "N10 G1 F6000\nN20 G1 X16.6501 Y-11.4414 Z18.2071\nN30 G1 X16.5866 Y-11.5615\n"
+    with Inside(tmp_path, text) as cnc:
+        inserted: list[Command] = [
+            (88, "insert", (20000, 0, 0)),
+            (150, "insert", (20000, 2, 1)),
+        ]
+        _drive(cnc, [*inserted, (400, "continue_machining", True)], 900)
+        assert cnc.state.program_end_r
+
+
+def test_an_insert_command_shortly_ahead_of_a_sharp_corner(
+    tmp_path: Path,
+) -> None:
+    """5.3: the path stops briefly; M01, not enabled, in a stop that lies where
+    the path can just come to rest.
+    """
+    text = (
+        "N10 G1 F18000\nN20 X0.0723 Y0.3203\n"
+        "N30 G2 X-3.4852 Y2.3357 I-1.147 J2.1228\n"
+        "N40 G0 X-3.4851 Y2.3372\n"
+    )
+    for cycle in range(60, 90):
+        with Inside(tmp_path, text) as cnc:
+            _drive(cnc, [(cycle, "insert", (1000, 2, 1))], 700)
+            assert cnc.state.program_end_r
+
+
+@pytest.mark.parametrize("hold", [False, True])
+def test_backward_from_an_inserted_stop_at_the_end(
+    tmp_path: Path, hold: bool
+) -> None:
+    """hli_reference 4.1 and 5.1: going back is no program end, and nothing is
+    driven from another place.
+    """
+    commands: list[Command] = [
+        (100, "insert", (600_000, 2, 0)),
+        (1000, "backward_motion", True),
+    ]
+    if hold:
+        commands += [(900, "feedhold", True), (1100, "feedhold", False)]
+    with Inside(tmp_path, SQUARE) as cnc:
+        _drive(cnc, commands, 2600)
+        assert cnc.pos[-1] == pytest.approx([0, 0, 0])
+        assert not cnc.state.program_end_r
+
+
+@pytest.mark.parametrize("cycle", [280, 284, 286, 287, 295, 400, 520, 560])
+def test_m00_is_not_lost_by_turning_at_it(tmp_path: Path, cycle: int) -> None:
+    """isg_language 8, hli_reference 5.1: only continue_machining leaves M00."""
+    text = (
+        SQUARE.replace("N40", "M00\nN40") if cycle < 500 else SQUARE + "M00\n"
+    )
+    commands: list[Command] = [
+        (cycle, "feedhold", True),
+        (cycle + 150, "backward_motion", True),
+        (cycle + 200, "backward_motion", False),
+        (cycle + 250, "feedhold", False),
+    ]
+    with Inside(tmp_path, text) as cnc:
+        _drive(cnc, commands, cycle + 600)
+        assert cnc.state.wait_continue_r
+        assert not cnc.state.program_end_r
+
+
+def test_a_dwell_is_not_lost_by_turning_at_it(tmp_path: Path) -> None:
+    """Turned around twice while it dwells: the dwell is made."""
+    commands: list[Command] = [
+        (290, "feedhold", True),
+        (300, "backward_motion", True),
+        (350, "backward_motion", False),
+        (400, "feedhold", False),
+    ]
+    ended = []
+    for dwell in ("", "G04 0.5\n"):
+        with Inside(tmp_path, SQUARE.replace("N40", dwell + "N40")) as cnc:
+            _drive(cnc, commands, 900)
+            assert cnc.state.dist_prog_start >= 300_000
+            ended.append(bool(cnc.state.program_end_r))
+    assert ended == [True, False]  # 900 cycles are not enough with the dwell
+
+
+def test_turning_twice_at_the_end_of_the_path(tmp_path: Path) -> None:
+    """The path comes to rest at its very end with backward motion commanded:
+    turned again it stands where it stood.
+    """
+    text = (
+        "N10 G1 F18000\nN30 G0 X14.5361 Y40.6046\nN40 G1 X-19.3452 Y27.5431\n"
+    )
+    for back in range(380, 460, 4):
+        commands: list[Command] = [
+            (back, "backward_motion", True),
+            (back + 30, "feedhold", True),
+            (back + 137, "backward_motion", False),
+            (back + 200, "feedhold", False),
+        ]
+        with Inside(tmp_path, text) as cnc:
+            _drive(cnc, commands, back + 600)
+            assert cnc.state.program_end_r
+            assert cnc.pos[-1] == pytest.approx([-19.3452, 27.5431, 0])
+
+
+def test_an_insert_command_replaces_one_that_is_still_ahead(
+    tmp_path: Path,
+) -> None:
+    """hli_reference 5.3, a new one replaces the old, also when the old stop is
+    already planned: no stop passed at speed (one where the path is already
+    bound to come to rest stays).
+    """
+    text = "N50 G0 X-14.439 Y19.0161\nN60 G0 X-15.81 Y20.143\n"
+    for gap in (1, 5, 12):
+        for cycle in range(60, 100, 8):
+            with Inside(tmp_path, text) as cnc:
+                _drive(
+                    cnc,
+                    [
+                        (cycle, "insert", (20000, 2, 0)),
+                        (cycle + gap, "insert", (300_000, 2, 0)),
+                    ],
+                    700,
+                )
+                assert cnc.state.wait_continue_r
+
+
+def test_turning_while_a_function_is_waited_for(tmp_path: Path) -> None:
+    """Backward motion begins although the CNC waits for an acknowledgement with
+    motion prepared behind it.
+    """
+    text = "N10 G1 X20 F6000\nN20 M8\nN30 X40\n"
+    with Inside(tmp_path, text, '[channel.m_synch]\n8="MVS_SVS"') as cnc:
+        cnc.until(lambda: bool(cnc.state.wait_techno_acknowledge_r))
+        cnc.run(50)
+        cnc.level(cnc.bahn.backward_motion, True)
+        cnc.run(1000)
+        assert abs(cnc.pos[-1][0]) < 1e-6

@@ -1,0 +1,134 @@
+"""Planner, GEO and immediate service as threads while the PLC commands all that touches them.
+
+`.ci/run` runs it under the thread sanitizer.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cnc_core.engine import Event
+from hli import layout
+from support.inside import Inside
+from support.limits import legal
+
+pytestmark = pytest.mark.sanitize_threads
+
+PROGRAM = """N10 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]
+N20 G01 X30 Y0 F6000
+N25 M20
+N30 X30 Y40
+N40 #CONTOUR LOOKAHEAD LOG OFF [PARAM=2]
+N50 #RT WHILE
+N60 G01 X31 F8000
+N70 X30
+N80 #RT ENDWHILE
+""" + "".join(
+    f"N{100 + k} G01 X{30 + k % 7} Y{40 + (k * k) % 11} F8000\n"
+    for k in range(3000)
+)
+FUNCTIONS = "FCT_IPO_DEFAULT | FCT_CONTOUR_LAH"
+FORESIGHT = (
+    f"{FUNCTIONS} | FCT_CALC_TIME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"
+)
+CONFIG = (
+    '[channel]\ninterpolator_function = "%s"\nesa_time = [0.05]\n'
+    '[channel.m_synch]\n20 = "MVS_SVS"\n'
+)
+SECONDS = 2.5
+
+
+@pytest.mark.parametrize(
+    "functions", [FUNCTIONS, FORESIGHT], ids=["recall", "foresight"]
+)
+def test_commands_beside_running_threads(
+    tmp_path: Path, functions: str
+) -> None:
+    """Backward motion, inserted stops, overrides, deleted distance and requests
+    while the threads run: all is legal.
+    """
+    rng = np.random.default_rng(3)
+    with Inside(
+        tmp_path,
+        PROGRAM,
+        CONFIG % functions,
+        service=layout.HLI_SERVICE_IMMEDIATE,
+    ) as cnc:
+        cnc.engine.serve_start()
+        cnc.engine.start()
+        end, turn = time.monotonic() + SECONDS, 0
+        while time.monotonic() < end:
+            event = cnc.engine.wait(0.005)
+            if event is Event.NEED_BLOCKS:
+                cnc.preparation.pump()
+            elif event is Event.DRAINED:
+                cnc.preparation.drained()
+            cnc._take()
+            command(cnc, turn, rng)
+            turn += 1
+        cnc.engine.stop()
+        cnc.engine.serve_stop()
+        cnc._take()
+        state = cnc.engine.state
+        assert turn > 50
+        assert state.requests_mode1 + state.requests_mode2 > 10
+        assert not state.fault
+        assert state.techno_functions > 0
+        assert state.path > 50.0
+        assert cnc.preparation.error is None
+        if not state.record_lost:
+            legal(cnc.pos, cnc.cell)
+
+
+def command(cnc: Inside, turn: int, rng: np.random.Generator) -> None:
+    """One of the PLC's commands by turns, and a request."""
+    bahn, insert = cnc.bahn, cnc.bahn.insert_cmd
+    cnc.level(bahn.override_valid, True)
+    cnc.level(bahn.override, int(rng.integers(200, 1500)))
+    cnc.level(bahn.backward_motion, turn % 40 > 30)
+    cnc.level(bahn.feedhold, turn % 17 == 0)
+    cnc.level(bahn.delete_distance_to_go, turn % 50 == 25)
+    cnc.level(bahn.continue_machining, turn % 3 == 0)
+    cnc.level(bahn.single_block, turn % 60 == 10)
+    cnc.level(bahn.rt_loop_enable, turn < 30)
+    if turn % 20 == 5 and not insert.command_semaphor_rw:
+        insert.enable_w = True
+        insert.command_w.dist_or_pos, insert.command_w.rel_abs_mode = 5e4, 2
+        insert.command_semaphor_rw = True
+    for unit in cnc.channel.techno_unit_std_sync[:4]:
+        if unit.please_rw:
+            unit.done_w, unit.please_rw = True, False
+    if not cnc.clah.semaphor_rw:
+        cnc.clah.request.start_position = float(rng.integers(0, 300_000))
+        cnc.clah.request.length = float(rng.integers(0, 2) * 50_000)
+        cnc.clah.semaphor_rw = True
+
+
+def test_starting_and_stopping_threads(tmp_path: Path) -> None:
+    """Threads stop and start again in the middle of the motion, which then goes
+    on without a jump.
+    """
+    with Inside(
+        tmp_path,
+        PROGRAM,
+        CONFIG % FORESIGHT,
+        service=layout.HLI_SERVICE_IMMEDIATE,
+    ) as cnc:
+        for _ in range(20):
+            cnc.engine.serve_start()
+            cnc.engine.start()
+            if cnc.engine.wait(0.005) is Event.NEED_BLOCKS:
+                cnc.preparation.pump()
+            cnc.engine.stop()
+            cnc.engine.serve_stop()
+            cnc._take()
+        stopped = float(cnc.engine.state.path)
+        cnc.run(200)
+        waits = cnc.state.wait_techno_acknowledge_r  # for M20
+        assert waits or cnc.engine.state.path > stopped
+        assert not cnc.engine.state.record_lost
+        legal(cnc.pos, cnc.cell)

@@ -1,0 +1,74 @@
+"""Low feeds and large steps of the feed under a jerk limit, beside the shortest
+time in closed form.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cnc_core.config import CellConfig
+from cnc_core.planning import plan_program
+from cnc_core.program import Program
+
+# of the built-in cell; steps of the feed stay below those that reach its
+# acceleration
+JERK = 50_000.0
+
+
+def shortest(blocks: list[tuple[float, float]]) -> float:
+    """Time over collinear blocks (mm, mm/s) from rest to rest: each step of the
+    feed is driven in the faster block.
+    """
+    feeds, time, left = (
+        [0.0, *(v for _, v in blocks), 0.0],
+        0.0,
+        [length for length, _ in blocks],
+    )
+    for k, (a, b) in enumerate(pairwise(feeds)):
+        ramp = 2.0 * np.sqrt(abs(b - a) / JERK)
+        time += ramp
+        left[k if b > a else k - 1] -= 0.5 * (a + b) * ramp
+    assert min(left) > 0.0
+    return float(
+        time + sum(way / v for way, (_, v) in zip(left, blocks, strict=True))
+    )
+
+
+@pytest.mark.parametrize("window", [30, 120])
+@pytest.mark.parametrize(
+    "blocks",
+    [
+        [(0.1, 10), (1, 60), (0.1, 10)],
+        [(1, 10), (9, 1000), (1, 10)],
+        [(0.5, 2), (1, 10)],
+        [(1, 5), (9, 30), (1, 5)],
+        [(0.0137, 5), (0.5, 30)],
+        [(0.02, 10), (0.5, 40), (0.02, 10)],
+        [(2, 60), (5, 61), (2, 60)],
+        [(0.3, 20), (3, 600), (0.3, 50), (3, 200)],
+    ],
+)
+def test_low_feeds_are_left_at_once(
+    blocks: list[tuple[float, float]], window: int, tmp_path: Path
+) -> None:
+    """mm/min of 2 to 3000: within 1 % of the shortest time, and no feed is exceeded."""
+    mm_s = [(length, feed / 60.0) for length, feed in blocks]
+    ends = np.cumsum([length for length, _ in blocks])
+    lines = [
+        f"G1 X{x:.4f} F{feed}"
+        for x, (_, feed) in zip(ends, blocks, strict=True)
+    ]
+    (tmp_path / "a.nc").write_text("\n".join(["G90", *lines, "M30"]))
+    result = plan_program(
+        Program(tmp_path / "a.nc", CellConfig(), "isg"),
+        window=window,
+        jerk=True,
+    )
+    best = shortest(mm_s)
+    assert 0.999 * best <= result.motion_time_s <= 1.01 * best
+    assert result.max_ratio["feed"] <= 1.0015
+    assert result.max_ratio["jerk"] <= 1.0125

@@ -1,0 +1,113 @@
+"""Programs of odd shapes through ``plan``: they end, in a sensible time, within
+the limits, on the programmed end.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from cnc_core.config import parse_config
+from cnc_core.planning import PlanResult
+from support.drive import drive, line_rows
+from support.limits import ratios
+from support.programs import planned, program_of
+
+CELL = """
+[axes.X]
+v_max_mm_s = 60
+a_max_mm_s2 = 3000
+j_max_mm_s3 = 60000
+[axes.Y]
+v_max_mm_s = 60
+a_max_mm_s2 = 3000
+j_max_mm_s3 = 60000
+[axes.Z]
+v_max_mm_s = 60
+a_max_mm_s2 = 3000
+j_max_mm_s3 = 60000
+[axes.A]
+kind = "rotary"
+v_max_mm_s = 60
+a_max_mm_s2 = 3000
+j_max_mm_s3 = 60000
+"""
+
+
+def shape(
+    folder: Path, text: str, tolerance: float, window: int = 30
+) -> PlanResult:
+    """The program on the machine X Y Z A, with samples."""
+    return planned(
+        program_of(folder, text, CELL, tolerance=tolerance), window=window
+    )
+
+
+def test_rotary_axis_outruns_a_tiny_way(tmp_path: Path) -> None:
+    """Degrees of a rotary axis over microns, smoothed: no crawl through
+    millions of tiny intervals.
+    """
+    text = """G0 X0 Y0 Z0 A0
+    N10 G1 X0.001 Y0.0015 A4.5 F6900
+    N20 G1 X0.25 Y0.29 Z0.32 A9
+    N30 G1 X0.251 Y0.291 Z0.32 A14
+    N40 G1 X0.2515 Y0.31 Z0.35 A12
+    N50 G1 X2
+    M30
+    """
+    exact, smooth = shape(tmp_path, text, 0.0), shape(tmp_path, text, 0.01)
+    assert smooth.motion_time_s < 3 * exact.motion_time_s
+    assert smooth.samples is not None
+    pos = smooth.samples["pos"]
+    assert np.abs(pos[-1] - [2, 0.31, 0.35, 12]).max() < 1e-9
+    assert np.abs(np.diff(pos, n=3, axis=0)).max() / 0.001**3 <= 60000 * 1.02
+
+
+@pytest.mark.parametrize("seed", [3, 4, 7])
+def test_corners_a_few_cycles_apart(seed: int) -> None:
+    """Blocks of 0.025 mm rounded to 0.001 at a slow cycle: what several corners
+    show in the same samples adds up.
+    """
+    rng = np.random.default_rng(seed)
+    angle = np.cumsum(rng.normal(size=149) * 0.05)
+    steps = 0.025 * np.stack([np.cos(angle), np.sin(angle)], 1)
+    points = np.round(np.vstack([[0.0, 0.0], np.cumsum(steps, 0)]), 3)
+    axes = [
+        f"[axes.{n}]\nv_max_mm_s = 150\na_max_mm_s2 = 3000\nj_max_mm_s3 = {j}"
+        for n, j in (("X", 7e5), ("Y", 12600))
+    ]
+    cell = parse_config("cycle_s = 0.004\n" + "\n".join(axes))
+    pos, _ = drive(line_rows(points, 20.0), cell, window=30)
+    assert max(ratios(pos, cell)) <= 1.02
+    assert np.abs(pos[-1] - points[-1]).max() < 1e-9
+
+
+def test_the_deviation_of_a_steep_helix_is_the_nearest_distance(
+    tmp_path: Path,
+) -> None:
+    """What `plan` states is the distance to the nearest place of the contour,
+    not to the place at the same angle.
+    """
+    text = (
+        "G0 X0 Y0 Z0\nG1 F3000 X-10\nX0\nG2 X10 Y0 Z40 I5 J0\nG1 X20 Z40\nM30\n"
+    )
+    result = shape(tmp_path, text, 0.05)
+    angle = np.linspace(np.pi, 0.0, 400_001)
+    helix = np.column_stack(
+        [5 + 5 * np.cos(angle), 5 * np.sin(angle), np.linspace(0, 40, 400_001)]
+    )
+    lines = np.vstack(
+        [
+            np.linspace(a, b, 200_001)
+            for a, b in [((-10, 0, 0), (0, 0, 0)), ((10, 0, 40), (20, 0, 40))]
+        ]
+    )
+    assert result.samples is not None
+    off, _ = cKDTree(np.vstack([helix, lines])).query(
+        result.samples["pos"][:, :3]
+    )
+    assert result.path_deviation_mm == pytest.approx(off.max(), abs=1e-4)
+    assert 0.01 < off.max() <= 0.05
