@@ -9,7 +9,7 @@ from ..model import types
 from ..model.classes import STANDARD_NAMES, Class, Routine, Variable
 from ..model.world import unknown
 from ..syntax import tree
-from . import convert, expressions, places, store
+from . import assertions, convert, expressions, places, store
 from .context import Context
 from .value import PropertyRef, RoutineRef, Value, address, at, constant
 
@@ -87,6 +87,7 @@ def _through_interface(
 # -- functions and methods
 def call_routine(context: Context, base: RoutineRef, node: tree.Call) -> Value:
     """A call whose arguments stand in brackets."""
+    base = assertions.chosen(context, base, node)
     routine = base.routine
     _check_callable(context, base, node.pos)
     given = matched(routine.parameters, node.arguments, routine.label)
@@ -107,6 +108,8 @@ def _call(
     pos: Position,
 ) -> Value:
     routine, pieces = base.routine, Pieces()
+    if assertions.is_one(routine):
+        pieces.before.append(assertions.site(context, pos))
     self_text = _instance(context, base, pieces, pos)
     if self_text:
         pieces.arguments.append(self_text)

@@ -24,7 +24,7 @@ FLAGS = [
     "-fno-asynchronous-unwind-tables",
     "-fvisibility=hidden",
     "-w",
-]  # noqa: E501
+]
 SMALL = 20_000
 """Lines of C up to which a program is optimised fully."""
 _RUNTIME = ("st_state.c", "st_numbers.c", "st_texts.c")

@@ -62,7 +62,7 @@ class World:
             "TC3_MODULE",
             "__SYSTEM",
             "HLI",
-        ]  # noqa: E501
+        ]
     )
     _open: list[str] = field(default_factory=list)
 
