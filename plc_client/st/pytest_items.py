@@ -22,11 +22,11 @@ class StFile(pytest.File):
             item.place = (block, method, line)
             yield item
 
-    def repr_failure(self, excinfo: Any, style: Any = None) -> Any:
+    def repr_failure(self, excinfo: Any) -> Any:
         """Errors of the source stand for themselves."""
         if isinstance(excinfo.value, PlcError):
             return str(excinfo.value)
-        return super().repr_failure(excinfo, style)
+        return super().repr_failure(excinfo)
 
 
 class StItem(pytest.Item):

@@ -49,7 +49,7 @@ _WORDS = [
     "EXTENDS",
     "NOT",
     "-",
-]  # noqa: E501
+]
 
 
 def mutated(text: str, seed: int) -> str:

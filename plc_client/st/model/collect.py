@@ -66,7 +66,7 @@ class Collector:
             self._world.classes,
             self._world.functions,
         ):
-            table.pop(key, None)  # type: ignore[attr-defined]
+            table.pop(key, None)
 
     def _typedef(self, unit: Unit, definition: tree.TypeDef) -> None:
         if not self._free(unit.origin, definition.name, definition.pos):

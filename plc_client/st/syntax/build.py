@@ -271,7 +271,7 @@ class Builder(ExpressionBuilder, StatementBuilder, UnitBuilder):
         """The text begins at this line and column of its file."""
         self.line, self.column = line - 1, column - 1
 
-    def place(self, token: Token) -> Position:  # type: ignore[override]
+    def place(self, token: Token) -> Position:
         line, column = token.line or 1, token.column or 1
         if line == 1:
             column += self.column

@@ -139,7 +139,7 @@ def test_assertions_of_st_tests_tell_their_line(tmp_path: Path) -> None:
     ]
     testing.run_test(path, "FB_Sums", "Test_Good")
     with pytest.raises(
-        testing.StTestFailedError, match=":8: .*expected 6, found 5"
+        testing.StTestFailedError, match=r":8: .*expected 6, found 5"
     ):
         testing.run_test(path, "FB_Sums", "Test_Bad")
 

@@ -23,14 +23,16 @@ END_VAR]]></Declaration>
 	Count();
 END_IF
 _open := bIn;]]></ST></Implementation>
-    <Action Name="Count" Id="{2}"><Implementation><ST><![CDATA[GVL.n := GVL.n + 1;]]></ST></Implementation></Action>
+    <Action Name="Count" Id="{2}">
+      <Implementation><ST><![CDATA[GVL.n := GVL.n + 1;]]></ST></Implementation></Action>
     <Property Name="IsOpen" Id="{3}"><Declaration><![CDATA[PROPERTY IsOpen : BOOL]]></Declaration>
       <Get Name="Get"><Declaration><![CDATA[]]></Declaration>
         <Implementation><ST><![CDATA[IsOpen := _open;]]></ST></Implementation></Get>
     </Property>
   </POU>
 """
-INTERFACE = """  <Itf Name="I_Valve" Id="{1}"><Declaration><![CDATA[INTERFACE I_Valve]]></Declaration>
+INTERFACE = """  <Itf Name="I_Valve" Id="{1}">
+    <Declaration><![CDATA[INTERFACE I_Valve]]></Declaration>
     <Property Name="IsOpen"><Declaration><![CDATA[PROPERTY IsOpen : BOOL]]></Declaration>
       <Get Name="Get"><Declaration><![CDATA[]]></Declaration></Get></Property>
   </Itf>
@@ -62,7 +64,8 @@ PROJECT = '<?xml version="1.0" encoding="utf-8"?>\n<Project><ItemGroup>{}</ItemG
 PLCOPEN = """<?xml version="1.0" encoding="utf-8"?>
 <project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><dataTypes/><pous>
 <pou name="MAIN" pouType="program"><interface><localVars>
-<variable name="x"><type><INT/></type><initialValue><simpleValue value="3"/></initialValue></variable>
+<variable name="x"><type><INT/></type>
+<initialValue><simpleValue value="3"/></initialValue></variable>
 </localVars></interface><body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml">x := x + 1;
 x := nowhere_or(x);</xhtml></ST></body></pou>
 </pous></types></project>
@@ -110,7 +113,7 @@ def test_errors_stand_at_the_line_of_the_xml(tmp_path: Path) -> None:
 def test_plcopen_bodies_are_read_with_their_lines() -> None:
     """The second line of the body holds the error."""
     found = check({"project.xml": PLCOPEN}).log.errors
-    assert [problem.line for problem in found] == [6]
+    assert [problem.line for problem in found] == [7]
     good = PLCOPEN.replace("nowhere_or(x)", "x * 2")
     program = StProgram(build({"project.xml": good}))
     program.start()
