@@ -296,7 +296,6 @@ static double shortest_seen(const engine_config *cfg,
                : CURVE_SHORTEST;
 }
 
-/* The next interval of the path of a piece. */
 jerk_interval next_interval(const struct engine *engine,
                             const struct piece *piece,
                             uint64_t i,

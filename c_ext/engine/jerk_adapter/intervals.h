@@ -5,6 +5,7 @@
 #include "engine/state/state.h"
 #include "jerk/planner.h"
 
+/* The next interval of the path of a piece. */
 jerk_interval next_interval(const struct engine *engine,
                             const struct piece *piece,
                             uint64_t i,
