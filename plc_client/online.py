@@ -180,7 +180,9 @@ class SymbolTable:
         """These tasks from now on."""
         found: dict[str, Any] = {}
         for program in programs:  # lists of globals and programs of ST
-            views = getattr(program.instance, "st_views", dict)()
+            views: dict[str, Any] = getattr(
+                program.instance, "st_views", dict
+            )()
             found |= {n.upper(): Namespace(n, v) for n, v in views.items()}
         self._programs = found | {p.name.upper(): p for p in programs}
 

@@ -154,7 +154,7 @@ class PlcRunner:
         one.  KeyError names what there is.
         """
         if name not in self.tasks:
-            views = getattr(self.task, "st_views", dict)()
+            views: dict[str, Any] = getattr(self.task, "st_views", dict)()
             if name in views:
                 return views[name]
             raise KeyError(f"no task {name}; tasks: {', '.join(self.tasks)}")

@@ -92,7 +92,11 @@ class StTask:
     def st_views(self) -> dict[str, Any]:
         """Programs and lists of globals by their names."""
         program = self._st_shared.program
-        return {name: program[name] for name in program.names() if "HLI_" not in name}
+        return {
+            name: program[name]
+            for name in program.names()
+            if "HLI_" not in name
+        }
 
     @property
     def st_program(self) -> StProgram:
@@ -127,7 +131,7 @@ def load_st(path: str | Path, options: Options | None = None) -> list[type]:
     found = []
     for row in built.description["tasks"]:
         for name in row["programs"]:
-            found.append(_class(shared, row, name))
+            found.append(_class(shared, row, name))  # noqa: PERF401
     if not found:
         raise PlcError(f"{path}: no PROGRAM found; a task runs programs")
     return found
