@@ -238,10 +238,10 @@ class Frames:
             first, second, third = motion_planes(int(out["plane"][i]))
             a = frame.rotation[:, first]
             b = frame.rotation[:, second]
-            first = int(np.argmax(np.abs(a)))
-            second = int(np.argmax(np.abs(b)))
-            places = first, second
-            if abs(a[first]) == 1.0 and abs(b[second]) == 1.0:
+            along_a = int(np.argmax(np.abs(a)))
+            along_b = int(np.argmax(np.abs(b)))
+            places = along_a, along_b
+            if abs(a[along_a]) == 1.0 and abs(b[along_b]) == 1.0:
                 self._turn_circle(
                     out[i : i + 1], frame, (first, second, third), places
                 )
