@@ -21,4 +21,6 @@ class Valve:
             if entry["block_type"] == HLI_CLAH_LOG_PARAM:
                 self.marks.append(float(entry["start_position"]))
         beads = list(zip(self.marks[::2], self.marks[1::2], strict=False))
-        self.open = self.cam(beads, on_lead_s=OPENS_AFTER_S, off_lead_s=CLOSES_AFTER_S)
+        self.open = self.cam(
+            beads, on_lead_s=OPENS_AFTER_S, off_lead_s=CLOSES_AFTER_S
+        )

@@ -17,7 +17,11 @@ def test_energy_per_length_with_and_without_look_ahead(tmp_path: Path) -> None:
 
 def test_power_falls_before_the_arc_does(plc: object) -> None:
     """On the mock, which does not slow down at all: the power is already lower in front of the arc."""
-    runner = plc(HERE / "with_lookahead.py", script=[line(50), arc(2, math.pi / 2), line(50)], feed_mm_s=150)  # type: ignore[operator]
+    runner = plc(
+        HERE / "with_lookahead.py",
+        script=[line(50), arc(2, math.pi / 2), line(50)],
+        feed_mm_s=150,
+    )  # type: ignore[operator]
     runner.run_to_distance(300_000.0)
     assert runner.task.power_w == pytest.approx(20.0 * 150.0)
     runner.run_to_distance(490_000.0)

@@ -42,11 +42,23 @@ class LaserPower:
             begin = (e["start_position"] - self.ahead.distance) / 1e4
             end = begin + e["length"] / 1e4
             radius = e["compensated_radius"] / 1e4
-            found.append((begin, end, min(FEED_MM_S, math.sqrt(ON_ARCS * radius)) if radius > 0.0 else FEED_MM_S))
+            found.append(
+                (
+                    begin,
+                    end,
+                    min(FEED_MM_S, math.sqrt(ON_ARCS * radius))
+                    if radius > 0.0
+                    else FEED_MM_S,
+                )
+            )
         return [*found, (end, math.inf, 0.0)] if end < 15.0 else found
 
 
 def envelope(zones, s):
     """The largest speed from which every slower zone ahead can still be met."""
-    speeds = [math.sqrt(v * v + 2.0 * ACCELERATION * max(begin - s, 0.0)) for begin, end, v in zones if end > s]
+    speeds = [
+        math.sqrt(v * v + 2.0 * ACCELERATION * max(begin - s, 0.0))
+        for begin, end, v in zones
+        if end > s
+    ]
     return min(speeds, default=FEED_MM_S)

@@ -12,4 +12,6 @@ class LaserPower:
         self.power_w = 0.0
 
     def cyclic(self):
-        self.power_w = ENERGY_J_PER_MM * self.state.active_feed_r / 1000.0  # 1 um/s
+        self.power_w = (
+            ENERGY_J_PER_MM * self.state.active_feed_r / 1000.0
+        )  # 1 um/s

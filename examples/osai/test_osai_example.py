@@ -28,17 +28,31 @@ def test_the_tip_follows_the_dome(tmp_path: Path) -> None:
     columns = dict(np.load(tmp_path / "r.npz"))
     assert max(result.plc["watch"]["Watch.ahead"]) > 5
     assert max(result.plc["watch"]["Watch.known_mm"]) > 20.0
-    program = Program(HERE / "part.osai", load_config(HERE / "cell.toml"), "osai")
+    program = Program(
+        HERE / "part.osai", load_config(HERE / "cell.toml"), "osai"
+    )
     specs = []
     while (item := program.reader.read(64)) is not None:
-        specs += [item.profile.spec] if getattr(item, "profile", None) is not None else []
+        specs += (
+            [item.profile.spec]
+            if getattr(item, "profile", None) is not None
+            else []
+        )
     program.reader.close()  # type: ignore[attr-defined]
     limits = (np.full(5, -1e5), np.full(5, 1e5))
     pose = machine_of(specs[0], 1, limits).forward(columns["pos"], LENGTH_MM)
-    off = np.linalg.norm(pose.tip + np.array([0, 0, RADIUS_MM]), axis=1) - RADIUS_MM
+    off = (
+        np.linalg.norm(pose.tip + np.array([0, 0, RADIUS_MM]), axis=1)
+        - RADIUS_MM
+    )
     y = pose.tip[:, 1]
     x = np.abs(pose.tip[:, 0])
-    passes = (np.abs(y - np.round(y / 6.0) * 6.0) < 0.01) & (x > 3.0) & (x < 20.0) & (np.abs(off) < 1.0)
+    passes = (
+        (np.abs(y - np.round(y / 6.0) * 6.0) < 0.01)
+        & (x > 3.0)
+        & (x < 20.0)
+        & (np.abs(off) < 1.0)
+    )
     assert passes.sum() > 1000
     assert np.abs(off[passes]).max() < 0.01
 
@@ -46,7 +60,11 @@ def test_the_tip_follows_the_dome(tmp_path: Path) -> None:
 def test_the_optimized_program_runs(tmp_path: Path) -> None:
     """Fewer polynomials than points, within the tolerance."""
     cell = load_config(HERE / "cell.toml")
-    result = optimize(HERE / "DOME", HERE / "CONFIG1", tmp_path / "smooth.osai", cell)
+    result = optimize(
+        HERE / "DOME", HERE / "CONFIG1", tmp_path / "smooth.osai", cell
+    )
     assert result.polynomials < result.points_in
     assert result.max_deviation_mm <= 0.02
-    assert plan_program(Program(tmp_path / "smooth.osai", cell)).motion_time_s > 0
+    assert (
+        plan_program(Program(tmp_path / "smooth.osai", cell)).motion_time_s > 0
+    )

@@ -18,10 +18,14 @@ class Watch:
         self.sharpest = 0.0  # rad, tangent variation there
 
     def cyclic(self):
-        self.clah(start_position=self.ch.bahn_state.dist_prog_start, length=200_000.0)  # 0.1 um
+        self.clah(
+            start_position=self.ch.bahn_state.dist_prog_start, length=200_000.0
+        )  # 0.1 um
         if self.clah.done:
             elements = self.clah.blocks
             curves = elements[elements["block_type"] == POLYNOMIAL]
             self.ahead = len(curves)
             self.known_mm = float(elements["length"].sum()) / 1e4
-            self.sharpest = float(curves["tangent_variation"].max()) if len(curves) else 0.0
+            self.sharpest = (
+                float(curves["tangent_variation"].max()) if len(curves) else 0.0
+            )

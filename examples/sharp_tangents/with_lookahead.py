@@ -8,7 +8,9 @@ FEED_MM_S = 200.0
 GENTLE_MM_S2 = 1000.0
 SHARP_RAD = 0.3
 SLOWEST_PERCENT = 8.0
-BEHIND_S = 0.020  # an override that is commanded now acts on the path so much later
+BEHIND_S = (
+    0.020  # an override that is commanded now acts on the path so much later
+)
 
 
 @task(interval=0.001)
@@ -21,9 +23,15 @@ class Feed:
 
     def cyclic(self):
         self.ahead()
-        way = self.way_to_corner() - self.state.active_feed_r / 1000.0 * BEHIND_S
-        wanted = 100.0 * math.sqrt(2.0 * GENTLE_MM_S2 * max(way, 0.0)) / FEED_MM_S
-        faster = self.percent + 100.0 * GENTLE_MM_S2 * 0.001 / FEED_MM_S  # and gently up again
+        way = (
+            self.way_to_corner() - self.state.active_feed_r / 1000.0 * BEHIND_S
+        )
+        wanted = (
+            100.0 * math.sqrt(2.0 * GENTLE_MM_S2 * max(way, 0.0)) / FEED_MM_S
+        )
+        faster = (
+            self.percent + 100.0 * GENTLE_MM_S2 * 0.001 / FEED_MM_S
+        )  # and gently up again
         self.percent = max(min(wanted, faster, 100.0), SLOWEST_PERCENT)
         self.override(path=self.percent)
 

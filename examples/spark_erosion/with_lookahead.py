@@ -7,7 +7,9 @@ early that the new set acts where the detail begins; this works for every part.
 from plc_client import ContourAhead, DistanceCam, task
 
 CHANGES_AFTER_S = 0.120
-DETAIL = 20_000.0  # 0.1 um: elements shorter than 2 mm are eroded with the fine set
+DETAIL = (
+    20_000.0  # 0.1 um: elements shorter than 2 mm are eroded with the fine set
+)
 INTERVAL_S = 0.004
 
 
@@ -15,14 +17,26 @@ INTERVAL_S = 0.004
 class Generator:
     def setup(self, hli):
         self.ahead = ContourAhead(hli.gpCh[0])
-        self.cam = DistanceCam(hli.gpCh[0], scan_s=INTERVAL_S, hysteresis=20_000.0)  # corners slow down
+        self.cam = DistanceCam(
+            hli.gpCh[0], scan_s=INTERVAL_S, hysteresis=20_000.0
+        )  # corners slow down
         self.fine = False
 
     def cyclic(self):
         elements = self.ahead()
         short = elements[elements["length_min"] < DETAIL]
-        tracks = [(float(e["start_position"]), float(e["start_position"] + e["length"])) for e in short]
-        self.fine = self.cam(joined(tracks), on_lead_s=CHANGES_AFTER_S, off_lead_s=CHANGES_AFTER_S)
+        tracks = [
+            (
+                float(e["start_position"]),
+                float(e["start_position"] + e["length"]),
+            )
+            for e in short
+        ]
+        self.fine = self.cam(
+            joined(tracks),
+            on_lead_s=CHANGES_AFTER_S,
+            off_lead_s=CHANGES_AFTER_S,
+        )
 
 
 def joined(tracks):

@@ -2,7 +2,16 @@
 
 from plc_client import task
 
-DETAIL_BLOCKS = {30, 40, 50, 70, 80, 90, 110, 120}  # found by hand, for this part only
+DETAIL_BLOCKS = {
+    30,
+    40,
+    50,
+    70,
+    80,
+    90,
+    110,
+    120,
+}  # found by hand, for this part only
 
 
 @task(interval=0.004)
