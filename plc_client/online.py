@@ -32,7 +32,10 @@ from hli.symbol import (
 from hli.view import ArrayView
 
 ROWS = 1_000_000
-"""Rows of the watch list; when they are full every second one is dropped and half as many are taken."""
+"""Rows of the watch list.
+
+When the list is full, every second row goes and half as many are taken.
+"""
 UNFIT = (
     AttributeError,
     IndexError,
@@ -181,7 +184,8 @@ class SymbolTable:
         found: dict[str, Any] = {}
         for program in programs:  # lists of globals and programs of ST
             views = getattr(program.instance, "st_views", dict)()
-            found |= {n.upper(): Namespace(n, v) for n, v in views.items()}
+            for name, view in views.items():
+                found[name.upper()] = Namespace(name, view)
         self._programs = found | {p.name.upper(): p for p in programs}
 
     def __getitem__(self, path: str) -> Symbol:
@@ -345,8 +349,9 @@ class Forces:
         """
         for spelled, path in named:
             if path not in self._forced:
+                forced = ", ".join(self._forced) or "nothing"
                 raise SymbolError(
-                    f"symbol {spelled!r} is not forced; forced: {', '.join(self._forced) or 'nothing'}"
+                    f"symbol {spelled!r} is not forced; forced: {forced}"
                 )
         for _, path in named:
             self._forced.pop(path, None)

@@ -142,8 +142,10 @@ def write_arcs(path: Path, n: int, feed_mm_min: float) -> Path:
             heading += side * ARC_MM / radius
             end = at + to_centre - 1j * side * radius * np.exp(1j * heading)
             ij = complex(to_centre)
+            code = 3 if side > 0 else 2
             file.write(
-                f"G{3 if side > 0 else 2} X{end.real:.7f} Y{end.imag:.7f} I{ij.real:.7f} J{ij.imag:.7f}\n"
+                f"G{code} X{end.real:.7f} Y{end.imag:.7f}"
+                f" I{ij.real:.7f} J{ij.imag:.7f}\n"
             )
             at = complex(round(end.real, 7), round(end.imag, 7))
         file.write("M30\n")

@@ -129,7 +129,7 @@ def _engine_config(
     config.log_max = cell.channel.contour_lookahead_log_max
     config.fb_storage_size = cell.channel.storage
     config.rapid_override_mode = cell.channel.rapid_override_mode
-    config.retrace_feed = cell.isons.retrace_mm_s
+    config.retrace_feed = cell.retrace_mm_s
     config.channel, config.service, config.clock = channel, service, clock
     config.axis_id[0 : len(names)] = [
         axis.id or i for i, axis in enumerate(cell.axes.values(), 1)
