@@ -1,4 +1,6 @@
-"""A PLC program: reads the marked section of the NC program by index (mode 1) and prints every entry once.
+"""A PLC program that reads the marked section of the NC program by index (mode 1).
+
+Every entry is printed once.
 
 hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/read_marked_log.py
 """
@@ -25,10 +27,8 @@ class ReadMarkedLog:
     def cyclic(self):
         for b in self.clah.read_log():
             self.count += 1
-            kind, length_mm = (
-                KINDS[int(b["block_type"])],
-                b["length"] / 10_000.0,
-            )
+            kind = KINDS[int(b["block_type"])]
+            length_mm = b["length"] / 10_000.0
             print(
                 f"N{b['block_number']:<5} {kind:<10} {length_mm:10.4f}",
                 flush=True,

@@ -102,7 +102,8 @@ def _column(
 ) -> list[str]:
     n = min(len(expected), len(found))
     e, f = expected[:n], found[:n]
-    same = (np.abs(e - f) <= limit) | (np.isnan(e) & np.isnan(f))
+    neither = np.isnan(e) & np.isnan(f)
+    same = (np.abs(e - f) <= limit) | neither
     if same.all():
         return []
     i = int(np.argmin(same))

@@ -17,7 +17,7 @@ import dis
 from array import array
 from collections.abc import Iterable, Sequence
 from types import CodeType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -163,6 +163,19 @@ def _peek(holder: Any, key: str | int) -> Any:
         return None
 
 
+@runtime_checkable
+class HasViews(Protocol):
+    """A task with further parts that have names: a program of ST."""
+
+    def st_views(self) -> dict[str, Any]:
+        """The parts by name."""
+
+
+def views_of(instance: Any) -> dict[str, Any]:
+    """The named parts of a task's instance, none for a class of Python."""
+    return instance.st_views() if isinstance(instance, HasViews) else {}
+
+
 class Namespace(NamedTuple):
     """What symbols begin with beside tasks: a list of an ST program."""
 
@@ -183,8 +196,7 @@ class SymbolTable:
         """These tasks from now on."""
         found: dict[str, Any] = {}
         for program in programs:  # lists of globals and programs of ST
-            views = getattr(program.instance, "st_views", dict)()
-            for name, view in views.items():
+            for name, view in views_of(program.instance).items():
                 found[name.upper()] = Namespace(name, view)
         self._programs = found | {p.name.upper(): p for p in programs}
 

@@ -20,7 +20,8 @@ from ..errors import ERRORS, CncError
 
 
 def _check_waist() -> None:
-    names = {f[0]: f[1].offset for f in ffi.typeof("nc_block").fields}
+    members = ffi.typeof("nc_block").fields
+    names = {name: member.offset for name, member in members}
     fields: Any = NC_BLOCK.fields
     mine = {name: spec[1] for name, spec in fields.items()}
     if (
@@ -356,9 +357,8 @@ class Engine:
             n,
         )
         out.reaction_class = out.recovery_class = 2
-        name = error.place.file.rsplit("/", 1)[-1].encode("latin-1", "replace")[
-            :255
-        ]
+        file = error.place.file.rsplit("/", 1)[-1]
+        name = file.encode("latin-1", "replace")[:255]
         ffi.memmove(out.program, name, len(name))
         lib.engine_post_error(self._handle, out)
 

@@ -14,11 +14,12 @@ HERE = Path(__file__).parent
 OPENS_AFTER_S, CLOSES_AFTER_S = 0.035, 0.020  # the valve's dead times
 VARIANTS = ("without_lookahead", "with_lookahead")
 QUARTER = np.pi / 2 * 10.0
+# mm of path
 WANTED = (
     (20.0, 60.0),
     (80.0 + QUARTER, 130.0 + 2 * QUARTER),
     (150.0 + 2 * QUARTER, 180.0 + 2 * QUARTER),
-)  # mm
+)
 
 
 def run(variant, record):
@@ -40,16 +41,18 @@ def run(variant, record):
 
 
 def beads(samples, t, command):
-    """(begin, end) of every bead in mm of path: the tool's place when the valve has opened, has closed."""
+    """(begin, end) of every bead in mm of path.
+
+    A bead begins where the tool is when the valve has opened.
+    It ends where the tool is when the valve has closed.
+    """
     edges = np.flatnonzero(np.diff(command.astype(int), prepend=0))
     times = [
         t[i] + (OPENS_AFTER_S if command[i] else CLOSES_AFTER_S) for i in edges
     ]
     places = np.interp(times, samples["t"], samples["s"])
-    return [
-        (float(a), float(b))
-        for a, b in zip(places[::2], places[1::2], strict=True)
-    ]
+    pairs = zip(places[::2], places[1::2], strict=True)
+    return [(float(begin), float(end)) for begin, end in pairs]
 
 
 def compare(folder):
@@ -117,7 +120,6 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         found = compare(folder)
     for name, errors in errors_mm(found).items():
-        print(
-            f"{name:18} bead ends off by {' '.join(f'{e:+.2f}' for e in errors)} mm"
-        )
+        told = " ".join(f"{e:+.2f}" for e in errors)
+        print(f"{name:18} bead ends off by {told} mm")
     picture(found, sys.argv[1] if len(sys.argv) > 1 else "dispenser.png")

@@ -1,4 +1,7 @@
-"""The example's claim: the bead's ends lie where they are programmed although the valve is slow."""
+"""The example's claim: the bead's ends lie where they are programmed.
+
+The valve is slow.
+"""
 
 from pathlib import Path
 from typing import Any

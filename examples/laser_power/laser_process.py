@@ -1,4 +1,4 @@
-"""What the laser does to the sheet, with and without look-ahead: energy per length along the cut.
+"""Energy per length along the cut, with and without look-ahead.
 
 Run it: ``python examples/laser_power/laser_process.py laser_power.png``
 """
@@ -46,17 +46,20 @@ def laser(t, power, at):
 
 
 def energy_per_length(samples, t, power):
-    """(place in mm, J/mm): the beam's energy spread over a spot; without the first 20 and the last 5 mm."""
+    """(place in mm, J/mm): the beam's energy, spread over a spot.
+
+    The first 20 mm and the last 5 mm are left out.
+    """
     beam = laser(t, power, samples["t"])
-    energy = np.concatenate(
-        [[0.0], np.cumsum(beam[1:] * np.diff(samples["t"]))]
-    )
+    steps = beam[1:] * np.diff(samples["t"])
+    energy = np.concatenate([[0.0], np.cumsum(steps)])
     s, first = np.unique(samples["s"], return_index=True)
     place = np.arange(20.0, s[-1] - 5.0, 0.05)
-    total = np.interp(place + SPOT_MM / 2, s, energy[first]) - np.interp(
-        place - SPOT_MM / 2, s, energy[first]
+    ahead, behind = (
+        np.interp(end, s, energy[first])
+        for end in (place + SPOT_MM / 2, place - SPOT_MM / 2)
     )
-    return place, total / SPOT_MM
+    return place, (ahead - behind) / SPOT_MM
 
 
 def compare(folder):
@@ -95,7 +98,8 @@ def picture(found, target):
         label = (
             f"{name.replace('_', ' ')}: at most {worst(found)[name]:.0f} % off"
         )
-        energy.plot(*found[name][:2], color=color, linewidth=1.0, label=label)
+        place, joules = found[name][:2]
+        energy.plot(place, joules, color=color, linewidth=1.0, label=label)
     energy.axhline(WANTED, color="black", linewidth=0.6)
     energy.set(xlabel="place on the path, mm", ylabel="energy per length, J/mm")
     energy.legend()

@@ -1,4 +1,7 @@
-"""Laser power from the speed the tool has now: right for a laser that answers at once, and none does."""
+"""Laser power from the speed that the tool has now.
+
+That is right for a laser that answers at once, and none does.
+"""
 
 from plc_client import task
 

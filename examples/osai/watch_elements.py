@@ -1,6 +1,10 @@
-"""A PLC program that follows a profile: polynomial elements ahead, and how far the contour is known.
+"""A PLC program that follows a profile.
 
-hli-cosim run examples/osai/part.osai --config examples/osai/cell.toml --plc examples/osai/watch_elements.py
+The program counts polynomial elements ahead and notes how far the contour is known.
+Run it from the repository's folder::
+
+    cd examples/osai
+    hli-cosim run part.osai --config cell.toml --plc watch_elements.py
 """
 
 from plc_client import ContourLookahead, task

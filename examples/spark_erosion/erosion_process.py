@@ -12,20 +12,19 @@ from cnc_core import Cell
 
 HERE = Path(__file__).parent
 CHANGES_AFTER_S = 0.120  # the generator
-GAP_FINE_MM, GAP_ROUGH_MM = (
-    0.02,
-    0.09,
-)  # spark gap of the two sets: what is wrong in the wrong place
+# spark gap of the two sets: what is wrong in the wrong place
+GAP_FINE_MM, GAP_ROUGH_MM = 0.02, 0.09
 VARIANTS = ("without_lookahead", "with_lookahead")
 R2, ARC = np.sqrt(2.0), np.pi / 2
 D1 = 12.0
 D2 = D1 + 3 * R2 + 9.0
 D3 = D2 + 2 * ARC + 1.0 + 12.0
+# details, mm of path
 WANTED = (
     (D1, D1 + 3 * R2),
     (D2, D2 + 2 * ARC + 1.0),
     (D3, D3 + 2 * 0.8 * R2),
-)  # details, mm of path
+)
 
 
 def run(variant, record):
@@ -49,9 +48,8 @@ def run(variant, record):
 def gap(samples, t, fine):
     """The gap at every sample: the set that was asked for CHANGES_AFTER_S ago."""
     index = np.searchsorted(t, samples["t"] - CHANGES_AFTER_S, "right") - 1
-    return np.where(
-        (index >= 0) & fine[np.maximum(index, 0)], GAP_FINE_MM, GAP_ROUGH_MM
-    )
+    asked_fine = (index >= 0) & fine[np.maximum(index, 0)]
+    return np.where(asked_fine, GAP_FINE_MM, GAP_ROUGH_MM)
 
 
 def wanted_gap(s):
@@ -67,7 +65,8 @@ def compare(folder):
         samples, t, fine = run(variant, Path(folder) / f"{variant}.npz")
         real = gap(samples, t, fine)
         s = samples["s"]
-        wrong = float(np.sum(np.diff(s)[(real != wanted_gap(s))[1:]]))
+        differs = real != wanted_gap(s)
+        wrong = float(np.sum(np.diff(s)[differs[1:]]))
         edges = s[np.flatnonzero(np.diff(real))]
         errors = (
             edges - np.ravel(WANTED)
@@ -113,7 +112,6 @@ if __name__ == "__main__":
         found = compare(folder)
     for name, (wrong, errors, _, _) in found.items():
         places = " ".join(f"{e:+.2f}" for e in errors)
-        print(
-            f"{name:18} {wrong:.2f} mm of wall with the wrong gap, sets change off by {places} mm"
-        )
+        wall = f"{wrong:.2f} mm of wall with the wrong gap"
+        print(f"{name:18} {wall}, sets change off by {places} mm")
     picture(found, sys.argv[1] if len(sys.argv) > 1 else "spark_erosion.png")

@@ -198,6 +198,12 @@ class ErrorReader(FunctionBlock):
         return [record]
 
 
+NO_ERROR = CncErrorRecord(
+    *(0, "PLC", 0, 0, 0, 0),
+    *("", "", 0, 0),
+)
+
+
 def read_record(unit: Any) -> CncErrorRecord:
     """The record in an MC_ERROR unit."""
     head = unit.satz_r.kopf
@@ -263,7 +269,7 @@ class ErrorWriter(ExecuteBlock):
         super().__init__(timeout_s)
         self._ch = ch
         self._unit = ch.lc_error
-        self._record = NO_RECORD
+        self._record = NO_ERROR
 
     def __call__(
         self,

@@ -91,7 +91,9 @@ def _library() -> dict[str, str]:
 def _own_hash() -> str:
     """The compiler's own sources: another compiler, another result."""
     folder = Path(str(resources.files(__package__)))
-    texts = [p.read_text() for p in sorted(folder.rglob("*")) if _is_source(p)]
+    texts = [
+        p.read_text() for p in sorted(folder.rglob("*")) if _is_source(p)
+    ]
     return compiler.digest("".join(texts))
 
 
@@ -134,7 +136,9 @@ def _own(file: str) -> bool:
     return not file.startswith("<library>")
 
 
-def _take(collector: Any, sources: Sources, log: Log, options: Options) -> None:
+def _take(
+    collector: Any, sources: Sources, log: Log, options: Options
+) -> None:
     from .syntax.parser import parse  # noqa: PLC0415
 
     declared = files.declared_names(sources.values())

@@ -111,7 +111,9 @@ def _check_rank(number: int, rank: int, pos: Position) -> None:
         raise StopHere(RANGE, text, pos)
 
 
-def _is_valid(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
+def _is_valid(
+    context: Context, nodes: list[tree.Node], pos: Position
+) -> Value:
     count(nodes, 1, 1, "__ISVALIDREF", pos)
     found = expressions.entity(context, nodes[0])
     if isinstance(found, Value) and isinstance(found.type, types.PointerType):

@@ -56,7 +56,9 @@ def prototype(routine: Routine) -> str:
     return f"{result_type(routine)} {routine.c}({inside}) ST_HIDDEN;"
 
 
-def target(context: Context, base: RoutineRef, self_text: str) -> str:
+def target(
+    context: Context, base: RoutineRef, self_text: str
+) -> str:
     """The C expression that is called."""
     routine = base.routine
     if base.interface is not None:
@@ -85,7 +87,9 @@ def _through_interface(
 
 
 # -- functions and methods
-def call_routine(context: Context, base: RoutineRef, node: tree.Call) -> Value:
+def call_routine(
+    context: Context, base: RoutineRef, node: tree.Call
+) -> Value:
     """A call whose arguments stand in brackets."""
     routine = base.routine
     _check_callable(context, base, node.pos)
@@ -163,7 +167,9 @@ def _inputs(
     return found
 
 
-def input_value(context: Context, variable: Variable, node: tree.Node) -> Value:
+def input_value(
+    context: Context, variable: Variable, node: tree.Node
+) -> Value:
     """An argument as the parameter's type; references bind to a place."""
     type_ = variable.type
     if isinstance(type_, types.PointerType) and type_.reference:
@@ -229,7 +235,9 @@ def _argument(
         _output(context, variable, argument, pieces)
 
 
-def in_out(context: Context, variable: Variable, node: tree.Node) -> list[str]:
+def in_out(
+    context: Context, variable: Variable, node: tree.Node
+) -> list[str]:
     """The address of an argument that is read and written; open arrays with bounds."""
     found = expressions.value(context, node)
     read_only = variable.read_only
@@ -258,7 +266,9 @@ def _copied(
     return f"({name} = {found.text}, (st_ptr)&{name})"
 
 
-def _open(found: Value, type_: types.OpenArray, pos: Position) -> list[str]:
+def _open(
+    found: Value, type_: types.OpenArray, pos: Position
+) -> list[str]:
     if isinstance(found.type, types.OpenArray):
         return [found.text, *found.bounds]
     actual = found.type
@@ -402,7 +412,9 @@ def _check_named(
 
 
 # -- properties
-def get_property(context: Context, found: PropertyRef, pos: Position) -> Value:
+def get_property(
+    context: Context, found: PropertyRef, pos: Position
+) -> Value:
     """Call the getter."""
     routine = found.cls.method(f"GET__{found.name}")
     if routine is None:
@@ -440,7 +452,9 @@ def _accessor(found: PropertyRef, routine: Routine) -> RoutineRef:
 
 
 # -- instances
-def call_instance(context: Context, base: Value, node: tree.Call) -> Value:
+def call_instance(
+    context: Context, base: Value, node: tree.Call
+) -> Value:
     """``fb(IN := a, Q => b)``: inputs, body, outputs; lines of their own."""
     assert isinstance(base.type, types.ClassType)
     cls = base.type.cls
@@ -490,7 +504,9 @@ def _give(
         context.put(f"*(st_ptr *)({where}) = {texts[0]};")
 
 
-def _body_call(context: Context, base: Value, cls: Class, instance: str) -> str:
+def _body_call(
+    context: Context, base: Value, cls: Class, instance: str
+) -> str:
     body = cls.body
     assert body is not None
     exact = base.exact or "st_" not in base.text and base.text != "self"

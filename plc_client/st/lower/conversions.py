@@ -114,7 +114,9 @@ def _between_times(
     return found
 
 
-def truncated(value: Value, goal: types.Elementary, pos: Position) -> Value:
+def truncated(
+    value: Value, goal: types.Elementary, pos: Position
+) -> Value:
     """A real without its fraction."""
     base = value.base
     if not isinstance(base, types.Elementary) or base.family not in (
@@ -133,7 +135,9 @@ def truncated(value: Value, goal: types.Elementary, pos: Position) -> Value:
 
 
 # -- texts
-def to_text(context: Context, value: Value, wide: bool, pos: Position) -> Value:
+def to_text(
+    context: Context, value: Value, wide: bool, pos: Position
+) -> Value:
     """Any elementary value as TwinCAT writes it."""
     if isinstance(value.type, types.StringType):
         return _between_texts(context, value, wide)
@@ -172,7 +176,9 @@ def _between_texts(context: Context, value: Value, wide: bool) -> Value:
     return Value(result, f"({text}, {buffer})", calls=value.calls)
 
 
-def from_text(context: Context, value: Value, goal: types.Elementary) -> Value:
+def from_text(
+    context: Context, value: Value, goal: types.Elementary
+) -> Value:
     """The number, time or date at the beginning of a text; 0 without one."""
     assert isinstance(value.type, types.StringType)
     if value.type.wide:

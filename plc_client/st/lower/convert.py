@@ -123,7 +123,9 @@ def implicit(
     raise mismatch(value.type, target, pos)
 
 
-def mismatch(source: types.Type, target: types.Type, pos: Position) -> StopHere:
+def mismatch(
+    source: types.Type, target: types.Type, pos: Position
+) -> StopHere:
     """The error of a conversion that does not exist."""
     text = f"{source} does not convert to {target}"
     base, goal = types.plain(source), types.plain(target)

@@ -72,9 +72,7 @@ def _literal(context: Context, node: tree.Literal) -> Value:
     if node.kind == "REAL":
         return constant(types.LREAL, float(text.replace("_", "")), True)
     if node.kind in ("STRING", "WSTRING"):
-        return text_literal(
-            context, literals.text_of(text), text[0] == '"', pos
-        )
+        return text_literal(context, literals.text_of(text), text[0] == '"', pos)
     return _typed_literal(context, text, pos)
 
 
@@ -172,9 +170,7 @@ def _called(context: Context, node: tree.Node) -> Entity:
 def _call(context: Context, node: tree.Call) -> Entity:
     base = _called(context, node.base)
     if isinstance(base, TypeRef):
-        raise StopHere(
-            TYPE, f"{base.type} is a type; declare a variable of it", node.pos
-        )
+        raise StopHere(TYPE, f"{base.type} is a type; declare a variable of it", node.pos)
     if isinstance(base, BuiltinRef):
         return builtins.call(context, base.name, node)
     if isinstance(base, PropertyRef):

@@ -52,11 +52,15 @@ def struct_name(type_: types.StructType) -> str:
     return f"T_{type_.name.upper()}"
 
 
-def _put(context: Context, type_: types.Type, where: str, value: Value) -> None:
+def _put(
+    context: Context, type_: types.Type, where: str, value: Value
+) -> None:
     context.put(f"*({types.c_type(type_)} *)({where}) = {value.text};")
 
 
-def _elements(context: Context, type_: types.ArrayType, where: str) -> None:
+def _elements(
+    context: Context, type_: types.ArrayType, where: str
+) -> None:
     size, count = type_.element.size, type_.count
     if count < LOOP_FROM:
         for k in range(count):

@@ -198,10 +198,14 @@ def _boolean(
         text = f"({left.text} {sign * 2} {right.text})"
         calls = left.calls or right.calls
         return Value(types.BOOL, text, calls=calls, bits=8)
-    return _joined(context, left, right, types.BOOL, f"({{0}} {sign} {{1}})")
+    return _joined(
+        context, left, right, types.BOOL, f"({{0}} {sign} {{1}})"
+    )
 
 
-def _unfit(operator: str, left: Value, right: Value, pos: Position) -> StopHere:
+def _unfit(
+    operator: str, left: Value, right: Value, pos: Position
+) -> StopHere:
     text = f"{operator} does not work on {left.type} and {right.type}"
     return StopHere(TYPE, f"{text}; convert one of them", pos)
 
@@ -224,7 +228,9 @@ def compare(
         folded = _FOLD[operator](left.constant, right.constant)
         return constant(types.BOOL, folded)
     left, right = convert.cast(left, meeting), convert.cast(right, meeting)
-    return _joined(context, left, right, types.BOOL, f"({{0}} {sign} {{1}})")
+    return _joined(
+        context, left, right, types.BOOL, f"({{0}} {sign} {{1}})"
+    )
 
 
 def _same_family(left: Value, right: Value) -> types.Elementary | None:
@@ -462,7 +468,9 @@ def _distance(
     return _joined(context, left, right, target, pattern)
 
 
-def _moved(context: Context, operator: str, left: Value, right: Value) -> Value:
+def _moved(
+    context: Context, operator: str, left: Value, right: Value
+) -> Value:
     base = left.base
     assert isinstance(base, types.Elementary)
     right = right.with_text(counts(right, base))

@@ -85,7 +85,9 @@ def dereference(context: Context, found: Value, pos: Position) -> Value:
 
 
 # -- members
-def member(context: Context, base: Entity, name: str, pos: Position) -> Entity:
+def member(
+    context: Context, base: Entity, name: str, pos: Position
+) -> Entity:
     """``base.name``."""
     if isinstance(base, NamespaceRef):
         return names.in_list(context, base.list, name, pos)
@@ -305,7 +307,9 @@ def _element(
     return _part(base, inner, where, calls)
 
 
-def _part(base: Value, type_: types.Type, where: str, calls: bool) -> Value:
+def _part(
+    base: Value, type_: types.Type, where: str, calls: bool
+) -> Value:
     result = at(type_, where, base.writable)
     result.calls, result.trusted = calls, base.trusted
     result.spelled = f"{base.spelled}[]"

@@ -10,7 +10,9 @@ from .context import Context
 from .value import PropertyRef, Value
 
 
-def text(context: Context, node: tree.Node, value: Value, pos: Position) -> str:
+def text(
+    context: Context, node: tree.Node, value: Value, pos: Position
+) -> str:
     """C text that stores a value where a node of the source says."""
     found = expressions.entity(context, node)
     if isinstance(found, PropertyRef):
@@ -90,7 +92,9 @@ def _text(place: Value, type_: types.StringType, value: Value) -> str:
     return f"{function}({place.place}, {type_.length}, {value.text})"
 
 
-def bound(context: Context, type_: types.PointerType, node: tree.Node) -> Value:
+def bound(
+    context: Context, type_: types.PointerType, node: tree.Node
+) -> Value:
     """The address of a place for a reference of this type."""
     raw = expressions.entity(context, node)
     if isinstance(raw, Value) and isinstance(raw.type, types.PointerType):

@@ -68,10 +68,7 @@ def describe(world: World, program: Any, options: Any) -> dict[str, Any]:
     for key in program.entries:
         cls = world.classes[key]
         type_ = types.ClassType(cls)
-        roots[cls.name] = {
-            "type": table.number(type_),
-            "at": offsets[f"P_{key}"],
-        }
+        roots[cls.name] = {"type": table.number(type_), "at": offsets[f"P_{key}"]}
     lists = {
         holder.name: _list(holder.variables.values(), offsets, table)
         for key, holder in world.lists.items()
@@ -163,7 +160,9 @@ def _retained(world: World, offsets: dict[str, int]) -> list[Any]:
     return found
 
 
-def _retain(found: list[Any], path: str, variable: Variable, at: int) -> None:
+def _retain(
+    found: list[Any], path: str, variable: Variable, at: int
+) -> None:
     type_ = variable.type
     if variable.retain and not isinstance(type_, types.ClassType):
         kind = [path, at, type_.size, variable.retain, str(type_)]

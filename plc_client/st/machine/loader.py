@@ -172,6 +172,4 @@ class StProgram:
         for known, rows in self.description["lists"].items():
             if known.upper() == key:
                 return ListView(self.memory, known, rows)
-        raise KeyError(
-            f"no program {name}; there are {', '.join(self.names())}"
-        )
+        raise KeyError(f"no program {name}; there are {', '.join(self.names())}")

@@ -92,11 +92,7 @@ class StTask:
     def st_views(self) -> dict[str, Any]:
         """Programs and lists of globals by their names."""
         program = self._st_shared.program
-        return {
-            name: program[name]
-            for name in program.names()
-            if "HLI_" not in name
-        }
+        return {name: program[name] for name in program.names() if "HLI_" not in name}
 
     @property
     def st_program(self) -> StProgram:

@@ -195,9 +195,7 @@ class Class:
         """The bytes of an instance: the class's address, then the variables."""
         if self._layout is None:
             if self._laying:
-                text = (
-                    f"{self.name} contains itself; use POINTER TO {self.name}"
-                )
+                text = f"{self.name} contains itself; use POINTER TO {self.name}"
                 raise StopHere(CLASS, text, self.pou.pos)
             self._laying = True
             try:

@@ -222,7 +222,9 @@ class Declarations:
             raise StopHere(RANGE, f"{found} is too large", node.pos)
         return found
 
-    def _pointer(self, context: Context, node: tree.PointerType) -> types.Type:
+    def _pointer(
+        self, context: Context, node: tree.PointerType
+    ) -> types.Type:
         named = node.target
         if isinstance(named, tree.NamedType):
             key = named.name.upper()
@@ -336,7 +338,9 @@ class Declarations:
 
     def _add_set_value(self, routine: Routine) -> None:
         name = routine.name.removeprefix("SET__")
-        found = Variable(name, routine.result, "VAR_INPUT", storage="local")
+        found = Variable(
+            name, routine.result, "VAR_INPUT", storage="local"
+        )
         found.c = f"v_{name.upper()}"
         routine.variables[name.upper()] = found
         routine.result = types.VOID
@@ -431,7 +435,9 @@ class Declarations:
             if owner._layout is not None:
                 owner._layout = None
         elif section == "VAR_STAT" or (
-            found.read_only and section == "VAR" and found.constant is None
+            found.read_only
+            and section == "VAR"
+            and found.constant is None
         ):
             self._static(context, found, f"S_{routine.c}")
         elif section in ("VAR_IN_OUT", "VAR_OUTPUT"):

@@ -105,7 +105,9 @@ class World:
         return found
 
 
-def unknown(what: str, name: str, known: list[str], pos: Position) -> StopHere:
+def unknown(
+    what: str, name: str, known: list[str], pos: Position
+) -> StopHere:
     """The error for a name that is not there; it tells the nearest one."""
     near = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.7)
     hint = f"did you mean {near[0]}?" if near else "declare it"

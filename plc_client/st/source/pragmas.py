@@ -100,9 +100,7 @@ class _Expression:
             at = match.end()
 
     def _wrong(self, text: str) -> StopHere:
-        return StopHere(
-            TEXT, f"condition {text!r}: use defined (NAME)", self._place
-        )
+        return StopHere(TEXT, f"condition {text!r}: use defined (NAME)", self._place)
 
     def value(self) -> bool:
         value = self._or()

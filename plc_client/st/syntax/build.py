@@ -126,7 +126,9 @@ class ExpressionBuilder(Transformer[Any, Any]):
         text = part.value.upper()
         if not text.startswith("%"):
             return tree.Member(self.place(part), base, part.value)
-        return tree.Bit(self.place(part), base, int(text[2:]), _WIDTHS[text[1]])
+        return tree.Bit(
+            self.place(part), base, int(text[2:]), _WIDTHS[text[1]]
+        )
 
     def dereference(self, base: tree.Node, token: Token) -> tree.Node:
         return tree.Deref(self.place(token), base)

@@ -148,10 +148,9 @@ class _Recovery:
     def _last_place(self) -> Position:
         lines = self._origin.lines
         number = self._origin.first_line + len(lines) - 1
-        while (
-            number > self._origin.first_line
-            and not lines[number - self._origin.first_line].strip()
-        ):
+        while number > self._origin.first_line and not lines[
+            number - self._origin.first_line
+        ].strip():
             number -= 1
         return number, max(len(self._origin.source_line(number)), 1)
 
