@@ -108,12 +108,13 @@ def module(name: str, headers: list[str], sources: list[str]) -> FFI:
     ffi.cdef(cdef_of(*headers))
     args, link = compile_args()
     relative = [os.path.relpath(HERE / s, ROOT) for s in sources]
+    every_header = sorted(HERE.rglob("*.h"))
     ffi.set_source(
         name,
         "\n".join(f'#include "{h}"' for h in headers),
         sources=relative,
         include_dirs=[os.path.relpath(HERE, ROOT)],
-        depends=[os.path.relpath(p, ROOT) for p in sorted(HERE.rglob("*.h"))],
+        depends=[os.path.relpath(path, ROOT) for path in every_header],
         extra_compile_args=args,
         extra_link_args=link,
     )

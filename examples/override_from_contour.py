@@ -14,7 +14,9 @@ class OverrideFromContour:
         self.feed = FeedControl(self.ch)
 
     def cyclic(self):
-        self.clah(start_position=self.ch.bahn_state.dist_prog_start, length=50_000.0)  # mode 2, 0.1 um
+        self.clah(
+            start_position=self.ch.bahn_state.dist_prog_start, length=50_000.0
+        )  # mode 2, 0.1 um
         if self.clah.done:
             arcs = self.clah.blocks["compensated_radius"] > 0
             self.feed(override=60.0 if arcs.any() else 100.0)

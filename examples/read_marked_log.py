@@ -1,11 +1,20 @@
-"""A PLC program: reads the marked section of the NC program by index (mode 1) and prints every entry once.
+"""A PLC program that reads the marked section of the NC program by index (mode 1).
 
-    hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/read_marked_log.py
+Every entry is printed once.
+
+hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/read_marked_log.py
 """
 
 from plc_client import ContourLookahead, task
 
-KINDS = {1: "line", 2: "circle", 3: "LOG ON", 4: "LOG PARAM", 5: "LOG OFF", 6: "polynomial"}
+KINDS = {
+    1: "line",
+    2: "circle",
+    3: "LOG ON",
+    4: "LOG PARAM",
+    5: "LOG OFF",
+    6: "polynomial",
+}
 
 
 @task(interval=0.010)
@@ -18,8 +27,12 @@ class ReadMarkedLog:
     def cyclic(self):
         for b in self.clah.read_log():
             self.count += 1
-            kind, length_mm = KINDS[int(b["block_type"])], b["length"] / 10_000.0
-            print(f"N{b['block_number']:<5} {kind:<10} {length_mm:10.4f}", flush=True)
+            kind = KINDS[int(b["block_type"])]
+            length_mm = b["length"] / 10_000.0
+            print(
+                f"N{b['block_number']:<5} {kind:<10} {length_mm:10.4f}",
+                flush=True,
+            )
 
     def finished(self):
         return self.count >= self.state.count_logged_blocks

@@ -60,7 +60,9 @@ def cores() -> tuple[int, int]:
     two; (-1, -1) otherwise.
     """
     allowed = sorted(os.sched_getaffinity(0))
-    return (allowed[0], allowed[1]) if len(allowed) > 1 else (-1, -1)
+    if len(allowed) < 2:
+        return -1, -1
+    return allowed[0], allowed[1]
 
 
 def _check_payload(n_blocks: int) -> None:
@@ -277,4 +279,5 @@ def serve(name: str, n_blocks: int, core: int) -> None:
 
 if __name__ == "__main__":
     if lib.hs_die_with_parent(15, int(sys.argv[4])) == 0:
-        serve(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
+        segment, *numbers = sys.argv[1:4]
+        serve(segment, *map(int, numbers))

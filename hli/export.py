@@ -47,10 +47,19 @@ GVL_CONSTANTS, GVL_VARIABLES = "HLI_Global_Constants", "HLI_Global_Variables"
 ST_RENAMED = {"date": "error_date"}
 """Members whose names are reserved words of IEC 61131-3."""
 ST_CONSTANTS = {
-    "HLI_INTF_M_FKT": 1, "HLI_INTF_H_FKT": 2, "HLI_INTF_SPINDEL": 3, "HLI_INTF_TOOL": 4,
-    "HLI_AXIS_READY": 1, "HLI_AXIS_ACTIVE": 3, "HLI_AXIS_HOLD": 5, "HLI_AXIS_ERROR": 7,
-}  # fmt: skip
-"""Values a PLC program compares members with (hli_reference 4.2, 6.2); modes and states stand in the layout."""
+    "HLI_INTF_M_FKT": 1,
+    "HLI_INTF_H_FKT": 2,
+    "HLI_INTF_SPINDEL": 3,
+    "HLI_INTF_TOOL": 4,
+    "HLI_AXIS_READY": 1,
+    "HLI_AXIS_ACTIVE": 3,
+    "HLI_AXIS_HOLD": 5,
+    "HLI_AXIS_ERROR": 7,
+}
+"""Values a PLC program compares members with (hli_reference 4.2, 6.2).
+
+Modes and states stand in the layout.
+"""
 
 
 def layout_hash() -> bytes:
@@ -98,8 +107,10 @@ def c_header(asserts: bool = True) -> str:
         if asserts:
             for name, _ in fields:
                 offset = getattr(cls, name).offset
+                member = f"{cls.__name__}, {name}"
+                told = f"{cls.__name__}.{name}"
                 out.append(
-                    f'_Static_assert(offsetof({cls.__name__}, {name}) == {offset}, "{cls.__name__}.{name}");'
+                    f'_Static_assert(offsetof({member}) == {offset}, "{told}");'
                 )
             out.append(
                 f'_Static_assert(sizeof({cls.__name__}) == {ctypes.sizeof(cls)}, "{cls.__name__}");'
@@ -224,7 +235,8 @@ def _tc_object(kind: str, name: str, declaration: str) -> str:
     identity = uuid.uuid5(uuid.NAMESPACE_URL, f"hli-cosim/{kind}/{name}")
     return (
         '<?xml version="1.0" encoding="utf-8"?>\n<TcPlcObject Version="1.1.0.1">\n'
-        f'  <{kind} Name="{name}" Id="{{{identity}}}">\n    <Declaration><![CDATA[{declaration}]]></Declaration>\n'
+        f'  <{kind} Name="{name}" Id="{{{identity}}}">\n'
+        f"    <Declaration><![CDATA[{declaration}]]></Declaration>\n"
         f"  </{kind}>\n</TcPlcObject>\n"
     )
 

@@ -60,7 +60,8 @@ def snapshot(view: View, timeout_s: float = 1.0) -> Any:
         root.channel[0].contour_lookahead.state,
     ):
         raise ValueError(
-            f"{type(view).__name__}: only gpCh[0].bahn_state and contour_lookahead.state have a seqlock"
+            f"{type(view).__name__}: only gpCh[0].bahn_state and "
+            "contour_lookahead.state have a seqlock"
         )
     structure: Any = type(view._c)
     copy = structure()

@@ -846,7 +846,8 @@ def describe() -> str:
         lines.append(f"{cls.__name__} {ctypes.sizeof(cls)}")
         for name, ctype in cls._fields_:  # type: ignore[misc]
             base, dims = element_type(ctype)
+            offset, size = getattr(cls, name).offset, ctypes.sizeof(ctype)
             lines.append(
-                f"  {name} {base.__name__}{list(dims)} @{getattr(cls, name).offset} {ctypes.sizeof(ctype)}"
+                f"  {name} {base.__name__}{list(dims)} @{offset} {size}"
             )
     return "\n".join(lines)

@@ -130,7 +130,8 @@ def check_name(name: str) -> str:
     """
     if not NAME_RULE.fullmatch(name):
         raise ValueError(
-            f"segment name {name!r}: use 1 to 64 letters, digits, '.', '_' or '-', beginning with a letter or digit"
+            f"segment name {name!r}: use 1 to 64 letters, digits, '.', '_' or '-', "
+            "beginning with a letter or digit"
         )
     return name
 
@@ -238,7 +239,8 @@ def _reserve(name: str, fd: int) -> None:
 
 def _no_room(name: str, error: OSError) -> HliError:
     return HliError(
-        f"segment {name!r} cannot be created in {SHM_DIR}: {error.strerror} ({SEGMENT_SIZE} bytes needed)"
+        f"segment {name!r} cannot be created in {SHM_DIR}: "
+        f"{error.strerror} ({SEGMENT_SIZE} bytes needed)"
     )
 
 
@@ -289,8 +291,14 @@ def _in_use(name: str) -> str:
     except OSError:
         head = None
     if head is None:
-        return f"segment {name!r}: {SHM_DIR / name} is there but is no segment of this user; choose another name"
-    return f"segment {name!r} is in use by process {head.owner_pid}; end it or choose another name"
+        return (
+            f"segment {name!r}: {SHM_DIR / name} is there but is no segment "
+            "of this user; choose another name"
+        )
+    return (
+        f"segment {name!r} is in use by process {head.owner_pid}; "
+        "end it or choose another name"
+    )
 
 
 # ------------------------------------------------------------------------------------------------

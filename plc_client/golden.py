@@ -69,9 +69,9 @@ def compare(
         len(expected[name]) for name in both
     }
     if len(lengths) > 1:
-        problems.append(
-            f"{len(next(iter(found.values())))} rows instead of {len(next(iter(expected.values())))}"
-        )
+        found_rows = len(next(iter(found.values())))
+        expected_rows = len(next(iter(expected.values())))
+        problems.append(f"{found_rows} rows instead of {expected_rows}")
     for name in both:
         limit = (
             tolerance
@@ -102,7 +102,8 @@ def _column(
 ) -> list[str]:
     n = min(len(expected), len(found))
     e, f = expected[:n], found[:n]
-    same = (np.abs(e - f) <= limit) | (np.isnan(e) & np.isnan(f))
+    neither = np.isnan(e) & np.isnan(f)
+    same = (np.abs(e - f) <= limit) | neither
     if same.all():
         return []
     i = int(np.argmin(same))

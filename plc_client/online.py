@@ -17,7 +17,7 @@ import dis
 from array import array
 from collections.abc import Iterable, Sequence
 from types import CodeType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -32,7 +32,10 @@ from hli.symbol import (
 from hli.view import ArrayView
 
 ROWS = 1_000_000
-"""Rows of the watch list; when they are full every second one is dropped and half as many are taken."""
+"""Rows of the watch list.
+
+When the list is full, every second row goes and half as many are taken.
+"""
 UNFIT = (
     AttributeError,
     IndexError,
@@ -160,6 +163,19 @@ def _peek(holder: Any, key: str | int) -> Any:
         return None
 
 
+@runtime_checkable
+class HasViews(Protocol):
+    """A task with further parts that have names: a program of ST."""
+
+    def st_views(self) -> dict[str, Any]:
+        """The parts by name."""
+
+
+def views_of(instance: Any) -> dict[str, Any]:
+    """The named parts of a task's instance, none for a class of Python."""
+    return instance.st_views() if isinstance(instance, HasViews) else {}
+
+
 class Namespace(NamedTuple):
     """What symbols begin with beside tasks: a list of an ST program."""
 
@@ -180,10 +196,8 @@ class SymbolTable:
         """These tasks from now on."""
         found: dict[str, Any] = {}
         for program in programs:  # lists of globals and programs of ST
-            views: dict[str, Any] = getattr(
-                program.instance, "st_views", dict
-            )()
-            found |= {n.upper(): Namespace(n, v) for n, v in views.items()}
+            for name, view in views_of(program.instance).items():
+                found[name.upper()] = Namespace(name, view)
         self._programs = found | {p.name.upper(): p for p in programs}
 
     def __getitem__(self, path: str) -> Symbol:
@@ -347,8 +361,9 @@ class Forces:
         """
         for spelled, path in named:
             if path not in self._forced:
+                forced = ", ".join(self._forced) or "nothing"
                 raise SymbolError(
-                    f"symbol {spelled!r} is not forced; forced: {', '.join(self._forced) or 'nothing'}"
+                    f"symbol {spelled!r} is not forced; forced: {forced}"
                 )
         for _, path in named:
             self._forced.pop(path, None)

@@ -123,9 +123,11 @@ class Orders:
             self._changed.wait_for(lambda: answer, ANSWER_S)
             if not answer:  # not obeyed, and not later either
                 self._given = [e for e in self._given if e is not entry]
-                return {
-                    "error": f"the PLC has made no scan for {ANSWER_S:g} s; does it wait for its CNC?"
-                }
+                problem = (
+                    f"the PLC has made no scan for {ANSWER_S:g} s; "
+                    "does it wait for its CNC?"
+                )
+                return {"error": problem}
         return answer[0]
 
 
@@ -144,7 +146,10 @@ def send(name: str, order: Order, wait_s: float = 0.0) -> Order:
                 break
             except OSError:
                 if time.monotonic() >= end:
-                    problem = f"no PLC process listens on segment {name!r}; is hli-cosim plc running?"
+                    problem = (
+                        f"no PLC process listens on segment {name!r}; "
+                        "is hli-cosim plc running?"
+                    )
                     raise HliNotFound(problem) from None
                 time.sleep(_BIND_PAUSE_S)
         _check_user(connection)

@@ -23,7 +23,7 @@ from hli.symbol import Symbol
 from .client import Hli, connect
 from .guard import Guard
 from .mock import MockCnc, Step
-from .online import check
+from .online import check, views_of
 from .pace import CyclePacer
 from .program import Program, task_statistics
 from .scan import Scanner
@@ -154,7 +154,7 @@ class PlcRunner:
         one.  KeyError names what there is.
         """
         if name not in self.tasks:
-            views: dict[str, Any] = getattr(self.task, "st_views", dict)()
+            views = views_of(self.task)
             if name in views:
                 return views[name]
             raise KeyError(f"no task {name}; tasks: {', '.join(self.tasks)}")

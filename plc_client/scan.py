@@ -152,7 +152,11 @@ class Scanner:
         real = ticks * self._hli.cycle_s
         program.warnings = []
         if self._in_cycles and abs(real - interval) > 1e-6 * interval:
-            problem = f"{interval * 1e3:g} ms is no multiple of the cell's cycle of {self._hli.cycle_s * 1e3:g} ms"
+            cycle_ms = self._hli.cycle_s * 1e3
+            problem = (
+                f"{interval * 1e3:g} ms is no multiple of the cell's cycle "
+                f"of {cycle_ms:g} ms"
+            )
             program.warnings.append(
                 f"task {program.name}: {problem}; it runs every {real * 1e3:g} ms"
             )

@@ -109,4 +109,7 @@ class Reservoir:
 
 
 HANDSHAKES = Reservoir()
-"""ns from placing a request until the PLC took its answer, over all contour look-ahead blocks of this process."""
+"""ns from placing a request until the PLC took its answer.
+
+All contour look-ahead blocks of this process count.
+"""

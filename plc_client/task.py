@@ -146,7 +146,8 @@ def load_tasks(path: str, qualname: str | None = None) -> list[type]:
     ]
     if not found:
         raise PlcError(
-            f"{path}: no task found; decorate a class that has a method cyclic() with @task(interval=...)"
+            f"{path}: no task found; decorate a class that has a method "
+            "cyclic() with @task(interval=...)"
         )
     return found
 
@@ -209,7 +210,8 @@ def describe(error: BaseException) -> str:
     everything = traceback.extract_tb(error.__traceback__)
     frames = [f for f in everything if _is_users(f.filename)]
     if isinstance(error, SyntaxError):
-        return f"{error.filename or '<PLC program>'}:{error.lineno or 1}: {type(error).__name__}: {error.msg}"
+        file, line = error.filename or "<PLC program>", error.lineno or 1
+        return f"{file}:{line}: {type(error).__name__}: {error.msg}"
     text = " ".join(f"{type(error).__name__}: {error}".split())
     last = [*everything[-1:], *frames][-1]
     return f"{last.filename}:{last.lineno}: {text}" + "".join(

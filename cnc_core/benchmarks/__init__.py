@@ -111,7 +111,8 @@ def _verified(unit: ContourUnit, seconds: float) -> tuple[Ns, int]:
     """
     whole = unit.exchange(0.0, 0.0).copy()
     first = len(whole) - N_BLOCKS - 1
-    expected = {float(i): whole[i:].tobytes() for i in (first, first + 1)}
+    starts = (first, first + 1)
+    expected = {float(i): whole[i:].tobytes() for i in starts}
     memory = memoryview(unit.rows).cast("B")  # type: ignore[arg-type]
 
     def right(n: int, start: float) -> bool:
@@ -262,6 +263,16 @@ def _operator(seed: int) -> Callable[[Engine], None]:
     return change
 
 
+FIGURES = (
+    "planner",
+    "blocks",
+    "blocks_per_s",
+    "motion_time_s",
+    "max_ratio",
+    "path_deviation_mm",
+)
+
+
 def planner(seconds: float = 10.0) -> dict[str, Any]:
     """Blocks per second (planner alone), motion time and largest ratios per
     workload and look-ahead.
@@ -272,70 +283,48 @@ def planner(seconds: float = 10.0) -> dict[str, Any]:
     jerk-limited, with steps of the override and feed holds all the time, over a
     tenth of the blocks.
     """
-    n, out = _blocks_that_fit(seconds, 4_000), {}
-    keys = (
-        "planner",
-        "blocks",
-        "blocks_per_s",
-        "motion_time_s",
-        "max_ratio",
-        "path_deviation_mm",
-    )
+    n = _blocks_that_fit(seconds, 4_000)
+    out: dict[str, Any] = {}
     with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
         for name, work in WORKLOADS.items():
             path, short = (
                 work.write(Path(folder) / f"{name}-{k}.nc", n // k)
                 for k in (1, 10)
             )
-
-            def measure(
-                key: str,
-                file: Path,
-                tolerance: float,
-                window: int,
-                *,
-                jerk: bool,
-                live: bool,
-                work: Workload = work,
-            ) -> None:
-                program = Program(file, work.cell(), "isg", tolerance=tolerance)
-                operator = (STEP_CYCLES, _operator(1)) if live else None
-                result = plan_program(
-                    program, window=window, jerk=jerk, live=operator
-                ).as_json()
-                out[key] = {k: result[k] for k in keys}
-
             for window in (30, 120, 190):
                 at = f"{name}/{window}"
-                measure(at, path, TOLERANCE_MM, window, jerk=True, live=False)
-                measure(
-                    f"{at}/no-jerk", path, 0.0, window, jerk=False, live=False
+                out[at] = _figures(work, path, TOLERANCE_MM, window)
+                out[f"{at}/no-jerk"] = _figures(
+                    work, path, 0.0, window, jerk=False
                 )
-            measure(
-                f"{name}/120/no-jerk/smooth",
-                path,
-                TOLERANCE_MM,
-                120,
-                jerk=False,
-                live=False,
+            out[f"{name}/120/no-jerk/smooth"] = _figures(
+                work, path, TOLERANCE_MM, 120, jerk=False
             )
-            measure(
-                f"{name}/120/live",
-                short,
-                TOLERANCE_MM,
-                120,
-                jerk=True,
-                live=True,
+            out[f"{name}/120/live"] = _figures(
+                work, short, TOLERANCE_MM, 120, live=True
             )
-            measure(
-                f"{name}/120/no-jerk/live",
-                short,
-                0.0,
-                120,
-                jerk=False,
-                live=True,
+            out[f"{name}/120/no-jerk/live"] = _figures(
+                work, short, 0.0, 120, jerk=False, live=True
             )
     return out
+
+
+def _figures(
+    work: Workload,
+    file: Path,
+    tolerance: float,
+    window: int,
+    *,
+    jerk: bool = True,
+    live: bool = False,
+) -> dict[str, Any]:
+    """``FIGURES`` of one program, planned once."""
+    program = Program(file, work.cell(), "isg", tolerance=tolerance)
+    operator = (STEP_CYCLES, _operator(1)) if live else None
+    result = plan_program(
+        program, window=window, jerk=jerk, live=operator
+    ).as_json()
+    return {name: result[name] for name in FIGURES}
 
 
 def _seconds_of(work: Callable[[], object]) -> float:
@@ -358,7 +347,9 @@ def parser(seconds: float = 10.0) -> dict[str, Any]:
     """
     n, out = int(max(10_000, min(1_000_000, seconds * 50_000))), {}
     with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
-        for name, work in ((k, w) for k, w in WORKLOADS.items() if w.plain):
+        for name, work in WORKLOADS.items():
+            if not work.plain:
+                continue
             path = work.write(Path(folder) / f"{name}.nc", n)
             lines = _count_lines(path)
             reading = _seconds_of(functools.partial(_count_lines, path))

@@ -19,6 +19,32 @@ Curve = Callable[[FloatArray, int], FloatArray]
 MAX_TURN_RAD = 0.1
 
 
+BINOMIAL = (
+    (1,),
+    (1, 1),
+    (1, 2, 1),
+    (1, 3, 3, 1),
+)
+# (i, j): j over i; derivatives of t**j at 1 by i!
+LOWER_BINOMIAL = np.array(
+    [
+        [1, 1, 1, 1],
+        [0, 1, 2, 3],
+        [0, 0, 1, 3],
+        [0, 0, 0, 1],
+    ]
+)
+# the same for j from 4 to 7
+UPPER_BINOMIAL = np.array(
+    [
+        [1.0, 1, 1, 1],
+        [4, 5, 6, 7],
+        [6, 10, 15, 21],
+        [4, 10, 20, 35],
+    ]
+)
+
+
 @dataclass(frozen=True)
 class Knots:
     """Knots of one smooth stretch: s (n+1,), q and its derivatives by s (n+1, axes)."""
@@ -38,9 +64,8 @@ class Knots:
         """Positions between the knots, by the polynomials of degree 7 that meet
         all derivatives at both ends.
         """
-        piece = np.clip(
-            np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2
-        )
+        before = np.searchsorted(self.s, s, side="right") - 1
+        piece = np.clip(before, 0, len(self.s) - 2)
         h = np.diff(self.s)[piece][:, None]
         t = (s - self.s[piece])[:, None] / h
         c = [
@@ -55,19 +80,13 @@ class Knots:
             h**2 / 2 * self.d2[piece + 1],
             h**3 / 6 * self.d3[piece + 1],
         ]
-        binomial = np.array(
-            [[1, 1, 1, 1], [0, 1, 2, 3], [0, 0, 1, 3], [0, 0, 0, 1]]
-        )
-        upper = np.linalg.inv(
-            np.array(
-                [[1.0, 1, 1, 1], [4, 5, 6, 7], [6, 10, 15, 21], [4, 10, 20, 35]]
-            )
-        )
+        upper = np.linalg.inv(UPPER_BINOMIAL)
         rest = [
-            end[i] - sum(binomial[i, j] * c[j] for j in range(4))
-            for i in range(4)
+            value - sum(row[j] * c[j] for j in range(4))
+            for value, row in zip(end, LOWER_BINOMIAL, strict=True)
         ]
-        c += [sum(upper[i, j] * rest[j] for j in range(4)) for i in range(4)]
+        for row in upper:
+            c.append(sum(row[j] * rest[j] for j in range(4)))
         return np.asarray(sum(c[i] * t**i for i in range(8)))
 
     def intervals(self, feed: float) -> npt.NDArray[Any]:
@@ -92,12 +111,13 @@ def by_length(curve: Curve, t: FloatArray) -> Knots:
     d3 = (q3 - speed2 * d1 - 3 * speed * speed1 * d2) / speed**3
     nodes, weights = np.polynomial.legendre.leggauss(8)
     half = 0.5 * np.diff(t)
-    inner = (0.5 * (t[1:] + t[:-1]))[:, None] + half[:, None] * nodes
-    lengths = (
-        np.linalg.norm(curve(inner.ravel(), 1), axis=1).reshape(inner.shape)
-        * weights
-    ).sum(axis=1) * half
-    return Knots(np.concatenate([[0.0], np.cumsum(lengths)]), q, d1, d2, d3)
+    middle = 0.5 * (t[1:] + t[:-1])
+    inner = middle[:, None] + half[:, None] * nodes
+    speeds = np.linalg.norm(curve(inner.ravel(), 1), axis=1)
+    weighted = speeds.reshape(inner.shape) * weights
+    lengths = weighted.sum(axis=1) * half
+    s = np.concatenate([[0.0], np.cumsum(lengths)])
+    return Knots(s, q, d1, d2, d3)
 
 
 def refined(curve: Curve, t: FloatArray) -> Knots:
@@ -106,10 +126,12 @@ def refined(curve: Curve, t: FloatArray) -> Knots:
     """
     knots = by_length(curve, t)
     for _ in range(16):
-        wide = np.linalg.norm(np.diff(knots.d1, axis=0), axis=1) > MAX_TURN_RAD
+        turns = np.linalg.norm(np.diff(knots.d1, axis=0), axis=1)
+        wide = turns > MAX_TURN_RAD
         if not wide.any():
             break
-        t = np.sort(np.concatenate([t, (0.5 * (t[1:] + t[:-1]))[wide]]))
+        middle = 0.5 * (t[1:] + t[:-1])
+        t = np.sort(np.concatenate([t, middle[wide]]))
         knots = by_length(curve, t)
     return knots
 
@@ -135,13 +157,11 @@ def contour(blocks: int, turned_into: int = 2, per_block: int = 1) -> Knots:
             ) + 2 * 31.0**n * np.sin(31 * t + n * np.pi / 2)
             return np.asarray(base + waves)
 
-        e = [
-            np.column_stack(
-                [np.cos(t + n * np.pi / 2), np.sin(t + n * np.pi / 2)]
-            )
-            for n in range(4)
-        ]
-        binomial = [[1], [1, 1], [1, 2, 1], [1, 3, 3, 1]][order]
+        e = []
+        for n in range(4):
+            u = t + n * np.pi / 2
+            e.append(np.column_stack([np.cos(u), np.sin(u)]))
+        binomial = BINOMIAL[order]
         return np.asarray(
             sum(
                 binomial[n] * r(order - n)[:, None] * e[n]
@@ -194,8 +214,10 @@ def random_waves(
     rng: np.random.Generator, axes: int, spacing_mm: float = 0.2
 ) -> Knots:
     """A smooth random curve: a drift and some waves in every axis."""
-    count, end = int(rng.integers(2, 6)), float(rng.uniform(2, 8))
-    size = rng.uniform(1, 12, (count, axes)) / np.arange(1, count + 1)[:, None]
+    count = int(rng.integers(2, 6))
+    end = float(rng.uniform(2, 8))
+    place = np.arange(1, count + 1)[:, None]
+    size = rng.uniform(1, 12, (count, axes)) / place
     rate, phase = (
         rng.uniform(0.3, 4, (count, axes)),
         rng.uniform(0, 6.3, (count, axes)),
@@ -203,10 +225,11 @@ def random_waves(
     drift = rng.normal(size=axes) * rng.uniform(2, 20)
 
     def curve(t: FloatArray, order: int) -> FloatArray:
+        turn = order * np.pi / 2
         waves = sum(
             size[i]
             * rate[i] ** order
-            * np.sin(np.outer(t, rate[i]) + phase[i] + order * np.pi / 2)
+            * np.sin(np.outer(t, rate[i]) + phase[i] + turn)
             for i in range(count)
         )
         straight = np.outer(t, drift) if order == 0 else drift * (order == 1)
@@ -275,7 +298,8 @@ class Arc:
         )
         self.length = radius * self.turn
         self.normal = np.zeros_like(along)
-        self.normal[:2] = np.sign(angle) * np.array([-along[1], along[0]])
+        left = np.array([-along[1], along[0]])
+        self.normal[:2] = np.sign(angle) * left
 
     def at(self, s: FloatArray) -> FloatArray:
         a = s / self.radius
@@ -329,7 +353,8 @@ class Chain:
         out = np.zeros((len(s), first.shape[1]))
         for i in np.unique(index):
             mine = index == i
-            out[mine] = self.pieces[i].at(s[mine] - self.starts[i])
+            within = s[mine] - self.starts[i]
+            out[mine] = self.pieces[i].at(within)
         return out
 
     def intervals(self) -> npt.NDArray[Any]:
@@ -371,7 +396,8 @@ def random_chain(rng: np.random.Generator, feed: float, tiny: bool) -> Chain:
             )
         pieces.append(piece)
         end = np.array([piece.length])
-        at, along = piece.at(end)[0], piece.derivatives(end)[0][0]
+        at = piece.at(end)[0]
+        along = piece.derivatives(end)[0][0]
         feeds.append(
             feed * float(rng.uniform(0.2, 1.0)) if rng.random() < 0.5 else feed
         )

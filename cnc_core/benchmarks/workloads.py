@@ -55,12 +55,9 @@ def contour_points(n: int) -> Points:
         + 2.0 * np.sin(31.0 * t)
         + 0.05 * t / (2.0 * np.pi)
     )
-    return np.asarray(
-        np.round(
-            np.column_stack([r * np.cos(t), r * np.sin(t), np.zeros_like(t)]), 4
-        ),
-        np.float64,
-    )
+    x, y = r * np.cos(t), r * np.sin(t)
+    points = np.column_stack([x, y, np.zeros_like(t)])
+    return np.asarray(np.round(points, 4), np.float64)
 
 
 def raster_points(n: int) -> Points:
@@ -72,12 +69,9 @@ def raster_points(n: int) -> Points:
     line, step = k // (per_line + 1), k % (per_line + 1)
     x = np.where(line % 2 == 0, step, per_line - step) * 100.0 / per_line
     y = line * 0.25
-    return np.asarray(
-        np.round(
-            np.column_stack([x, y, 3.0 * np.sin(x / 7.0) * np.cos(y / 5.0)]), 4
-        ),
-        np.float64,
-    )
+    z = 3.0 * np.sin(x / 7.0) * np.cos(y / 5.0)
+    points = np.column_stack([x, y, z])
+    return np.asarray(np.round(points, 4), np.float64)
 
 
 def collinear_points(n: int) -> Points:
@@ -90,8 +84,10 @@ def corner_points(n: int) -> Points:
     """(n + 1, 3) points of a random walk with steps of some millimetres: every
     block ends in a corner.
     """
-    steps = np.random.default_rng(5).normal(size=(n // 20 + 1, 3)) * 4.0
-    return np.asarray(np.round(np.cumsum(steps, axis=0), 4), np.float64)
+    rng = np.random.default_rng(5)
+    steps = rng.normal(size=(n // 20 + 1, 3)) * 4.0
+    points = np.cumsum(steps, axis=0)
+    return np.asarray(np.round(points, 4), np.float64)
 
 
 def five_axis_points(n: int) -> Points:
@@ -100,7 +96,9 @@ def five_axis_points(n: int) -> Points:
     """
     t = 0.012 * np.arange(n + 1)
     r = 20.0 + 12.0 * np.sin(0.02 * t)
-    tip = np.column_stack([r * np.cos(t), r * np.sin(t), 30.0 - r * r / 120.0])
+    height = 30.0 - r * r / 120.0
+    x, y = r * np.cos(t), r * np.sin(t)
+    tip = np.column_stack([x, y, height])
     tilt, turn = 15.0 + 8.0 * np.sin(3.0 * t), 25.0 * np.sin(t)
     return np.asarray(
         np.round(np.column_stack([tip, tilt, turn]), 4), np.float64
@@ -142,8 +140,10 @@ def write_arcs(path: Path, n: int, feed_mm_min: float) -> Path:
             heading += side * ARC_MM / radius
             end = at + to_centre - 1j * side * radius * np.exp(1j * heading)
             ij = complex(to_centre)
+            code = 3 if side > 0 else 2
             file.write(
-                f"G{3 if side > 0 else 2} X{end.real:.7f} Y{end.imag:.7f} I{ij.real:.7f} J{ij.imag:.7f}\n"
+                f"G{code} X{end.real:.7f} Y{end.imag:.7f}"
+                f" I{ij.real:.7f} J{ij.imag:.7f}\n"
             )
             at = complex(round(end.real, 7), round(end.imag, 7))
         file.write("M30\n")

@@ -414,7 +414,8 @@ def _state(
     """Value and two derivatives at ``s``, each (axes,), over a unit ``span``."""
     powers = s ** np.arange(6)
     first = coef[:, 1:] * np.arange(1, 6)
-    second = coef[:, 2:] * np.arange(2, 6) * np.arange(1, 5)
+    second = coef[:, 2:] * np.arange(2, 6)
+    second = second * np.arange(1, 5)
     return (
         coef @ powers,
         first @ powers[:5] * span,
@@ -441,7 +442,8 @@ def _whole(
         parts.append(np.zeros((axes, 6)))
         parts[-1][:, :order] = own.reshape(axes, order)
     p0, v0, a0 = _state(parts[0], 0.0, span)
-    p1, v1, a1 = _state(parts[1], float(rows["angle"][ends[1]]), span)
+    end = float(rows["angle"][ends[1]])
+    p1, v1, a1 = _state(parts[1], end, span)
     moved = p1 - p0
     out = np.stack([
         p0, v0, 0.5 * a0,

@@ -26,15 +26,16 @@ def _clean(matrix: FloatArray) -> FloatArray:
 
 def to_quaternion(r: FloatArray) -> FloatArray:
     """(w, x, y, z) of a rotation (3, 3)."""
-    xx, yy, zz = r[0, 0], r[1, 1], r[2, 2]
+    xx, yy, zz = np.diagonal(r)
     squares = np.array([
         1 + xx + yy + zz,
         1 + xx - yy - zz,
         1 - xx + yy - zz,
         1 - xx - yy + zz,
     ])  # fmt: skip
-    wx, wy, wz = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
-    xy, xz, yz = r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1]
+    odd, even = r - r.T, r + r.T
+    wx, wy, wz = odd[[2, 0, 1], [1, 2, 0]]
+    xy, xz, yz = even[[0, 0, 1], [1, 2, 2]]
     outer = np.array([
         [squares[0], wx, wy, wz],
         [wx, squares[1], xy, xz],
@@ -53,9 +54,12 @@ def from_quaternion(q: FloatArray) -> FloatArray:
     xy, xz, yz = x * y, x * z, y * z
     wx, wy, wz = w * x, w * y, w * z
     return _clean(np.array([
-        [1 - 2 * (yy + zz), 2 * (xy - wz), 2 * (xz + wy)],
-        [2 * (xy + wz), 1 - 2 * (xx + zz), 2 * (yz - wx)],
-        [2 * (xz - wy), 2 * (yz + wx), 1 - 2 * (xx + yy)],
+        [1 - 2 * (yy + zz), 2 * (xy - wz),
+         2 * (xz + wy)],
+        [2 * (xy + wz), 1 - 2 * (xx + zz),
+         2 * (yz - wx)],
+        [2 * (xz - wy), 2 * (yz + wx),
+         1 - 2 * (xx + yy)],
     ]))  # fmt: skip
 
 

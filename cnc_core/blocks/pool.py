@@ -22,9 +22,8 @@ def coefficients(
     for degree in np.unique(rows["degree"]):
         which = np.flatnonzero(rows["degree"] == degree)
         order = int(degree) + 1
-        at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(
-            axes * order
-        )
+        first = rows["pool"][which].astype(np.int64)
+        at = first[:, None] + np.arange(axes * order)
         out[which, :, :order] = pool[at].reshape(-1, axes, order)
     return out
 

@@ -141,7 +141,8 @@ def _print_demo(result: Any) -> None:
     )
     table.add_row(
         "contour elements seen ahead",
-        f"{plc.get('elements_followed')} by distance, {plc.get('log_entries')} log entries by index",
+        f"{plc.get('elements_followed')} by distance, "
+        f"{plc.get('log_entries')} log entries by index",
     )
     table.add_row(
         "lowest override set by the PLC", f"{plc.get('lowest_override')} %"

@@ -31,7 +31,9 @@ class DemoResult:
 
     def as_json(self) -> dict[str, Any]:
         out = self.run.as_json()
-        out["plc"] = {k: v for k, v in self.run.plc.items() if k != "result"}
+        plc = dict(self.run.plc)
+        plc.pop("result", None)
+        out["plc"] = plc
         keys = ("elements_followed", "log_entries", "lowest_override")
         return (
             out

@@ -7,13 +7,7 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, field_validator, model_validator
 
 from ..frontend.isons.base import parameters as machine_parameters
 from ..frontend.isons.base.machine import (
@@ -26,18 +20,16 @@ from ..frontend.isons.base.machine import (
     ToolTable,
 )
 from ..frontend.isons.base.text import AXIS_LETTERS
+from .external import EXTERNAL_BLOCKS
+from .values import Finite, NotNegative, Table
 
-Finite = Annotated[float, Field(gt=-1e12, lt=1e12, allow_inf_nan=False)]
 Axes = dict[str, Finite]
+EventNumber = Annotated[int, Field(ge=-1, le=65535)]
+Settings = dict[str, Any]
 _OBJECT = re.compile(r"(0x[0-9a-fA-F]+|\d+):(0x[0-9a-fA-F]+|\d+)")
-EXTERNAL_BLOCKS = 1000
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
-class HeadConfig(_Table):
+class HeadConfig(Table):
     """Offsets from home, sensor offsets from head 0, mm or degrees by axis; two
     values of the user.
     """
@@ -49,26 +41,26 @@ class HeadConfig(_Table):
     )
 
 
-class ToolTableConfig(_Table):
+class ToolTableConfig(Table):
     """Diameter and length, mm; largest speed; 17 values of the user."""
 
-    diameter: Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)] = 0.0
+    diameter: NotNegative = 0.0
     length: Finite = 0.0
-    max_rpm: Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)] = 0.0
+    max_rpm: NotNegative = 0.0
     user: Annotated[list[Finite], Field(max_length=17)] = Field(
         default_factory=list
     )
 
 
-class HomingConfig(_Table):
+class HomingConfig(Table):
     """Simulated sensors of one axis: machine positions, mm or degrees
     (``HomingSensors``).
     """
 
     negative: Finite | None = None
     positive: Finite | None = None
-    release: Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)] = 0.1
-    index: Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)] = 0.0
+    release: NotNegative = 0.1
+    index: NotNegative = 0.0
     index_offset: Finite = 0.0
     absolute: Finite | None = None
     limit_negative: Finite | None = None
@@ -79,14 +71,15 @@ def _whole_keys(
     table: dict[str, Any], what: str, highest: int
 ) -> dict[str, Any]:
     for key in table:
-        if not (key.isdigit() and key == str(int(key)) and int(key) <= highest):
+        plain = key.isdigit() and key == str(int(key))
+        if not (plain and int(key) <= highest):
             raise ValueError(
                 f"{what} {key!r} is not a number 0..{highest} (without leading zeros)"
             )
     return table
 
 
-class IsonsConfig(_Table):
+class IsonsConfig(Table):
     """Keys in capitals are machine parameters; each has its type and range
     (``frontend/isons/parameters.py``).
     """
@@ -97,9 +90,7 @@ class IsonsConfig(_Table):
     heads: dict[str, HeadConfig] = Field(default_factory=dict)
     tools: dict[str, ToolTableConfig] = Field(default_factory=dict)
     canopen: dict[str, dict[str, int]] = Field(default_factory=dict)
-    events: dict[str, Annotated[int, Field(ge=-1, le=65535)]] = Field(
-        default_factory=dict
-    )
+    events: dict[str, EventNumber] = Field(default_factory=dict)
     homing: dict[str, HomingConfig] = Field(default_factory=dict)
     macro_folder: str = "."
     app_path: str = "."
@@ -126,8 +117,9 @@ class IsonsConfig(_Table):
         for key, value in given.items():
             known = machine_parameters.parameter(key)
             if known is None:
+                near = machine_parameters.nearest(key)
                 raise ValueError(
-                    f"unknown machine parameter {key}; did you mean {machine_parameters.nearest(key)!r}?"
+                    f"unknown machine parameter {key}; did you mean {near!r}?"
                 )
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise ValueError(
@@ -236,7 +228,7 @@ class IsonsConfig(_Table):
             / 60.0
         )
 
-    def axis_settings(self, name: str, axis: dict[str, Any]) -> dict[str, Any]:
+    def axis_settings(self, name: str, axis: Settings) -> Settings:
         """Keys of ``[axes.NAME]`` that machine parameters set, where the cell
         file does not set them itself.
 

@@ -42,8 +42,12 @@ TypeName = Literal[
     "C12",
 ]
 BedName = Literal["WRK", "B12", "BC1", "B23", "BC2", "TOL"]
-UNIT = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
-ABOUT = {"A": "X", "B": "Y", "C": "Z", "U": "X", "V": "Y", "W": "Z"}
+UNIT = {
+    "X": (1.0, 0.0, 0.0),
+    "Y": (0.0, 1.0, 0.0),
+    "Z": (0.0, 0.0, 1.0),
+}
+ABOUT = dict(zip("ABCUVW", "XYZXYZ", strict=True))
 
 
 class KinematicsConfig(BaseModel):
@@ -156,10 +160,10 @@ class KinematicsConfig(BaseModel):
         )
 
     def _given_steps(self) -> dict[str, HasMatrix]:
-        return {
-            name: Step((v[0], v[1], v[2]), (v[3], v[4], v[5]))
-            for name, v in self.cin.items()
-        }
+        steps: dict[str, HasMatrix] = {}
+        for name, (x, y, z, a, b, c) in self.cin.items():
+            steps[name] = Step((x, y, z), (a, b, c))
+        return steps
 
     def _home_steps(
         self, order: list[str], names: dict[str, str]
@@ -181,8 +185,9 @@ class KinematicsConfig(BaseModel):
             before: FloatArray = np.eye(4)
             for name in side:
                 inverse = np.eye(4)
-                inverse[:3, :3] = before[:3, :3].T
-                inverse[:3, 3] = -before[:3, :3].T @ before[:3, 3]
+                turn, place = before[:3, :3], before[:3, 3]
+                inverse[:3, :3] = turn.T
+                inverse[:3, 3] = -turn.T @ place
                 steps[name] = Fixed(inverse @ frames[name])
                 before = frames[name]
         return steps
@@ -208,7 +213,8 @@ def home_frame(
     z = direction / np.linalg.norm(direction)
     # the shortest turn of the machine's Z onto z; about X by 180 degrees if it
     # points down
-    cross, cosine = np.array([-z[1], z[0], 0.0]), float(z[2])
+    cross = np.array([-z[1], z[0], 0.0])
+    cosine = float(z[2])
     out = np.eye(4)
     if cosine < -1.0 + 1e-12:
         out[:3, :3] = np.diag([1.0, -1.0, -1.0])

@@ -20,7 +20,8 @@ from ..errors import ERRORS, CncError
 
 
 def _check_waist() -> None:
-    names = {f[0]: f[1].offset for f in ffi.typeof("nc_block").fields}
+    members = ffi.typeof("nc_block").fields
+    names = {name: member.offset for name, member in members}
     fields: Any = NC_BLOCK.fields
     mine = {name: spec[1] for name, spec in fields.items()}
     if (
@@ -129,7 +130,7 @@ def _engine_config(
     config.log_max = cell.channel.contour_lookahead_log_max
     config.fb_storage_size = cell.channel.storage
     config.rapid_override_mode = cell.channel.rapid_override_mode
-    config.retrace_feed = cell.isons.retrace_mm_s
+    config.retrace_feed = cell.retrace_mm_s
     config.channel, config.service, config.clock = channel, service, clock
     config.axis_id[0 : len(names)] = [
         axis.id or i for i, axis in enumerate(cell.axes.values(), 1)
@@ -356,9 +357,8 @@ class Engine:
             n,
         )
         out.reaction_class = out.recovery_class = 2
-        name = error.place.file.rsplit("/", 1)[-1].encode("latin-1", "replace")[
-            :255
-        ]
+        file = error.place.file.rsplit("/", 1)[-1]
+        name = file.encode("latin-1", "replace")[:255]
         ffi.memmove(out.program, name, len(name))
         lib.engine_post_error(self._handle, out)
 

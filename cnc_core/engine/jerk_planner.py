@@ -92,7 +92,9 @@ def intervals_from_knots(
     )
     out["feed"] = feed
     for name, d in (("d1", d1), ("d2", d2), ("d3", d3)):
-        out[name][:, 0, :axes], out[name][:, 1, :axes] = d[:-1], d[1:]
+        ends = out[name]
+        ends[:, 0, :axes] = d[:-1]
+        ends[:, 1, :axes] = d[1:]
     return out
 
 
@@ -102,7 +104,9 @@ def _config(limits: Limits, window: int, knots: int, cycle_s: float) -> Any:
     for i, (v, a, j) in enumerate(
         zip(limits.v, limits.a, limits.j, strict=True)
     ):
-        config.v_max[i], config.a_max[i], config.j_max[i] = v, a, j
+        config.v_max[i] = v
+        config.a_max[i] = a
+        config.j_max[i] = j
     config.window_blocks, config.window_knots = window, knots
     return config
 

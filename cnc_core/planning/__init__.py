@@ -4,7 +4,7 @@ measure what comes out.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -125,29 +125,13 @@ def plan_program(
         program, engine, lambda batch: check.table.add(batch.rows, batch.pool)
     )
     try:
-        while True:
-            event = engine.run(cycles)
-            if event is Event.NEED_BLOCKS:
-                feeder.fill()
-                continue
-            samples = engine.take_samples()
+        for event, samples in _driven(engine, feeder, cycles):
             check.add(samples)
             if keep_samples:
                 kept.append(samples)
-            if event is Event.FAULT:
-                number = abs(int(engine.state.fault))
-                raise CncError(number, ERRORS[number])
-            if event is Event.PROGRAM_END:
-                break
             if change and event is Event.DONE:
                 change(engine)
         check.finish()
-        carried = program.frames.deviation
-        # the samples are compared with what is in axis coordinates alone
-        if program.kinematics.used:
-            # of a frame: circles that were not smoothed
-            carried = max(carried, program.smoothing.report.deviation)
-        carried += program.kinematics.deviation
         out = _result(
             cell,
             engine,
@@ -156,7 +140,7 @@ def plan_program(
             window or cell.channel.window,
             jerk,
             kept if keep_samples else None,
-            carried,
+            _carried_deviation(program),
         )
         out.filters = [asdict(report) for report in program.filter_reports]
         out.filtered = {
@@ -166,6 +150,38 @@ def plan_program(
         return out
     finally:
         engine.close()
+
+
+def _driven(
+    engine: Engine, feeder: Feeder, cycles: int
+) -> Iterator[tuple[Event, Samples]]:
+    """Events up to the program's end, each with the samples since the last one.
+
+    Raises CncError: the engine has a fault.
+    """
+    event = Event.NEED_BLOCKS
+    while event is not Event.PROGRAM_END:
+        event = engine.run(cycles)
+        if event is Event.NEED_BLOCKS:
+            feeder.fill()
+            continue
+        samples = engine.take_samples()
+        if event is Event.FAULT:
+            number = abs(int(engine.state.fault))
+            raise CncError(number, ERRORS[number])
+        yield event, samples
+
+
+def _carried_deviation(program: Program) -> float:
+    """Deviation, mm, that arises before the axis coordinates.
+
+    Samples are compared with the path in axis coordinates alone.
+    """
+    carried = program.frames.deviation
+    if program.kinematics.used:
+        # of a frame: circles that were not smoothed
+        carried = max(carried, program.smoothing.report.deviation)
+    return carried + program.kinematics.deviation
 
 
 def _result(

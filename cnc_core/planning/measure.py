@@ -105,7 +105,8 @@ class ElementTable:
         ):
             return
         known = 0 if self.rows is None else len(self.rows)
-        parts = [self.lifted, np.ones((known - len(self.lifted), self.axes))]
+        plain = np.ones((known - len(self.lifted), self.axes))
+        parts = [self.lifted, plain]
         first = 0
         for at in [*set_here, len(rows)]:
             rapid = (
@@ -141,13 +142,16 @@ class ElementTable:
         stands = stood[np.searchsorted(driven, np.flatnonzero(seen))]
         ends = motion["end"][:, : self.axes]
         away = _elsewhere(motion)
-        behind = np.vstack([self.position, ends[:-1]]) if len(motion) else ends
+        behind = ends
+        if len(motion):
+            behind = np.vstack([self.position, ends[:-1]])
         follows = (motion["flags"] & ELEMENT != 0) & ~np.append(
             [self.away], away[:-1]
         )[: len(motion)]
         self.driven = stood[-1].copy()
         if len(motion):
-            self.position, self.away = ends[-1].copy(), bool(away[-1])
+            self.position = ends[-1].copy()
+            self.away = bool(away[-1])
         return np.where(follows[:, None], behind, stands)
 
     def _add_curves(
@@ -183,7 +187,8 @@ class ElementTable:
         """Programmed feed, infinite for rapid, mm/s."""
         assert self.rows is not None
         rows = self.rows[element - self.first]
-        return np.asarray(np.where(rows["flags"] & RAPID, np.inf, rows["feed"]))
+        rapid = rows["flags"] & RAPID
+        return np.asarray(np.where(rapid, np.inf, rows["feed"]))
 
     def distance(
         self,
@@ -234,7 +239,8 @@ class ElementTable:
                 some[first : first + AT_A_TIME],
                 some[first + AT_A_TIME :],
             )
-            near = np.clip(index[here, None] + reach, 0, len(self.rows) - 1)
+            last = len(self.rows) - 1
+            near = np.clip(index[here, None] + reach, 0, last)
             found = self._element_distance(
                 near.ravel(), np.repeat(pos[here], len(reach), axis=0)
             )
@@ -321,7 +327,8 @@ class ElementTable:
         # a helix of several turns: from the same angle in every turn to the
         # nearest place, of all the nearest
         best = np.full(len(pos), np.inf)
-        for turn in range(int(np.ceil(whole.max() / (2 * np.pi))) + 1):
+        turns = int(np.ceil(whole.max() / (2 * np.pi)))
+        for turn in range(turns + 1):
             t = np.clip(share + turn * 2 * np.pi / whole, 0.0, 1.0)
             for _ in range(NEAREST_STEPS):
                 off, rate = off_and_rate(t)
@@ -341,10 +348,10 @@ def _line_distance(
 ) -> FloatArray:
     along = ends - starts
     length2 = np.maximum((along**2).sum(axis=1), 1e-300)
-    t = np.clip(((pos - starts) * along).sum(axis=1) / length2, 0.0, 1.0)[
-        :, None
-    ]
-    return np.asarray(np.linalg.norm(pos - (starts + t * along), axis=1))
+    share = ((pos - starts) * along).sum(axis=1) / length2
+    t = np.clip(share, 0.0, 1.0)[:, None]
+    nearest = starts + t * along
+    return np.asarray(np.linalg.norm(pos - nearest, axis=1))
 
 
 def _elsewhere(rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
@@ -391,10 +398,8 @@ class TrajectoryCheck:
     def finish(self) -> None:
         """The axes stand from the last sample on."""
         last = np.full(6, self.last_element)
-        self._limits(
-            np.vstack([self.tail, self.tail[-1], self.tail[-1], self.tail[-1]]),
-            last,
-        )
+        stands = [self.tail[-1]] * 3
+        self._limits(np.vstack([self.tail, *stands]), last)
 
     def _limits(self, q: FloatArray, element: npt.NDArray[np.int64]) -> None:
         """``element``: of each position (n, axes)."""
@@ -433,7 +438,8 @@ class TrajectoryCheck:
         main = [i for i in table.main if i >= 0] or list(range(table.axes))
         moved = np.diff(q, axis=0)
         speed = np.linalg.norm(moved[:, main], axis=1) / self.dt
-        only_others = ~np.asarray(np.abs(moved[:, main]).max(axis=1) > 0)
+        main_moves = np.abs(moved[:, main]).max(axis=1) > 0
+        only_others = ~np.asarray(main_moves)
         speed = np.where(
             only_others, np.linalg.norm(moved, axis=1) / self.dt, speed
         )

@@ -24,7 +24,8 @@ def _figure(width: float, height: float) -> Any:
 
 
 def _thin(n: int) -> npt.NDArray[np.int64]:
-    return np.unique(np.linspace(0, n - 1, min(n, MAX_POINTS)).astype(np.int64))
+    places = np.linspace(0, n - 1, min(n, MAX_POINTS))
+    return np.unique(places.astype(np.int64))
 
 
 def _draw_path(
@@ -34,7 +35,8 @@ def _draw_path(
 
     keep = _thin(len(pos))
     points = pos[keep][:, None, :2]
-    segments: Any = np.concatenate([points[:-1], points[1:]], axis=1)
+    ends = [points[:-1], points[1:]]
+    segments: Any = np.concatenate(ends, axis=1)
     lines = LineCollection(segments, cmap="viridis", linewidths=1.6)
     lines.set_array(speed[keep][1:])
     axes.add_collection(lines)
@@ -47,9 +49,11 @@ def _plane(columns: dict[str, Any]) -> tuple[FloatArray, tuple[str, str]]:
     """The two axes to draw, (n, 2), and their names; a machine with one axis is
     drawn over time.
     """
-    pos, names = np.asarray(columns["pos"]), [str(a) for a in columns["axes"]]
+    pos = np.asarray(columns["pos"])
+    names = [str(axis) for axis in columns["axes"]]
     if pos.shape[1] == 1:
-        return np.column_stack([columns["t"], pos[:, 0]]), ("t, s", names[0])
+        over_time = np.column_stack([columns["t"], pos[:, 0]])
+        return over_time, ("t, s", names[0])
     return pos[:, :2], (f"{names[0]}, mm", f"{names[1]}, mm")
 
 
@@ -86,7 +90,8 @@ def _mark_window(
     counts = table["elements"]
     if not len(counts) or not counts.any():
         return
-    k = int(np.argmin(np.where(counts > 0, table["override"], np.inf)))
+    known = np.where(counts > 0, table["override"], np.inf)
+    k = int(np.argmin(known))
     s_tenth_um = np.asarray(columns["s"]) * 10_000.0
     seen = (s_tenth_um >= table["dist_prog_start"][k]) & (
         s_tenth_um <= table["window_end"][k]
@@ -115,7 +120,8 @@ def _draw_times(
     columns: dict[str, Any],
     table: dict[str, FloatArray],
 ) -> None:
-    speed, override, ahead = (figure.add_subplot(grid[i, 1]) for i in range(3))
+    places = [grid[i, 1] for i in range(3)]
+    speed, override, ahead = (figure.add_subplot(place) for place in places)
     keep = _thin(len(columns["t"]))
     t = table["cell_time_s"]
     speed.plot(
@@ -156,9 +162,8 @@ def _largest_difference(pos: FloatArray, order: int, dt: float) -> FloatArray:
     axes stand ahead of the first sample.
     """
     padded = np.vstack([pos[:1]] * order + [pos])
-    return np.asarray(
-        np.abs(np.diff(padded, n=order, axis=0)).max(axis=1) / dt**order
-    )
+    steps = np.abs(np.diff(padded, n=order, axis=0))
+    return np.asarray(steps.max(axis=1) / dt**order)
 
 
 def plan_picture(target: Path, columns: dict[str, Any]) -> None:
@@ -167,13 +172,16 @@ def plan_picture(target: Path, columns: dict[str, Any]) -> None:
     """
     figure = _figure(11, 8)
     grid = figure.add_gridspec(3, 2, width_ratios=[1.2, 1.0])
-    path, speed = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
+    path = figure.add_subplot(grid[:, 0])
+    speed = figure.add_subplot(grid[0, 1])
     plane, labels = _plane(columns)
     _draw_path(path, figure, plane, np.asarray(columns["v"]))
     path.set(title="Path coloured by speed", xlabel=labels[0], ylabel=labels[1])
     t, pos = np.asarray(columns["t"]), np.asarray(columns["pos"])
-    keep, dt = _thin(len(t)), float(t[1] - t[0]) if len(t) > 1 else 1.0
-    speed.plot(t[keep], np.asarray(columns["v"])[keep], linewidth=0.9)
+    keep = _thin(len(t))
+    dt = float(t[1] - t[0]) if len(t) > 1 else 1.0
+    path_speed = np.asarray(columns["v"])
+    speed.plot(t[keep], path_speed[keep], linewidth=0.9)
     speed.set(title="Path speed, mm/s")
     curves = (
         (2, "Largest axis acceleration, mm/s²", "tab:red"),

@@ -103,7 +103,8 @@ def _polynomial_rest(
     shifted = np.zeros_like(coef)
     for k in range(order):
         for j in range(k, order):
-            shifted[:, k] += comb(j, k) * at ** (j - k) * coef[:, j]
+            factor = comb(j, k) * at ** (j - k)
+            shifted[:, k] += factor * coef[:, j]
     shifted[:, 0] = place
     rows = batch.rows.copy()
     rows["pool"][0], rows["degree"][0], rows["angle"][0] = (
@@ -122,9 +123,8 @@ def _parameter_at(
     points = np.einsum(
         "ak,ku->ua", coef, u ** np.arange(coef.shape[1])[:, None]
     )
-    length = np.concatenate(
-        [[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
-    )
+    chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    length = np.concatenate([[0.0], np.cumsum(chords)])
     at = float(np.interp(share * length[-1], length, u))
     first = coef[:, 1:] * np.arange(1, coef.shape[1])
     for _ in range(8):
@@ -274,9 +274,8 @@ class Pause:
         host = self._host
         host.engine.resync()
         program, waiting, done = self._saved
-        like = (
-            self._rest.rows[0] if len(self._rest) else np.zeros(1, NC_BLOCK)[0]
-        )
+        rows = self._rest.rows
+        like = (rows if len(rows) else np.zeros(1, NC_BLOCK))[0]
         back = way_to(
             self._place, host.position(), self._reader.return_speed(), like
         )

@@ -91,7 +91,8 @@ def _columns(part: Path, cell: CellConfig) -> dict[str, Any]:
     )
     a = len(cell.axes)
     # the start, as `plan --samples` has it
-    first = np.concatenate([[0.0], cell.axis_values("start_mm"), np.zeros(3)])
+    start = cell.axis_values("start_mm")
+    first = np.concatenate([[0.0], start, np.zeros(3)])
     rows = np.concatenate([first[None, :], rows])
     return {
         "t": rows[:, 0] * cell.cycle_s,
@@ -136,6 +137,5 @@ def _write_table(columns: dict[str, Any], target: Path) -> None:
         )
         return
     arrow = _pyarrow()
-    arrow.parquet.write_table(
-        arrow.table({n: table[:, i] for i, n in enumerate(names)}), target
-    )
+    by_name = dict(zip(names, table.T, strict=True))
+    arrow.parquet.write_table(arrow.table(by_name), target)

@@ -1,6 +1,6 @@
 """Where the beads really lie, with and without look-ahead.
 
-    python examples/dispenser/dispenser_process.py dispenser.png
+Run it: ``python examples/dispenser/dispenser_process.py dispenser.png``
 """
 
 import sys
@@ -14,24 +14,45 @@ HERE = Path(__file__).parent
 OPENS_AFTER_S, CLOSES_AFTER_S = 0.035, 0.020  # the valve's dead times
 VARIANTS = ("without_lookahead", "with_lookahead")
 QUARTER = np.pi / 2 * 10.0
-WANTED = ((20.0, 60.0), (80.0 + QUARTER, 130.0 + 2 * QUARTER), (150.0 + 2 * QUARTER, 180.0 + 2 * QUARTER))  # mm
+# mm of path
+WANTED = (
+    (20.0, 60.0),
+    (80.0 + QUARTER, 130.0 + 2 * QUARTER),
+    (150.0 + 2 * QUARTER, 180.0 + 2 * QUARTER),
+)
 
 
 def run(variant, record):
     """One run: the CNC's samples and the valve's command at every scan."""
     with Cell(HERE / "cell.toml") as cell:
-        result = cell.run(HERE / "part.nc", HERE / f"{variant}.py", record=record, watch=["Valve.open"])
+        result = cell.run(
+            HERE / "part.nc",
+            HERE / f"{variant}.py",
+            record=record,
+            watch=["Valve.open"],
+        )
     assert result.end == "completed", result.errors
     watched = result.plc["watch"]
-    return dict(np.load(record)), np.array(watched["t"]), np.array(watched["Valve.open"]) > 0
+    return (
+        dict(np.load(record)),
+        np.array(watched["t"]),
+        np.array(watched["Valve.open"]) > 0,
+    )
 
 
 def beads(samples, t, command):
-    """(begin, end) of every bead in mm of path: the tool's place when the valve has opened, has closed."""
+    """(begin, end) of every bead in mm of path.
+
+    A bead begins where the tool is when the valve has opened.
+    It ends where the tool is when the valve has closed.
+    """
     edges = np.flatnonzero(np.diff(command.astype(int), prepend=0))
-    times = [t[i] + (OPENS_AFTER_S if command[i] else CLOSES_AFTER_S) for i in edges]
+    times = [
+        t[i] + (OPENS_AFTER_S if command[i] else CLOSES_AFTER_S) for i in edges
+    ]
     places = np.interp(times, samples["t"], samples["s"])
-    return [(float(a), float(b)) for a, b in zip(places[::2], places[1::2], strict=True)]
+    pairs = zip(places[::2], places[1::2], strict=True)
+    return [(float(begin), float(end)) for begin, end in pairs]
 
 
 def compare(folder):
@@ -45,7 +66,10 @@ def compare(folder):
 
 def errors_mm(found):
     """{variant: ends of all beads, found minus wanted}."""
-    return {name: (np.array(got) - np.array(WANTED)).ravel() for name, (got, _) in found.items()}
+    return {
+        name: (np.array(got) - np.array(WANTED)).ravel()
+        for name, (got, _) in found.items()
+    }
 
 
 def picture(found, target):
@@ -55,19 +79,37 @@ def picture(found, target):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, constrained_layout=True)
+    figure, axes = plt.subplots(
+        1, 2, figsize=(10, 4), sharey=True, constrained_layout=True
+    )
     for ax, name in zip(axes, VARIANTS, strict=True):
         got, samples = found[name]
         s, x, y = samples["s"], *samples["pos"][:, :2].T
         ax.plot(x, y, color="0.7", linewidth=0.8)
         for a, b in WANTED:
             inside = (s >= a) & (s <= b)
-            ax.plot(x[inside], y[inside], color="0.85", linewidth=12, solid_capstyle="butt")
+            ax.plot(
+                x[inside],
+                y[inside],
+                color="0.85",
+                linewidth=12,
+                solid_capstyle="butt",
+            )
         for a, b in got:
             inside = (s >= a) & (s <= b)
-            ax.plot(x[inside], y[inside], color="tab:blue", linewidth=4, solid_capstyle="butt")
+            ax.plot(
+                x[inside],
+                y[inside],
+                color="tab:blue",
+                linewidth=4,
+                solid_capstyle="butt",
+            )
         worst = np.abs(errors_mm(found)[name]).max()
-        ax.set(title=f"{name.replace('_', ' ')}: ends at most {worst:.2f} mm off", xlabel="X, mm", aspect="equal")
+        ax.set(
+            title=f"{name.replace('_', ' ')}: ends at most {worst:.2f} mm off",
+            xlabel="X, mm",
+            aspect="equal",
+        )
     axes[0].set_ylabel("Y, mm (grey: wanted, blue: glue)")
     figure.savefig(target, dpi=90)
 
@@ -78,5 +120,6 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         found = compare(folder)
     for name, errors in errors_mm(found).items():
-        print(f"{name:18} bead ends off by {' '.join(f'{e:+.2f}' for e in errors)} mm")
+        told = " ".join(f"{e:+.2f}" for e in errors)
+        print(f"{name:18} bead ends off by {told} mm")
     picture(found, sys.argv[1] if len(sys.argv) > 1 else "dispenser.png")

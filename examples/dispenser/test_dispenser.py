@@ -1,4 +1,7 @@
-"""The example's claim: the bead's ends lie where they are programmed although the valve is slow."""
+"""The example's claim: the bead's ends lie where they are programmed.
+
+The valve is slow.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -18,7 +21,15 @@ def test_bead_ends_with_and_without_look_ahead(tmp_path: Path) -> None:
 
 def test_valve_opens_ahead_on_the_mock(plc: Any) -> None:
     """35 ms before the mark at 100 mm/s: 3.5 mm."""
-    script = [log_on(), line(20), log_param(1), line(20), log_param(0), line(20), log_off()]
+    script = [
+        log_on(),
+        line(20),
+        log_param(1),
+        line(20),
+        log_param(0),
+        line(20),
+        log_off(),
+    ]
     runner = plc(HERE / "with_lookahead.py", script=script, feed_mm_s=100)
     runner.run_until(lambda: runner.task.open)
     assert abs(runner.distance - 165_000.0) <= 3000.0

@@ -1,4 +1,7 @@
-"""The valve is told a set time ahead: the beads are read from the marked log before the tool gets there (mode 1)."""
+"""The valve is told a set time ahead.
+
+The beads are read from the marked log before the tool gets there (mode 1).
+"""
 
 from hli.layout import HLI_CLAH_LOG_PARAM
 from plc_client import ContourLookahead, DistanceCam, task
@@ -20,5 +23,8 @@ class Valve:
         for entry in self.log.read_log():
             if entry["block_type"] == HLI_CLAH_LOG_PARAM:
                 self.marks.append(float(entry["start_position"]))
-        beads = list(zip(self.marks[::2], self.marks[1::2], strict=False))
-        self.open = self.cam(beads, on_lead_s=OPENS_AFTER_S, off_lead_s=CLOSES_AFTER_S)
+        begins, ends = self.marks[::2], self.marks[1::2]
+        beads = list(zip(begins, ends, strict=False))
+        self.open = self.cam(
+            beads, on_lead_s=OPENS_AFTER_S, off_lead_s=CLOSES_AFTER_S
+        )

@@ -1,4 +1,7 @@
-"""The valve is told when the tool is in the bead: by block number, as it appears in the channel's status."""
+"""The valve is told when the tool is in the bead.
+
+The channel's status shows the block number.
+"""
 
 from plc_client import task
 

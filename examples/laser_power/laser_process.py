@@ -1,6 +1,6 @@
-"""What the laser does to the sheet, with and without look-ahead: energy per length along the cut.
+"""Energy per length along the cut, with and without look-ahead.
 
-    python examples/laser_power/laser_process.py laser_power.png
+Run it: ``python examples/laser_power/laser_process.py laser_power.png``
 """
 
 import sys
@@ -20,10 +20,19 @@ VARIANTS = ("without_lookahead", "with_lookahead")
 def run(variant, record):
     """One run: the CNC's samples and the power the PLC asked for."""
     with Cell(HERE / "cell.toml") as cell:
-        result = cell.run(HERE / "part.nc", HERE / f"{variant}.py", record=record, watch=["LaserPower.power_w"])
+        result = cell.run(
+            HERE / "part.nc",
+            HERE / f"{variant}.py",
+            record=record,
+            watch=["LaserPower.power_w"],
+        )
     assert result.end == "completed", result.errors
     watched = result.plc["watch"]
-    return dict(np.load(record)), np.array(watched["t"]), np.array(watched["LaserPower.power_w"])
+    return (
+        dict(np.load(record)),
+        np.array(watched["t"]),
+        np.array(watched["LaserPower.power_w"]),
+    )
 
 
 def laser(t, power, at):
@@ -37,13 +46,20 @@ def laser(t, power, at):
 
 
 def energy_per_length(samples, t, power):
-    """(place in mm, J/mm): the beam's energy spread over a spot; without the first 20 and the last 5 mm."""
+    """(place in mm, J/mm): the beam's energy, spread over a spot.
+
+    The first 20 mm and the last 5 mm are left out.
+    """
     beam = laser(t, power, samples["t"])
-    energy = np.concatenate([[0.0], np.cumsum(beam[1:] * np.diff(samples["t"]))])
+    steps = beam[1:] * np.diff(samples["t"])
+    energy = np.concatenate([[0.0], np.cumsum(steps)])
     s, first = np.unique(samples["s"], return_index=True)
     place = np.arange(20.0, s[-1] - 5.0, 0.05)
-    total = np.interp(place + SPOT_MM / 2, s, energy[first]) - np.interp(place - SPOT_MM / 2, s, energy[first])
-    return place, total / SPOT_MM
+    ahead, behind = (
+        np.interp(end, s, energy[first])
+        for end in (place + SPOT_MM / 2, place - SPOT_MM / 2)
+    )
+    return place, (ahead - behind) / SPOT_MM
 
 
 def compare(folder):
@@ -57,7 +73,10 @@ def compare(folder):
 
 def worst(found):
     """Largest deviation of the energy per length in percent."""
-    return {name: float(np.abs(e - WANTED).max() / WANTED * 100.0) for name, (_, e, _) in found.items()}
+    return {
+        name: float(np.abs(e - WANTED).max() / WANTED * 100.0)
+        for name, (_, e, _) in found.items()
+    }
 
 
 def picture(found, target):
@@ -67,13 +86,20 @@ def picture(found, target):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, (speed, energy) = plt.subplots(2, 1, figsize=(9, 5), sharex=True, constrained_layout=True)
+    figure, (speed, energy) = plt.subplots(
+        2, 1, figsize=(9, 5), sharex=True, constrained_layout=True
+    )
     samples = found["with_lookahead"][2]
     speed.plot(samples["s"], samples["v"], color="black", linewidth=0.9)
-    speed.set(ylabel="path speed, mm/s", title="Laser: power follows the coming radii")
+    speed.set(
+        ylabel="path speed, mm/s", title="Laser: power follows the coming radii"
+    )
     for name, color in zip(VARIANTS, ("tab:red", "tab:green"), strict=True):
-        label = f"{name.replace('_', ' ')}: at most {worst(found)[name]:.0f} % off"
-        energy.plot(*found[name][:2], color=color, linewidth=1.0, label=label)
+        label = (
+            f"{name.replace('_', ' ')}: at most {worst(found)[name]:.0f} % off"
+        )
+        place, joules = found[name][:2]
+        energy.plot(place, joules, color=color, linewidth=1.0, label=label)
     energy.axhline(WANTED, color="black", linewidth=0.6)
     energy.set(xlabel="place on the path, mm", ylabel="energy per length, J/mm")
     energy.legend()

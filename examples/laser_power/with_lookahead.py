@@ -1,7 +1,10 @@
-"""Laser power from the speed the tool will have when the laser has answered, read off the coming radii.
+"""Laser power from the speed that the tool will have when the laser has answered.
 
-The contour ahead says how fast the tool can be at every place: on an arc sqrt(a * r), in front of it no faster than it
-can still brake. Walking along that envelope for as long as the laser takes gives the speed to cut for.
+The contour ahead says how fast the tool can be at every place.
+On an arc the speed is sqrt(a * r) at most.
+In front of an arc the tool must still be able to brake.
+The task walks along that envelope for as long as the laser takes.
+The speed at the end of the walk is the one to cut for.
 """
 
 import math
@@ -36,17 +39,27 @@ class LaserPower:
         return v
 
     def zones(self):
-        """(begin, end, speed) of the next elements, mm from the tool; behind the last one the tool stands."""
+        """(begin, end, speed) of the next elements, mm from the tool.
+
+        Behind the last one the tool stands.
+        """
         found, end = [], 0.0
         for e in self.ahead.window(150_000.0):
             begin = (e["start_position"] - self.ahead.distance) / 1e4
             end = begin + e["length"] / 1e4
             radius = e["compensated_radius"] / 1e4
-            found.append((begin, end, min(FEED_MM_S, math.sqrt(ON_ARCS * radius)) if radius > 0.0 else FEED_MM_S))
+            speed = FEED_MM_S
+            if radius > 0.0:
+                speed = min(FEED_MM_S, math.sqrt(ON_ARCS * radius))
+            found.append((begin, end, speed))
         return [*found, (end, math.inf, 0.0)] if end < 15.0 else found
 
 
 def envelope(zones, s):
     """The largest speed from which every slower zone ahead can still be met."""
-    speeds = [math.sqrt(v * v + 2.0 * ACCELERATION * max(begin - s, 0.0)) for begin, end, v in zones if end > s]
+    speeds = [
+        math.sqrt(v * v + 2.0 * ACCELERATION * max(begin - s, 0.0))
+        for begin, end, v in zones
+        if end > s
+    ]
     return min(speeds, default=FEED_MM_S)

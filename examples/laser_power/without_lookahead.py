@@ -1,4 +1,7 @@
-"""Laser power from the speed the tool has now: right for a laser that answers at once, and none does."""
+"""Laser power from the speed that the tool has now.
+
+That is right for a laser that answers at once, and none does.
+"""
 
 from plc_client import task
 
@@ -12,4 +15,6 @@ class LaserPower:
         self.power_w = 0.0
 
     def cyclic(self):
-        self.power_w = ENERGY_J_PER_MM * self.state.active_feed_r / 1000.0  # 1 um/s
+        self.power_w = (
+            ENERGY_J_PER_MM * self.state.active_feed_r / 1000.0
+        )  # 1 um/s

@@ -1,4 +1,9 @@
-"""The example's claims: the tool follows the dome, the PLC sees polynomial elements, the optimizer's program runs."""
+"""The example's claims.
+
+The tool follows the dome.
+The PLC sees polynomial elements.
+The optimizer's program runs.
+"""
 
 from pathlib import Path
 
@@ -16,7 +21,10 @@ RADIUS_MM, LENGTH_MM = 40.0, 100.0
 
 
 def test_the_tip_follows_the_dome(tmp_path: Path) -> None:
-    """Both processes: forward kinematics of what was driven lie on the dome; polynomial elements are seen ahead."""
+    """The driven tip lies on the dome, and polynomial elements are seen ahead.
+
+    Both processes run; forward kinematics give the tip.
+    """
     with Cell(HERE / "cell.toml") as cell:
         result = cell.run(
             HERE / "part.osai",
@@ -28,17 +36,26 @@ def test_the_tip_follows_the_dome(tmp_path: Path) -> None:
     columns = dict(np.load(tmp_path / "r.npz"))
     assert max(result.plc["watch"]["Watch.ahead"]) > 5
     assert max(result.plc["watch"]["Watch.known_mm"]) > 20.0
-    program = Program(HERE / "part.osai", load_config(HERE / "cell.toml"), "osai")
+    program = Program(
+        HERE / "part.osai", load_config(HERE / "cell.toml"), "osai"
+    )
     specs = []
     while (item := program.reader.read(64)) is not None:
-        specs += [item.profile.spec] if getattr(item, "profile", None) is not None else []
+        specs += (
+            [item.profile.spec]
+            if getattr(item, "profile", None) is not None
+            else []
+        )
     program.reader.close()  # type: ignore[attr-defined]
     limits = (np.full(5, -1e5), np.full(5, 1e5))
     pose = machine_of(specs[0], 1, limits).forward(columns["pos"], LENGTH_MM)
-    off = np.linalg.norm(pose.tip + np.array([0, 0, RADIUS_MM]), axis=1) - RADIUS_MM
+    from_centre = pose.tip + np.array([0, 0, RADIUS_MM])
+    off = np.linalg.norm(from_centre, axis=1) - RADIUS_MM
     y = pose.tip[:, 1]
     x = np.abs(pose.tip[:, 0])
-    passes = (np.abs(y - np.round(y / 6.0) * 6.0) < 0.01) & (x > 3.0) & (x < 20.0) & (np.abs(off) < 1.0)
+    on_a_pass = np.abs(y - np.round(y / 6.0) * 6.0) < 0.01
+    inside = (x > 3.0) & (x < 20.0)
+    passes = on_a_pass & inside & (np.abs(off) < 1.0)
     assert passes.sum() > 1000
     assert np.abs(off[passes]).max() < 0.01
 
@@ -46,7 +63,11 @@ def test_the_tip_follows_the_dome(tmp_path: Path) -> None:
 def test_the_optimized_program_runs(tmp_path: Path) -> None:
     """Fewer polynomials than points, within the tolerance."""
     cell = load_config(HERE / "cell.toml")
-    result = optimize(HERE / "DOME", HERE / "CONFIG1", tmp_path / "smooth.osai", cell)
+    result = optimize(
+        HERE / "DOME", HERE / "CONFIG1", tmp_path / "smooth.osai", cell
+    )
     assert result.polynomials < result.points_in
     assert result.max_deviation_mm <= 0.02
-    assert plan_program(Program(tmp_path / "smooth.osai", cell)).motion_time_s > 0
+    assert (
+        plan_program(Program(tmp_path / "smooth.osai", cell)).motion_time_s > 0
+    )

@@ -1,6 +1,10 @@
-"""A PLC program that follows a profile: polynomial elements ahead, and how far the contour is known.
+"""A PLC program that follows a profile.
 
-hli-cosim run examples/osai/part.osai --config examples/osai/cell.toml --plc examples/osai/watch_elements.py
+The program counts polynomial elements ahead and notes how far the contour is known.
+Run it from the repository's folder::
+
+    cd examples/osai
+    hli-cosim run part.osai --config cell.toml --plc watch_elements.py
 """
 
 from plc_client import ContourLookahead, task
@@ -18,10 +22,14 @@ class Watch:
         self.sharpest = 0.0  # rad, tangent variation there
 
     def cyclic(self):
-        self.clah(start_position=self.ch.bahn_state.dist_prog_start, length=200_000.0)  # 0.1 um
+        self.clah(
+            start_position=self.ch.bahn_state.dist_prog_start, length=200_000.0
+        )  # 0.1 um
         if self.clah.done:
             elements = self.clah.blocks
             curves = elements[elements["block_type"] == POLYNOMIAL]
             self.ahead = len(curves)
             self.known_mm = float(elements["length"].sum()) / 1e4
-            self.sharpest = float(curves["tangent_variation"].max()) if len(curves) else 0.0
+            self.sharpest = (
+                float(curves["tangent_variation"].max()) if len(curves) else 0.0
+            )

@@ -1,6 +1,6 @@
 """What the swinging tool does at the corners, with and without look-ahead.
 
-    python examples/sharp_tangents/tangents_process.py sharp_tangents.png
+Run it: ``python examples/sharp_tangents/tangents_process.py sharp_tangents.png``
 """
 
 import sys
@@ -13,22 +13,39 @@ from cnc_core import Cell
 HERE = Path(__file__).parent
 FREQUENCY_HZ, DAMPING = 9.0, 0.06  # the arm between drive and tool
 VARIANTS = ("without_lookahead", "with_lookahead")
-CORNERS = np.array([[120.0, 0.0], [120.0, 80.0], [60.0, 20.0], [20.0, 60.0], [120.0, 100.0]])
+CORNERS = np.array(
+    [
+        [120.0, 0.0],
+        [120.0, 80.0],
+        [60.0, 20.0],
+        [20.0, 60.0],
+        [120.0, 100.0],
+    ]
+)
 
 
 def run(variant, record):
     """One run: the CNC's samples, the tool held still behind the end for a while."""
     with Cell(HERE / "cell.toml") as cell:
-        result = cell.run(HERE / "part.nc", HERE / f"{variant}.py", record=record, watch=["Feed.percent"])
+        result = cell.run(
+            HERE / "part.nc",
+            HERE / f"{variant}.py",
+            record=record,
+            watch=["Feed.percent"],
+        )
     assert result.end == "completed", result.errors
     return dict(np.load(record)), result.sim_time_s
 
 
 def tool(t, path):
-    """The tool on its arm: a damped spring per axis, driven by the commanded position (exact linear step)."""
+    """The tool on its arm: a damped spring per axis (exact linear step).
+
+    The commanded position drives the spring.
+    """
     w, z = 2.0 * np.pi * FREQUENCY_HZ, DAMPING
     step = float(t[1] - t[0])
-    wd, decay = w * np.sqrt(1.0 - z * z), np.exp(-z * w * step)
+    wd = w * np.sqrt(1.0 - z * z)
+    decay = np.exp(-z * w * step)
     c, s = np.cos(wd * step) * decay, np.sin(wd * step) * decay
     out = np.empty_like(path)
     x, v = path[0].copy(), np.zeros(path.shape[1])
@@ -36,29 +53,35 @@ def tool(t, path):
         d = x - target
         a = (v + z * w * d) / wd
         x = target + d * c + a * s
-        v = -z * w * (d * c + a * s) + wd * (a * c - d * s)
+        away, along = d * c + a * s, a * c - d * s
+        v = -z * w * away + wd * along
         out[i] = x
     return out
 
 
 def overshoot(samples):
-    """Per corner: how far the tool swings off the contour (mm), how fast it passes (mm/s); the tool's path."""
+    """Per corner mm by which the tool leaves the contour, mm/s at which it passes.
+
+    The third result is the tool's path.
+    """
     path = samples["pos"][:, :2]
     at = tool(samples["t"], path)
-    velocity = np.diff(at, axis=0, prepend=at[:1]) / (samples["t"][1] - samples["t"][0])
+    step = samples["t"][1] - samples["t"][0]
+    velocity = np.diff(at, axis=0, prepend=at[:1]) / step
     away, passing = np.zeros(len(CORNERS)), np.zeros(len(CORNERS))
     for i, corner in enumerate(CORNERS):
         k = int(np.argmin(np.linalg.norm(path - corner, axis=1)))
         before = path[k] - path[k - 20]
         near = slice(k, k + 120)
         contour = path[k - 400 : k + 600]
-        away[i] = np.linalg.norm(at[near][:, None] - contour[None], axis=2).min(axis=1).max()
+        apart = at[near][:, None] - contour[None]
+        away[i] = np.linalg.norm(apart, axis=2).min(axis=1).max()
         passing[i] = max(velocity[k] @ before / np.linalg.norm(before), 0.0)
     return away, passing, at
 
 
 def compare(folder):
-    """Both variants: {variant: (overshoot mm, passing speed mm/s, tool path, samples, machine time)}."""
+    """{variant: (overshoot mm, passing speed mm/s, tool path, samples, time s)}."""
     found = {}
     for variant in VARIANTS:
         samples, seconds = run(variant, Path(folder) / f"{variant}.npz")
@@ -82,10 +105,27 @@ def picture(found, target):
         label = f"{name.replace('_', ' ')}: {away.max():.2f} mm off the contour"
         for ax in axes[:2]:
             ax.plot(*at.T, color=colors[name], linewidth=0.9, label=label)
-        axes[2].plot(samples["s"], samples["v"], color=colors[name], linewidth=0.9, label=f"{seconds:.2f} s")
-    axes[0].set(title="Tool on its slender arm", xlabel="X, mm", ylabel="Y, mm", aspect="equal")
+        axes[2].plot(
+            samples["s"],
+            samples["v"],
+            color=colors[name],
+            linewidth=0.9,
+            label=f"{seconds:.2f} s",
+        )
+    axes[0].set(
+        title="Tool on its slender arm",
+        xlabel="X, mm",
+        ylabel="Y, mm",
+        aspect="equal",
+    )
     axes[0].legend(fontsize=7)
-    axes[1].set(title="Corner at X120 Y0", xlim=(114, 122), ylim=(-2, 6), xlabel="X, mm", aspect="equal")
+    axes[1].set(
+        title="Corner at X120 Y0",
+        xlim=(114, 122),
+        ylim=(-2, 6),
+        xlabel="X, mm",
+        aspect="equal",
+    )
     axes[2].set(title="Path speed, mm/s", xlabel="place on the path, mm")
     axes[2].legend(fontsize=7)
     figure.savefig(target, dpi=90)
@@ -98,5 +138,6 @@ if __name__ == "__main__":
         found = compare(folder)
     for name, (away, speed, _, _, seconds) in found.items():
         corners = f"corners passed with at most {speed.max():4.0f} mm/s"
-        print(f"{name:18} {away.max():.2f} mm off the contour, {corners}, {seconds:.2f} s")
+        off = f"{away.max():.2f} mm off the contour"
+        print(f"{name:18} {off}, {corners}, {seconds:.2f} s")
     picture(found, sys.argv[1] if len(sys.argv) > 1 else "sharp_tangents.png")

@@ -1,4 +1,7 @@
-"""The example's claim: braking gently ahead of sharp tangents keeps the swinging tool near the corner."""
+"""The example's claim: gentle braking keeps the swinging tool near the corner.
+
+The tool brakes ahead of sharp tangents.
+"""
 
 import math
 from itertools import pairwise

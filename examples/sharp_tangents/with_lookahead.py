@@ -1,4 +1,7 @@
-"""Feed reduced in front of sharp tangents, gently and early: v = sqrt(2 a d) with an `a` that the arm can bear."""
+"""Feed reduced in front of sharp tangents, gently and early.
+
+The speed is v = sqrt(2 a d) with an `a` that the arm can bear.
+"""
 
 import math
 
@@ -8,7 +11,8 @@ FEED_MM_S = 200.0
 GENTLE_MM_S2 = 1000.0
 SHARP_RAD = 0.3
 SLOWEST_PERCENT = 8.0
-BEHIND_S = 0.020  # an override that is commanded now acts on the path so much later
+# an override that is commanded now acts on the path so much later
+BEHIND_S = 0.020
 
 
 @task(interval=0.001)
@@ -21,9 +25,12 @@ class Feed:
 
     def cyclic(self):
         self.ahead()
-        way = self.way_to_corner() - self.state.active_feed_r / 1000.0 * BEHIND_S
-        wanted = 100.0 * math.sqrt(2.0 * GENTLE_MM_S2 * max(way, 0.0)) / FEED_MM_S
-        faster = self.percent + 100.0 * GENTLE_MM_S2 * 0.001 / FEED_MM_S  # and gently up again
+        speed_mm_s = self.state.active_feed_r / 1000.0
+        way = max(self.way_to_corner() - speed_mm_s * BEHIND_S, 0.0)
+        wanted = 100.0 * math.sqrt(2.0 * GENTLE_MM_S2 * way) / FEED_MM_S
+        # and gently up again
+        gain = 100.0 * GENTLE_MM_S2 * 0.001 / FEED_MM_S
+        faster = self.percent + gain
         self.percent = max(min(wanted, faster, 100.0), SLOWEST_PERCENT)
         self.override(path=self.percent)
 

@@ -10,7 +10,10 @@ from plc_client.mock import line
 
 
 def test_sets_with_and_without_look_ahead(tmp_path: Path) -> None:
-    """A tenth of the wrong wall; the changes lie where they should, but for what the corners slow down."""
+    """A tenth of the wrong wall, and changes where they should lie.
+
+    The corners, which slow the tool down, leave a small error.
+    """
     found = compare(tmp_path)
     assert found["without_lookahead"][0] > 10.0 * found["with_lookahead"][0]
     assert np.abs(found["with_lookahead"][1]).max() < 0.2

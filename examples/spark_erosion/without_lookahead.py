@@ -1,8 +1,12 @@
-"""The parameter set is chosen by the block the machine is in: too late by what the generator needs to change."""
+"""The parameter set is chosen by the block that the machine is in.
+
+That is too late by the time that the generator needs to change.
+"""
 
 from plc_client import task
 
-DETAIL_BLOCKS = {30, 40, 50, 70, 80, 90, 110, 120}  # found by hand, for this part only
+# found by hand, for this part only
+DETAIL_BLOCKS = {30, 40, 50, 70, 80, 90, 110, 120}
 
 
 @task(interval=0.004)

@@ -16,6 +16,8 @@ from .base import (
 )
 from .level import LevelUnit, command
 
+_Inputs = tuple[float, int, int, int, int]
+
 
 class _Edge(ExecuteBlock):
     """A level unit whose rising edge counts: command TRUE, the CNC shows it in
@@ -152,7 +154,7 @@ class InsertStop(ExecuteBlock):
         super().__init__(timeout_s)
         self._ch = ch
         self._unit = ch.bahn_mc_control.insert_cmd
-        self._inputs: tuple[float, int, int, int, int] = (0.0, 0, 0, 0, 0)
+        self._inputs: _Inputs = (0.0, 0, 0, 0, 0)
         self.next_stop = -1.0
 
     def __call__(

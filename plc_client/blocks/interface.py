@@ -165,16 +165,26 @@ def cnc_shape(hli: Any) -> HliShape:
         layout.HLI_PLATFORM
     )
     return HliShape(
-        pform.nc_config.hli_version_r.zeichen, layout.HLI_SYS_CH_MAXIDX + 1, layout.HLI_SYS_AX_MAXIDX + 1,
-        head.segment_size - others, hli.gpCh[0].head.sizeof_interface_r, hli.gpAx[0].head.sizeof_interface_r,
-        head.channel_count, head.axis_count,
-    )  # fmt: skip
+        pform.nc_config.hli_version_r.zeichen,
+        layout.HLI_SYS_CH_MAXIDX + 1,
+        layout.HLI_SYS_AX_MAXIDX + 1,
+        head.segment_size - others,
+        hli.gpCh[0].head.sizeof_interface_r,
+        hli.gpAx[0].head.sizeof_interface_r,
+        head.channel_count,
+        head.axis_count,
+    )
 
 
 def plc_shape(hli: Any, version: str) -> HliShape:
     """What this library was built with, and the pointers it has."""
     return HliShape(
-        version, layout.HLI_SYS_CH_MAXIDX + 1, layout.HLI_SYS_AX_MAXIDX + 1, ctypes.sizeof(layout.HLI_PLATFORM),
-        ctypes.sizeof(layout.HLI_CHANNEL), ctypes.sizeof(layout.HLI_AXIS),
-        sum(area is not None for area in hli.gpCh), sum(area is not None for area in hli.gpAx),
-    )  # fmt: skip
+        version,
+        layout.HLI_SYS_CH_MAXIDX + 1,
+        layout.HLI_SYS_AX_MAXIDX + 1,
+        ctypes.sizeof(layout.HLI_PLATFORM),
+        ctypes.sizeof(layout.HLI_CHANNEL),
+        ctypes.sizeof(layout.HLI_AXIS),
+        sum(area is not None for area in hli.gpCh),
+        sum(area is not None for area in hli.gpAx),
+    )

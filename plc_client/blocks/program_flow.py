@@ -124,7 +124,8 @@ class TechnoArea:
     def __init__(self, area: View, name: str) -> None:
         self._arrays = [TechnoArray(area, name, late) for late in (False, True)]
         std, late = area.techno_unit_std_sync, area.techno_unit_late_sync
-        self._first, self._count = std[0]._pointer(), len(std) + len(late)
+        self._first = std[0]._pointer()
+        self._count = len(std) + len(late)
         assert late[0]._address - std[0]._address == len(std) * ctypes.sizeof(
             layout.TECHNO_UNIT_CH
         )

@@ -198,6 +198,12 @@ class ErrorReader(FunctionBlock):
         return [record]
 
 
+NO_ERROR = CncErrorRecord(
+    *(0, "PLC", 0, 0, 0, 0),
+    *("", "", 0, 0),
+)
+
+
 def read_record(unit: Any) -> CncErrorRecord:
     """The record in an MC_ERROR unit."""
     head = unit.satz_r.kopf
@@ -207,10 +213,17 @@ def read_record(unit: Any) -> CncErrorRecord:
             bytes(unit.satz_r.rumpf.maske._c.err_mask)
         )
     return CncErrorRecord(
-        head.error_id, head.modul_name.zeichen, head.line, head.channel, head.recovery_class, head.reaction_class,
-        body.prog_name.decode("utf-8", "replace"), body.file_name.decode("utf-8", "replace"),
-        body.satz_nr, body.fileoffset,
-    )  # fmt: skip
+        head.error_id,
+        head.modul_name.zeichen,
+        head.line,
+        head.channel,
+        head.recovery_class,
+        head.reaction_class,
+        body.prog_name.decode("utf-8", "replace"),
+        body.file_name.decode("utf-8", "replace"),
+        body.satz_nr,
+        body.fileoffset,
+    )
 
 
 def write_record(unit: Any, record: CncErrorRecord) -> None:
@@ -256,7 +269,7 @@ class ErrorWriter(ExecuteBlock):
         super().__init__(timeout_s)
         self._ch = ch
         self._unit = ch.lc_error
-        self._record = CncErrorRecord(0, "PLC", 0, 0, 0, 0, "", "", 0, 0)
+        self._record = NO_ERROR
 
     def __call__(
         self,

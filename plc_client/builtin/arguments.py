@@ -5,8 +5,10 @@ from __future__ import annotations
 import difflib
 from typing import Any
 
+Arguments = dict[str, Any]
 
-def checked(given: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
+
+def checked(given: Arguments, defaults: Arguments) -> Arguments:
     """`defaults` updated by `given`; ValueError names an unknown argument (with
     the nearest one) or a wrong type.
     """

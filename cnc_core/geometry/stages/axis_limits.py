@@ -155,12 +155,12 @@ class AxisLimits:
         return low, high
 
     def _error(self, row: Any, axis: int, value: float) -> CncError:
-        text = (
-            f"axis {self.names[axis]} would reach {value:g}, allowed is "
-            f"{self.low[axis]:g} to {self.high[axis]:g}"
-        )
+        allowed = f"{self.low[axis]:g} to {self.high[axis]:g}"
+        place = self.place(int(row["file"]), int(row["line"]))
         return CncError(
-            903001, text, self.place(int(row["file"]), int(row["line"]))
+            903001,
+            f"axis {self.names[axis]} would reach {value:g}, allowed is {allowed}",
+            place,
         )
 
     def drain(self) -> BlockBatch:

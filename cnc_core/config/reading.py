@@ -1,0 +1,117 @@
+"""A cell file's text into its values, and the place of a mistake in it."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from ..errors import ConfigError, Place
+from .axes import AxisConfig, SpindleConfig
+from .cell import CellConfig
+from .channel import ChannelConfig
+from .external import ExternalConfig
+from .isons import IsonsConfig
+from .kinematics import KinematicsConfig
+from .osai import OsaiConfig
+from .tools import ToolConfig
+
+
+def _known_keys(path: tuple[Any, ...]) -> list[str]:
+    tables: dict[str, type[BaseModel]] = {
+        "axes": AxisConfig,
+        "tools": ToolConfig,
+        "external": ExternalConfig,
+        "spindles": SpindleConfig,
+        "kinematics": KinematicsConfig,
+        "isons": IsonsConfig,
+    }
+    if len(path) == 1:
+        return list(CellConfig.model_fields)
+    if path[0] in ("isons", "osai") and len(path) == 2:
+        return list(
+            (IsonsConfig if path[0] == "isons" else OsaiConfig).model_fields
+        )
+    model = ChannelConfig if path[0] == "channel" else tables.get(str(path[0]))
+    return list(model.model_fields) if model else []
+
+
+def _message(error: Any) -> str:
+    path = tuple(error["loc"])
+    where = ".".join(str(p) for p in path)
+    if error["type"] != "extra_forbidden":
+        text = str(error["msg"]).removeprefix("Value error, ")
+        return f"{where}: {text}" if where else text
+    near = difflib.get_close_matches(
+        str(path[-1]), _known_keys(path), n=1, cutoff=0.0
+    )
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return f"{where}: unknown key{hint}"
+
+
+def _toml_place(file: str, text: str, message: str) -> Place:
+    """Place of a TOML syntax error, which tomllib only tells in its message."""
+    match = re.search(r"at line (\d+), column (\d+)", message)
+    lines = text.splitlines() or [""]
+    line, column = len(lines), 1
+    if match:
+        line, column = int(match[1]), int(match[2])
+    return Place(file, line, column, lines[min(line, len(lines)) - 1])
+
+
+def _line_of(text: str, key: str) -> int:
+    """First line that mentions the key, 0 if none does."""
+    lines = text.splitlines()
+    return next(
+        (
+            i
+            for i, line in enumerate(lines, 1)
+            if line.strip().startswith((key, f"[{key}")) or f".{key}" in line
+        ),
+        0,
+    )
+
+
+def parse_config(text: str, file: str = "") -> CellConfig:
+    """Validated configuration from TOML text; ConfigError with the place of the
+    first mistake.
+    """
+    try:
+        return CellConfig.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(
+            f"not TOML: {error}", _toml_place(file, text, str(error))
+        ) from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        named = re.search(r"machine parameter (\w+)", first["msg"])
+        key = (
+            named[1] if named else str(first["loc"][-1]) if first["loc"] else ""
+        )
+        line = _line_of(text, key) if key else 0
+        source = text.splitlines()[line - 1] if line else ""
+        raise ConfigError(
+            "; ".join(_message(e) for e in error.errors()),
+            Place(file, line, 1, source),
+        ) from None
+
+
+def load_config(path: str | Path | None) -> CellConfig:
+    """Configuration of a file, or the built-in machine (X Y Z) for None."""
+    if path is None:
+        return CellConfig()
+    try:
+        text = Path(path).read_text()
+    except FileNotFoundError:
+        raise ConfigError(
+            "configuration file not found", Place(str(path))
+        ) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(
+            f"configuration cannot be read: {error}", Place(str(path))
+        ) from None
+    return parse_config(text, str(path))
