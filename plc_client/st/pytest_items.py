@@ -22,7 +22,9 @@ class StFile(pytest.File):
             item.place = (block, method, line)
             yield item
 
-    def repr_failure(self, excinfo: Any) -> Any:
+    def repr_failure(  # type: ignore[override]
+        self, excinfo: Any
+    ) -> Any:
         """Errors of the source stand for themselves."""
         if isinstance(excinfo.value, PlcError):
             return str(excinfo.value)

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from .build import Built, Sources, build, check, sources_of
+from .build import Sources, build, check, sources_of
 from .errors import StError
 from .machine.loader import StProgram
+from .options import Built
 
 SUITE = "FB_TESTSUITE"
 

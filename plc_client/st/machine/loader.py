@@ -12,7 +12,7 @@ from typing import Any
 from hli._sync import ffi, lib
 
 from ...task import PlcError
-from ..build import Built
+from ..options import Built
 from .symbols import ListView, Memory
 
 

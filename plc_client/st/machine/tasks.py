@@ -9,7 +9,8 @@ from typing import Any
 
 from ... import clock
 from ...task import PlcError, task
-from ..build import Built, Options, build, sources_of
+from ..build import build, sources_of
+from ..options import Built, Options
 from .loader import StProgram, StTrap
 from .retain import Retained
 
