@@ -149,7 +149,8 @@ class View:
         target, source = getattr(self._c, name), getattr(value, "_c", value)
         if not isinstance(source, type(target)):
             raise TypeError(
-                f"{name} is a {type(target).__name__}; assign its members, or another one as a whole"
+                f"{name} is a {type(target).__name__}; assign its members,"
+                " or another one as a whole"
             )
         ctypes.memmove(
             ctypes.addressof(target),
@@ -418,7 +419,8 @@ def overlay(array: ArrayView, structure: type[ctypes.Structure]) -> Any:
     """
     if len(array) < ctypes.sizeof(structure):
         raise ValueError(
-            f"{structure.__name__} needs {ctypes.sizeof(structure)} bytes, the array has {len(array)}"
+            f"{structure.__name__} needs {ctypes.sizeof(structure)} bytes,"
+            f" the array has {len(array)}"
         )
     return view_class(structure)(structure.from_buffer(array._a))
 
