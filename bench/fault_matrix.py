@@ -23,7 +23,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,7 +32,11 @@ from hli import layout
 SHM = Path("/dev/shm")
 LIMIT_S = 5.0
 PROGRAM = (
-    "N10 G01 X10 F3000\nN20 M20\nN30 G03 X0 Y10 I-10 J0\nN40 M20\nN50 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]\n"
+    "N10 G01 X10 F3000\n"
+    "N20 M20\n"
+    "N30 G03 X0 Y10 I-10 J0\n"
+    "N40 M20\n"
+    "N50 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]\n"
     + "".join(f"N{60 + k} G01 X{k % 5} Y{k % 7} F2000\n" for k in range(120))
 )
 CONFIG = '[channel]\n[channel.m_synch]\n20 = "MVS_SVS"\n'
@@ -42,7 +46,8 @@ from plc_client import AcknowledgeAll, ContourLookahead, task
 class P:
     def setup(self, hli):
         self.ch = hli.gpCh[0]
-        self.all, self.clah, self.n = AcknowledgeAll(hli), ContourLookahead(self.ch.contour_lookahead), 0
+        self.all, self.n = AcknowledgeAll(hli), 0
+        self.clah = ContourLookahead(self.ch.contour_lookahead)
     def cyclic(self):
         self.all()
         self.n += 1
@@ -120,20 +125,16 @@ class Run:
             env=os.environ | {"TMPDIR": str(scratch)},
         )
         self.pids: dict[str, int] = {"launcher": self.launcher.pid}
+        self.seen = False
 
     def find(self) -> None:
         """Process ids of the children, as they appear."""
         try:
-            children = (
-                Path(
-                    f"/proc/{self.launcher.pid}/task/{self.launcher.pid}/children"
-                )
-                .read_text()
-                .split()
-            )
+            pid = self.launcher.pid
+            listed = Path(f"/proc/{pid}/task/{pid}/children").read_text()
         except OSError:
             return
-        for pid in map(int, children):
+        for pid in map(int, listed.split()):
             try:
                 words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
             except OSError:
@@ -162,7 +163,7 @@ class Run:
             )
         seg = self.segment()
         if seg is None:
-            return moment == "shutdown" and getattr(self, "seen", False)
+            return moment == "shutdown" and self.seen
         self.seen = True
         ch, side = seg.channel[0], seg.sidecar
         return {
@@ -190,10 +191,10 @@ def alive(pid: int) -> bool:
         return False
 
 
-def wait(what: object, seconds: float = LIMIT_S) -> float:
+def wait(what: Callable[[], object], seconds: float = LIMIT_S) -> float:
     """Seconds until ``what()`` is true; AssertionError after the limit."""
     begin = time.monotonic()
-    while not what():  # type: ignore[operator]
+    while not what():
         assert time.monotonic() - begin < seconds, "it does not end"
         time.sleep(0.01)
     return time.monotonic() - begin

@@ -164,9 +164,8 @@ def percentile_95(values: list[int]) -> int:
     return ordered[int(0.95 * (len(ordered) - 1))] if ordered else 0
 
 
-LANGUAGES: dict[
-    str, tuple[tuple[str, ...], tuple[str, ...], Callable[[str], Measured]]
-] = {
+Names = tuple[str, ...]
+LANGUAGES: dict[str, tuple[Names, Names, Callable[[str], Measured]]] = {
     "python": (("cnc_core", "hli", "plc_client"), (".py",), python_file),
     "c": (("c_ext",), (".c", ".h"), c_file),
 }
@@ -232,7 +231,8 @@ def prose_figures(root: Path) -> dict[str, Any]:
     }
     every = [count for counts in said.values() for count in counts]
     means = {page: statistics.mean(n) for page, n in said.items() if n}
-    longest = sorted(((round(n, 1), p) for p, n in means.items()), reverse=True)
+    rounded = [(round(mean, 1), page) for page, mean in means.items()]
+    longest = sorted(rounded, reverse=True)
     return {
         "words_a_sentence": round(statistics.mean(every), 1),
         "over_30_percent": round(share(every, SENTENCE_WORDS), 1),

@@ -74,12 +74,15 @@ def topp2_time_by_middles(
     accelerations are limited: of second order, and q'' may jump at the knots
     left. |q' u + q'' (x + 2 h u)| <= a, h: from the knot to the middle.
     """
-    knots, d1, d2 = slice(None, None, 2), path.d1[1::2], path.d2[1::2]
-    s, half = path.s[knots], (path.s[1::2] - path.s[:-1:2])[:, None]
-    rows = (np.vstack([r, r[-1:]]) for r in (d1 + 2.0 * half * d2, d2))
-    cap = np.minimum(
-        feed[knots], (v / np.maximum(np.abs(path.d1[knots]), 1e-12)).min(axis=1)
-    )
+    knots = slice(None, None, 2)
+    d1, d2 = path.d1[1::2], path.d2[1::2]
+    s = path.s[knots]
+    before, middle = path.s[:-1:2], path.s[1::2]
+    half = (middle - before)[:, None]
+    middles = (d1 + 2.0 * half * d2, d2)
+    rows = (np.vstack([row, row[-1:]]) for row in middles)
+    slopes = np.maximum(np.abs(path.d1[knots]), 1e-12)
+    cap = np.minimum(feed[knots], (v / slopes).min(axis=1))
     shifted = Path(s, path.q[knots], *rows, path.d3[knots])
     return topp2_time(shifted, cap, np.full(len(v), UNLIMITED), a)
 

@@ -28,7 +28,11 @@ from planner_oracles import topp2_time_by_middles, topp3_time
 # mm at the ends of lines, growth by the distance from them
 FINEST, GROWTH = 0.004, 0.06
 KINK = 1e-6  # jump of the direction at which the axes stand
-PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
+PLANES = {
+    17: (0, 1),
+    18: (2, 0),
+    19: (1, 2),
+}
 LEAST = 8  # intervals of a piece
 RAPID = 1e5  # mm/s: no limit but those of the axes
 
@@ -64,7 +68,8 @@ def _graded(length: float, spacing: float) -> FloatArray:
 def _line(start: FloatArray, row: np.void, spacing: float) -> Knots:
     end, zero = row["end"][: len(start)], np.zeros
     s = _graded(row["length"], spacing)
-    slope = np.repeat(((end - start) / row["length"])[None], len(s), axis=0)
+    direction = (end - start) / row["length"]
+    slope = np.repeat(direction[None], len(s), axis=0)
     return Knots(
         s,
         start + s[:, None] * slope,
@@ -76,22 +81,16 @@ def _line(start: FloatArray, row: np.void, spacing: float) -> Knots:
 
 def _arc(start: FloatArray, row: np.void, spacing: float) -> Knots:
     i, k = PLANES[int(row["plane"])]
-    n, end, angle = (
-        _places(row["length"], abs(row["angle"]), spacing),
-        row["end"][: len(start)],
-        float(row["angle"]),
-    )
+    n = _places(row["length"], abs(row["angle"]), spacing)
+    end, angle = row["end"][: len(start)], float(row["angle"])
     u = np.linspace(0.0, 1.0, n + 1)
-    w = (
-        start[i] - row["center"][0] + 1j * (start[k] - row["center"][1])
-    ) * np.exp(1j * angle * u)
+    center = row["center"]
+    across, up = start[i] - center[0], start[k] - center[1]
+    w = (across + 1j * up) * np.exp(1j * angle * u)
 
     def derivative(order: int) -> FloatArray:
-        out = np.repeat(
-            (end - start)[None] if order == 1 else np.zeros((1, len(start))),
-            n + 1,
-            axis=0,
-        )
+        slope = end - start if order == 1 else np.zeros(len(start))
+        out = np.repeat(slope[None], n + 1, axis=0)
         if order == 0:
             out = start + u[:, None] * (end - start)
         turned = w * (1j * angle) ** order
@@ -117,7 +116,8 @@ def _polynomial(
         )
 
     first = by_length(curve, np.linspace(0.0, float(row["angle"]), 9))
-    turn = float(np.linalg.norm(np.diff(first.d1, axis=0), axis=1).sum())
+    turns = np.linalg.norm(np.diff(first.d1, axis=0), axis=1)
+    turn = float(turns.sum())
     return by_length(
         curve,
         np.linspace(
@@ -156,23 +156,28 @@ def stretches(
     """
     groups: list[list[tuple[Knots, float]]] = []
     for piece in _pieces(batches, start, spacing):
-        if (
-            groups
-            and np.abs(groups[-1][-1][0].d1[-1] - piece[0].d1[0]).max() < KINK
-        ):
+        if groups and _meet(groups[-1][-1][0], piece[0]):
             groups[-1].append(piece)
         else:
             groups.append([piece])
     return [_joined(group) for group in groups]
 
 
+def _meet(first: Knots, second: Knots) -> bool:
+    """Whether a path goes on without a kink."""
+    jump = first.d1[-1] - second.d1[0]
+    return bool(np.abs(jump).max() < KINK)
+
+
 def _joined(group: list[tuple[Knots, float]]) -> Stretch:
     pieces = [knots for knots, _ in group]
-    offsets = np.concatenate([[0.0], np.cumsum([g.length for g in pieces])])
-    s = np.concatenate(
-        [g.s[:-1] + o for g, o in zip(pieces, offsets, strict=False)]
-        + [[offsets[-1]]]
-    )
+    ends = np.cumsum([knots.length for knots in pieces])
+    offsets = np.concatenate([[0.0], ends])
+    moved = [
+        knots.s[:-1] + offset
+        for knots, offset in zip(pieces, offsets, strict=False)
+    ]
+    s = np.concatenate([*moved, offsets[-1:]])
     feed = np.full(len(s), np.inf)
     at = 0
     for knots, value in group:

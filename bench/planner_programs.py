@@ -53,9 +53,11 @@ def arcs(rng: np.random.Generator, helix: bool) -> tuple[str, Knots]:
     """A tangential chain of arcs of random radius and angle; helices climb at a
     constant slope.
     """
-    at, heading, z, lines = 0j, float(rng.uniform(0, 6)), 0.0, []
+    at, heading, z = 0j, float(rng.uniform(0, 6)), 0.0
+    lines = []
     slope = 0.3 if helix else 0.0
-    s, q, d1, d2 = [np.zeros(1)], [np.zeros((1, 3))], [], []
+    s, q = [np.zeros(1)], [np.zeros((1, 3))]
+    d1, d2 = [], []
     for _ in range(60):
         r, turn, side = (
             float(np.exp(rng.normal(1.5, 0.8))),
@@ -79,11 +81,9 @@ def arcs(rng: np.random.Generator, helix: bool) -> tuple[str, Knots]:
         )
         first = 0 if not d1 else 1
         s.append(s[-1][-1] + length[1:])
-        q.append(
-            np.column_stack([(centre + w).real, (centre + w).imag, z + climb])[
-                1:
-            ]
-        )
+        place = centre + w
+        points = np.column_stack([place.real, place.imag, z + climb])
+        q.append(points[1:])
         d1.append(one[first:])
         d2.append(two[first:])
         end, ij, z = (
@@ -92,8 +92,10 @@ def arcs(rng: np.random.Generator, helix: bool) -> tuple[str, Knots]:
             float(z + climb[-1]),
         )
         height = f" Z{z:.9f}" if helix else ""
+        code = "G3" if side > 0 else "G2"
         lines.append(
-            f"{'G3' if side > 0 else 'G2'} X{end.real:.9f} Y{end.imag:.9f}{height} I{ij.real:.9f} J{ij.imag:.9f}"
+            f"{code} X{end.real:.9f} Y{end.imag:.9f}{height}"
+            f" I{ij.real:.9f} J{ij.imag:.9f}"
         )
         at, heading = end, heading + side * turn
     d1_all = np.vstack(d1)
@@ -117,7 +119,8 @@ def curve(rng: np.random.Generator) -> tuple[str, Knots]:
     )
 
     def waves(t: FloatArray, order: int) -> FloatArray:
-        angle = rate[None] * t[:, None, None] + phase[None] + order * np.pi / 2
+        turn = order * np.pi / 2
+        angle = rate[None] * t[:, None, None] + phase[None] + turn
         value = (amplitude * rate**order * np.sin(angle)).sum(axis=2)
         return np.asarray(
             value - (amplitude * np.sin(phase)).sum(axis=1)
@@ -182,9 +185,10 @@ def main() -> None:
             ]
             for window in WINDOWS:
                 time, ratio, speed = plan(text, feed, window, tolerance)
-                row.append(
-                    f"W{window} {time / best:.4f} (a {ratio['acceleration']:.3f}, {speed / 1e3:.0f} k/s)"
+                measured = (
+                    f"a {ratio['acceleration']:.3f}, {speed / 1e3:.0f} k/s"
                 )
+                row.append(f"W{window} {time / best:.4f} ({measured})")
             print("; ".join(row))
 
 

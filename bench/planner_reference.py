@@ -32,7 +32,8 @@ def compare(
     """
     axes = path.q.shape[1]
     lim = limits(axes)
-    v, a, j = (np.array(x) for x in (lim.v, lim.a, lim.j))
+    v, a = np.array(lim.v), np.array(lim.a)
+    j = np.array(lim.j)
     rows = path.intervals(feed)
     rows["blocks"] = np.arange(len(rows)) % per_block == per_block - 1
     best3 = topp3_time(path, feed, v, a, j) if optimum else float("nan")
@@ -46,9 +47,12 @@ def compare(
         laws = run(planner, rows)
         cpu = time.process_time() - cpu
         stats, total = planner.stats, float(laws["time"].sum())
+        speed = rows["blocks"].sum() / cpu
+        worst_ms = 1e3 * stats["worst_solve_s"]
         print(
-            f"  jerk  W{window:3d}: {total:.5f} s, ratio {total / best3:.5f}, {rows['blocks'].sum() / cpu:8.0f} bl/s,"
-            f" worst solve {1e3 * stats['worst_solve_s']:.2f} ms, failed {stats['failed']:.0f} of {stats['solves']:.0f}"
+            f"  jerk  W{window:3d}: {total:.5f} s, ratio {total / best3:.5f},"
+            f" {speed:8.0f} bl/s, worst solve {worst_ms:.2f} ms,"
+            f" failed {stats['failed']:.0f} of {stats['solves']:.0f}"
         )
         _acceleration_limited(lim, window, per_block, rows, best2)
 
@@ -69,8 +73,10 @@ def _acceleration_limited(
             break
         total += float(laws["time"].sum())
     cpu = time.process_time() - cpu
+    speed = rows["blocks"].sum() / cpu
     print(
-        f"  accel W{window:3d}: {total:.5f} s, ratio {total / best:.5f}, {rows['blocks'].sum() / cpu:9.0f} blocks/s"
+        f"  accel W{window:3d}: {total:.5f} s, ratio {total / best:.5f},"
+        f" {speed:9.0f} blocks/s"
     )
 
 

@@ -35,7 +35,8 @@ PLC = {
         "        self.clah(start_position=self.ch.bahn_state.dist_prog_start, length=50_000.0)\n"
         "        if self.clah.done:\n"
         "            radius = self.clah.blocks['compensated_radius']\n"
-        "            self.ch.bahn_mc_control.override.command_w = 600 if (radius > 0).any() else 1000\n"
+        "            percent = 600 if (radius > 0).any() else 1000\n"
+        "            self.ch.bahn_mc_control.override.command_w = percent\n"
     ),
     "look_ahead": HEAD
     + (
@@ -79,7 +80,8 @@ def test_pair(benchmark: Any, tmp_path: Path, name: str) -> None:
 
     result = benchmark.pedantic(run, rounds=1)
     assert result.end == "completed"
-    scans = {k: v["mean_us"] for k, v in result.plc.get("tasks", {}).items()}
+    tasks = result.plc.get("tasks", {})
+    scans = {name: task["mean_us"] for name, task in tasks.items()}
     benchmark.extra_info.update(
         realtime_factor=result.realtime_factor,
         cycles=result.cycles,

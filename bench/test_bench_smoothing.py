@@ -54,7 +54,12 @@ def collinear(n: int) -> Any:
 
 @pytest.mark.parametrize(
     ("shape", "n"),
-    [(contour, 50_000), (coarse, 5_000), (corners, 5_000), (collinear, 50_000)],
+    [
+        (contour, 50_000),
+        (coarse, 5_000),
+        (corners, 5_000),
+        (collinear, 50_000),
+    ],
 )
 def test_smoothing(benchmark: Any, shape: Any, n: int) -> None:
     """Microseconds a block, pieces a block, certified deviation at a tolerance
@@ -62,7 +67,8 @@ def test_smoothing(benchmark: Any, shape: Any, n: int) -> None:
     """
     points = shape(n)
     rows = np.zeros(n - 1, NC_BLOCK)
-    rows["end"][:, :3], rows["type"], rows["feed"] = points[1:], LINEAR, 100.0
+    rows["end"][:, :3] = points[1:]
+    rows["type"], rows["feed"] = LINEAR, 100.0
     rows["length"] = rows["length_min"] = np.linalg.norm(
         np.diff(points, axis=0), axis=1
     )

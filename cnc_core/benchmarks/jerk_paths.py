@@ -85,7 +85,10 @@ class Knots:
             value - sum(row[j] * c[j] for j in range(4))
             for value, row in zip(end, LOWER_BINOMIAL, strict=True)
         ]
-        c += [sum(row[j] * rest[j] for j in range(4)) for row in upper]
+        c += [
+            sum(factor * part for factor, part in zip(row, rest, strict=True))
+            for row in upper
+        ]
         return np.asarray(sum(c[i] * t**i for i in range(8)))
 
     def intervals(self, feed: float) -> npt.NDArray[Any]:

@@ -163,6 +163,16 @@ def _numbers(value: float | list[float]) -> str:
     )
 
 
+SamplesFile = Annotated[
+    Path | None,
+    typer.Option(help="write t, pos, axes, s, v, block to this .npz"),
+]
+PictureFile = Annotated[
+    Path | None,
+    typer.Option(help="draw path, speed, acceleration and jerk to this .png"),
+]
+
+
 @app.command()
 @expanded
 def plan(
@@ -187,16 +197,8 @@ def plan(
             min=0.0, help="allowed path deviation in mm; 0: exact path"
         ),
     ] = 0.0,
-    samples: Annotated[
-        Path | None,
-        typer.Option(help="write t, pos, axes, s, v, block to this .npz"),
-    ] = None,
-    picture: Annotated[
-        Path | None,
-        typer.Option(
-            help="draw path, speed, acceleration and jerk to this .png"
-        ),
-    ] = None,
+    samples: SamplesFile = None,
+    picture: PictureFile = None,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.

@@ -1,7 +1,7 @@
 """A PLC program that follows a profile.
 
 The program counts polynomial elements ahead and notes how far the contour is known.
-Run it from the repository's folder::
+Run it in its folder::
 
     cd examples/osai
     hli-cosim run part.osai --config cell.toml --plc watch_elements.py

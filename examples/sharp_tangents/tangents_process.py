@@ -75,7 +75,8 @@ def overshoot(samples):
         near = slice(k, k + 120)
         contour = path[k - 400 : k + 600]
         apart = at[near][:, None] - contour[None]
-        away[i] = np.linalg.norm(apart, axis=2).min(axis=1).max()
+        nearest = np.linalg.norm(apart, axis=2).min(axis=1)
+        away[i] = nearest.max()
         passing[i] = max(velocity[k] @ before / np.linalg.norm(before), 0.0)
     return away, passing, at
 

@@ -54,7 +54,8 @@ def gap(samples, t, fine):
 
 def wanted_gap(s):
     """The gap the details need."""
-    inside = np.any([(s >= a) & (s < b) for a, b in WANTED], axis=0)
+    details = [(s >= begin) & (s < end) for begin, end in WANTED]
+    inside = np.any(details, axis=0)
     return np.where(inside, GAP_FINE_MM, GAP_ROUGH_MM)
 
 
