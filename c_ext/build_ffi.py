@@ -129,7 +129,7 @@ ENGINE_HEADERS = [
     "stages/smoothing/smoothing.h",
     "stages/contouring/contouring.h",
     "engine/state/api.h",
-    "jerk/planner.h",
+    "jerk/state/api.h",
     "jerk/topp2.h",
     "stages/polyline_distance.h",
 ]

@@ -1,9 +1,8 @@
 """One error base and one table of numbers.
 
 Vendor numbers are used where they are public (companion specifications, "DG"
-pages); everything else lies in our own range 900000..909999.  The table is
-printed into the docs by ``docs/reference/errors.md`` and checked for completeness by a
-test.
+pages). All other numbers lie in our own range 900000..909999. The reference of
+errors is printed from this table.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-# number -> what it means (without the particulars of one occurrence)
+# number -> meaning, without the particulars of one occurrence
 ERRORS: dict[int, str] = {
     # vendor numbers
     20003: "G60 without motion",
@@ -333,8 +332,9 @@ class Place:
 
 
 class CncError(Exception):
-    """A numbered error with its place; ``str()`` gives ``FILE:LINE:COL: CODE:
-    text`` and the source line.
+    """A numbered error with its place.
+
+    ``str()`` gives ``FILE:LINE:COL: CODE: text`` and the source line.
     """
 
     def __init__(

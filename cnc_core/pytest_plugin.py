@@ -29,6 +29,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+def pytest_collect_file(
+    file_path: Path, parent: pytest.Collector
+) -> pytest.Collector | None:
+    """``test_*.st``: tests in Structured Text."""
+    if file_path.suffix != ".st" or not file_path.name.startswith("test_"):
+        return None
+    from plc_client.st.pytest_items import StFile  # noqa: PLC0415
+
+    found: pytest.Collector = StFile.from_parent(parent, path=file_path)
+    return found
+
+
 @pytest.fixture
 def cell() -> Iterator[Cell]:
     """A co-simulation cell: ``cell.run("part.nc", plc=MyPlc)``."""

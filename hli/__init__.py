@@ -1,5 +1,6 @@
 """The HLI: layout, shared memory, handshake."""
 
+from .areas import Areas
 from .errors import (
     HliAccessError,
     HliError,
@@ -11,7 +12,6 @@ from .errors import (
     HliVersionError,
 )
 from .segment import Segment, attach, create, sweep
-from .view import Areas
 
 __all__ = [
     "Areas",

@@ -21,10 +21,11 @@ from typing import Any
 import numpy as np
 
 from ._sync import ffi, lib
+from .areas import Areas
 from .errors import HliError
 from .handshake import BLOCK_ROWS, ContourUnit
 from .segment import Segment, attach, create
-from .view import BLOCK_DTYPE, Areas
+from .view import BLOCK_DTYPE
 
 TABLE_ROWS = 4096
 MAX_EXCHANGES = 2_000_000

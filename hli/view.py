@@ -24,17 +24,13 @@ import functools
 import math
 import operator
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
 from . import layout
 from ._sync import ffi, lib
 from .errors import HliNotConfigured
-from .segment import Segment
-
-if TYPE_CHECKING:
-    from .symbol import Symbol
 
 FLAG_NAMES = frozenset({"please_rw", "done_w"})
 BLOCK_DTYPE = np.dtype(layout.HLI_CONTOUR_LOOKAHEAD_BLOCK)
@@ -153,7 +149,8 @@ class View:
         target, source = getattr(self._c, name), getattr(value, "_c", value)
         if not isinstance(source, type(target)):
             raise TypeError(
-                f"{name} is a {type(target).__name__}; assign its members, or another one as a whole"
+                f"{name} is a {type(target).__name__}; assign its members,"
+                " or another one as a whole"
             )
         ctypes.memmove(
             ctypes.addressof(target),
@@ -422,7 +419,8 @@ def overlay(array: ArrayView, structure: type[ctypes.Structure]) -> Any:
     """
     if len(array) < ctypes.sizeof(structure):
         raise ValueError(
-            f"{structure.__name__} needs {ctypes.sizeof(structure)} bytes, the array has {len(array)}"
+            f"{structure.__name__} needs {ctypes.sizeof(structure)} bytes,"
+            f" the array has {len(array)}"
         )
     return view_class(structure)(structure.from_buffer(array._a))
 
@@ -468,32 +466,3 @@ class Pointers(tuple[Any, ...]):
         return HliNotConfigured(
             f"{what} {index} is not configured: {self.name}[{index}] is NULL; the CNC has {there}"
         )
-
-
-class Areas:
-    """The global pointers of the HLI over one segment; areas that are not
-    configured are NULL (``Pointers``).
-    """
-
-    def __init__(self, segment: Segment) -> None:
-        root: Any = view_class(layout.HLI_SEGMENT)(segment.root)
-        self.segment = segment
-        self.root = root
-        self.gNrCh: int = root.segment_head.channel_count
-        self.gNrAx: int = root.segment_head.axis_count
-        self.gpPform: Any = root.platform
-        self.gpCh = Pointers("gpCh", root.channel, self.gNrCh)
-        self.gpAx = Pointers("gpAx", root.axis, self.gNrAx)
-        self.gpVECh = Pointers("gpVECh", root.ext_var_channel, self.gNrCh)
-        self.gpVEGlobal: Any = root.ext_var_global
-        self.sidecar: Any = root.sidecar
-
-    def symbol(self, path: str) -> Symbol:
-        """The variable behind a TwinCAT-style path:
-        ``symbol("HLI_Global_Variables.gpCh[0]^....").value``.
-
-        Raises SymbolError (a ValueError) that says where the path stops.
-        """
-        from .symbol import resolve  # noqa: PLC0415 (symbols are built on views)
-
-        return resolve(self, path)

@@ -15,10 +15,10 @@ from typing import Any, Literal
 from hli._sync import lib
 
 from hli import layout
+from hli.areas import Areas
 from hli.errors import HliError, HliInUse, HliNotFound, HliNotReady, HliTimeout
 from hli.handshake import ContourUnit, snapshot, word_pointer
 from hli.segment import Segment, attach
-from hli.view import Areas
 
 from . import clock
 

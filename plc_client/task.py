@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import importlib.util
 import sys
 import sysconfig
@@ -159,9 +160,10 @@ def is_st(path: str | Path) -> bool:
 
 
 def _load_st(path: str) -> list[type]:
-    from .st.machine.tasks import load_st  # noqa: PLC0415 (only where used)
-
-    return load_st(path)
+    """The compiler stands above this module and is loaded where it is used."""
+    tasks = importlib.import_module(f"{__package__}.st.machine.tasks")
+    found: list[type] = tasks.load_st(path)
+    return found
 
 
 def _named(module: ModuleType, path: str, qualname: str) -> type:

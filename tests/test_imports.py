@@ -64,6 +64,7 @@ ORDER = [
     "cnc_core.frontend.osai",
     "cnc_core.frontend.base",
     "cnc_core.frontend.detect",
+    "cnc_core.frontend.front_end",
     "cnc_core.frontend.port",
     "cnc_core.frontend.operator",
     "cnc_core.frontend.machine",

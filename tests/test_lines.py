@@ -30,7 +30,7 @@ BOUNDS = {
 ONE_LETTER_NAMES_PERCENT = {"python": 5.0, "c": 12.0}
 MEDIAN_LINES, P95_LINES = 10, 40
 # one table of data each, read from top to bottom
-TABLES = {"hli/layout.py", "c_ext/jerk/tuning.h"}
+TABLES = {"hli/layout.py", "c_ext/jerk/state/tuning.h"}
 
 
 @cache

@@ -75,7 +75,8 @@ void curve_at(const struct curve *curve,
 void curve_third(const struct curve *curve,
                  double parameter,
                  double *d3); /* third derivative by arc length */
-/* bounds.c */
+/* Bounds of the third and the fourth derivative by length over a part of the
+ * curve; false: the speed of the parameter changes too much there. */
 bool curve_certify(const struct curve *curve,
                    double from,
                    double to,

@@ -17,7 +17,6 @@
 #include "engine/state/memory.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
-#include "engine/threads.h"
 #include "hli/sync.h"
 
 static uint64_t power_of_two(uint64_t count) {
@@ -62,9 +61,14 @@ static bool allocate(struct engine *engine) {
         engine->commit.tails[i].phases =
             calloc(engine->commit.tail_max, sizeof(phase));
     }
-    if (!engine->store.elements || !engine->store.pieces || !engine->run.pieces
-        || !engine->store.curves || !engine->commit.ring
-        || !engine->commit.tails[0].phases || !engine->commit.tails[1].phases) {
+    bool has_store = engine->store.elements && engine->store.pieces
+                     && engine->store.curves,
+         has_tails =
+             engine->commit.tails[0].phases && engine->commit.tails[1].phases;
+    if (!has_store || !has_tails) {
+        return false;
+    }
+    if (!engine->run.pieces || !engine->commit.ring) {
         return false;
     }
     memory_large(engine->store.pieces, stored * sizeof(struct piece));

@@ -30,8 +30,13 @@ bool plc_finished(const struct engine *engine) {
            && load_u32_acquire(&engine->hli.side->plc.finished);
 }
 
-/* What preparation or the cell has to know, in order of urgency; -1 if nothing.
- */
+static bool drained(struct engine *engine) {
+    return ATOMIC_GET(engine->program.expect_drain)
+           && ATOMIC_GET(engine->geo.cycle) >= engine->program.drain_from
+           && ATOMIC_GET(engine->store.done) >= engine->program.drain_at
+           && geo_drained(engine);
+}
+
 int pending_event(struct engine *engine) {
     if (engine->fault) {
         return ENGINE_FAULT;
@@ -50,10 +55,7 @@ int pending_event(struct engine *engine) {
         ATOMIC_SET(engine->retracing.event, 0);
         return ENGINE_RETRACED;
     }
-    if (ATOMIC_GET(engine->program.expect_drain)
-        && ATOMIC_GET(engine->geo.cycle) >= engine->program.drain_from
-        && ATOMIC_GET(engine->store.done) >= engine->program.drain_at
-        && geo_drained(engine)) {
+    if (drained(engine)) {
         ATOMIC_SET(engine->program.expect_drain, 0);
         return ENGINE_DRAINED;
     }

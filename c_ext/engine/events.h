@@ -4,5 +4,8 @@
 #include "engine/state/state.h"
 
 bool plc_finished(const struct engine *engine);
+
+/* What preparation or the cell has to know, in order of urgency; -1 if nothing.
+ */
 int pending_event(struct engine *engine);
 #endif

@@ -5,7 +5,6 @@
 #include <sched.h>
 #include <sys/mman.h>
 #include <time.h>
-#include "engine/threads.h"
 #include "curve/curve.h"
 #include "engine/commit/planner.h"
 #include "engine/events.h"

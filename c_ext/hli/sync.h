@@ -257,7 +257,8 @@ void hs_techno_fetch(void *unit, void *copy);
 void hs_techno_done(void *unit);
 /* Fetched and acknowledged at once: copy, done_w TRUE, please_rw FALSE. A unit
  * nobody waits for (MOS) is free as soon as please_rw is FALSE; a done_w behind
- * that would acknowledge the next function in it (docs/explanation/model/techno.pml). */
+ * that would acknowledge the next function in it
+ * (docs/explanation/model/techno.pml). */
 void hs_techno_take(void *unit, void *copy);
 /* cdef end */
 #endif

@@ -1,6 +1,6 @@
 /* What the operator and the program ask of a planner, and what it tells. */
 #include <math.h>
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 #include "jerk/state/state.h"
 
 static bool positive(double v) {

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include "jerk/path/ring.h"
 #include "jerk/topp2.h"
-#include "jerk/tuning.h"
+#include "jerk/state/tuning.h"
 
 typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the
                               start and, through x + 2 h u, at the end */

@@ -3,11 +3,11 @@
  *
  * The path comes in the intervals of planner.h and goes in its laws (c = jerk =
  * 0).  Between two knots the path acceleration is constant; every axis meets
- * its acceleration at both ends of every interval.  docs/explanation/planner.md.
+ * its acceleration at both ends of every interval. docs/explanation/planner.md.
  */
 #ifndef TOPP2_H
 #define TOPP2_H
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 /* cdef begin */
 typedef struct topp2 topp2;

@@ -1,10 +1,10 @@
-/* Words of one block -> modal state and row (modal.c); plain motion lines ->
- * rows (scan.c).
+/* Words of one block to a row, and plain motion lines to rows.
  *
  * A plain line holds only N, G00-G03, G17-G19, G90/G91, the machine's
  * one-letter axis words, I J K R and F with plain decimal numbers, and
- * comments. Every other line belongs to the dialect's Python parser, which
- * fills an nc_words and calls nc_block_from_words too: there is one geometry.
+ * comments.  scan.c reads plain lines.  Every other line belongs to the
+ * dialect's Python parser, which fills an nc_words and calls
+ * nc_block_from_words (modal.c) too: there is one geometry.
  */
 #ifndef SCAN_H
 #define SCAN_H

@@ -352,8 +352,10 @@ def blocks(
     axes: Sequence[str],
     main: Sequence[int],
 ) -> Iterator[Block]:
-    """One ``Block`` a row that is executed; ``start`` (axes,), the position
-    before the batch, is advanced in place.
+    """One ``Block`` for each row that is executed.
+
+    ``start``: (axes,) position before the batch.  The function advances it in
+    place.
     """
     batch = whole_polynomials(batch, len(axes), main)
     for row in batch.rows:

@@ -65,7 +65,7 @@ def from_quaternion(q: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Frame:
-    """p_outer = origin + rotation p; over the main axes, mm."""
+    """A frame over the main axes, mm: p_outer = origin + rotation p."""
 
     rotation: FloatArray = field(default_factory=lambda: np.eye(3))
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))

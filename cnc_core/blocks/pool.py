@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.units import FloatArray
+
 from . import POLYNOMIAL, TANGENTS, BlockBatch
 
-FloatArray = npt.NDArray[np.float64]
 ORDER = 6  # coefficients per axis at the most
 
 

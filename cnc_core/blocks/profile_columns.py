@@ -1,11 +1,11 @@
-"""The waist's columns for profiles: curves given by points, polynomials or
-B-splines, before geometry.
+"""The waist's columns for profiles: curves as points, polynomials or B-splines.
 
-A profile is one block of the program (G61..G60 of a 10-Series program).  Its
-front end hands out ``ProfileChunk`` columns, no row and no object per point;
-the stage ``cnc_core.geometry.profiles`` turns them into rows.  Nothing here
-knows a dialect: a ``ProfileSpec`` says in plain terms what the profile consists
-of and how it is to be machined.
+A profile is one block of the program (G61..G60 of a 10-Series program). Its
+front end hands out ``ProfileChunk`` columns: no row and no object per point.
+The stage ``cnc_core.geometry.profiles`` makes rows of them.
+
+The columns know no dialect. A ``ProfileSpec`` says in plain terms how the
+profile is to be machined.
 """
 
 from __future__ import annotations
@@ -25,12 +25,16 @@ POINTS, POLYNOMIALS, CONTROL_POINTS = "points", "polynomials", "control points"
 VERSORS = ("ijk", "mno", "pqd")
 
 PointType = Literal["CCP", "CLP", "AXI"]
+AxisRole = Literal["ABS", "ORD", "VRT", "TAN", "TAO", "OTH"]
+AxisPlace = Literal["LI1", "LI2", "LI3", "WRK", "TOL", "OTH"]
+JerkMode = Literal["profile", "none", "axes"]
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Limits of one axis, mm/s, mm/s2, mm/s3 (degrees for rotary axes); None:
-    the machine's own.
+    """Limits of one axis, mm/s, mm/s2, mm/s3, or degrees for rotary axes.
+
+    None: the machine's own limit.
     """
 
     velocity: float | None = None
@@ -48,8 +52,8 @@ class ProfileAxis:
 
     name: str
     channel: int
-    role: Literal["ABS", "ORD", "VRT", "TAN", "TAO", "OTH"]
-    place: Literal["LI1", "LI2", "LI3", "WRK", "TOL", "OTH"]
+    role: AxisRole
+    place: AxisPlace
     rotary: bool = False
     factor: float = 1.0
     null_move: float = 0.0
@@ -93,8 +97,9 @@ class ToolShape:
 
 @dataclass(frozen=True)
 class Marks:
-    """Automatic edges and changes of curvature; an angle or length of 0
-    switches its test off.
+    """Automatic edges and changes of curvature.
+
+    An angle or a length of 0 switches its test off.
     """
 
     edge_deg: float = 0.0
@@ -108,9 +113,13 @@ class Marks:
 
 @dataclass(frozen=True)
 class Smoothness:
-    """How speed is smoothed: ``jerk`` profile, none or axes; times in s, 0: off."""
+    """How the speed is smoothed.
 
-    jerk: Literal["profile", "none", "axes"] = "profile"
+    ``jerk``: of the profile, none, or of each axis.
+    Times are in seconds.  0: off.
+    """
+
+    jerk: JerkMode = "profile"
     scale: float | None = None
     entities: int = 0
     window_s: float = 0.0
@@ -203,15 +212,15 @@ class ProfileSpec:
 
 @dataclass
 class ProfileChunk:
-    """A stretch of a profile.
+    """A stretch of a profile of n points or polynomials.
 
-    ``feed`` mm/s; ``after``: transition behind each point or polynomial.
-
-    ``values``: (n, columns) of points and control points.  ``rapid``: the point
-    is reached in a straight line. Polynomials: ``coef`` (n, columns, degree +
-    1) ascending over 0..``span`` (n,). Control points: one chunk is one whole
-    B-spline, ``knots`` (n + degree + 1,). ``last``: the profile ends with this
-    chunk.
+    ``feed``: mm/s.  ``after``: transition behind each point or polynomial.
+    ``values``: (n, columns) of points and control points.
+    ``rapid``: the point is reached in a straight line.
+    ``coef``: (n, columns, degree + 1) of polynomials, ascending over
+    0..``span`` (n,).
+    ``knots``: (n + degree + 1,).  One chunk is one whole B-spline.
+    ``last``: the profile ends with this chunk.
     """
 
     spec: ProfileSpec

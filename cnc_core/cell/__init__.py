@@ -24,7 +24,13 @@ from ..config import CellConfig, load_config
 from ..errors import CncError, Place
 from ..frontend.operator import read_answers
 from ..process import recording as recorder
-from ..process.options import OUT_FOLDER, CncOptions, RunKeywords, RunOptions
+from ..process.options import (
+    OUT_FOLDER,
+    CncOptions,
+    RunKeywords,
+    RunOptions,
+    takes_run_options,
+)
 from ..program.restart import Restart
 from .child import SAMPLES, Child, Job
 from .judgement import judge
@@ -74,6 +80,7 @@ class Cell:
             segment.remove(job.name)
             shutil.rmtree(job.folder, ignore_errors=True)
 
+    @takes_run_options
     def run(
         self,
         program: str | Path,

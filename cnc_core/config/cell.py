@@ -14,7 +14,7 @@ from pydantic import (
 )
 
 from ..blocks import NC_AXES
-from ..frontend.isons.base.machine import IO_BLOCKS
+from ..frontend.isons.base.machine import EVENT_PLACE, EVENT_SLOTS, IO_BLOCKS
 from ..frontend.machine import (
     External,
     HscSetting,
@@ -183,6 +183,16 @@ class CellConfig(Table):
                 (variable.number - 1 + variable.blocks) * 24,
             )
         return out
+
+    def command_slots(self, dialect: str) -> tuple[int, int] | None:
+        """Where the PLC sees commands of programs of a dialect.
+
+        The block among the global external variables, and the number of slots.
+        None: programs of this dialect show none.
+        """
+        if dialect != "isons":
+            return None
+        return self.isons.io_block - 1 + EVENT_PLACE, EVENT_SLOTS
 
     @property
     def skip_mask(self) -> int:

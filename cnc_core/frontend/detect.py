@@ -1,6 +1,4 @@
-"""Which dialect a program is written in: by what only one dialect can say, else
-by the file's extension.
-"""
+"""The dialect of a program, from its text or its extension."""
 
 from __future__ import annotations
 
@@ -13,10 +11,10 @@ EXTENSIONS = (
     | dict.fromkeys((".iso", ".ngc", ".tap", ".gcode", ".cnc"), "iso")
     | {".isons": "isons", ".osai": "osai", ".hsm": "osai"}
 )
-OWN_EXTENSIONS = (".isons", ".osai")  # nobody else's
+OWN_EXTENSIONS = (".isons", ".osai")  # of one dialect only
 SNIFFED_BYTES = 65536
 _COMMENT = re.compile(r"\([^()\n]*\)|;[^\n]*")
-# what cannot stand in a program of the other dialect
+# signs of one dialect that a program of the other cannot contain
 _SIGNS = {
     "isg": re.compile(
         r"#\s*[A-Z]{2,}|\$(?:IF|ELSE|FOR|WHILE|DO|REPEAT|SWITCH|GOTO)\b"
@@ -43,8 +41,10 @@ _HSM = re.compile(r"^\s*(?:N\d+\s*)?\(\s*HSM\s*,[^()\n]*\)\s*$|^\s*<\*,", re.M)
 
 
 def detect(path: Path) -> str:
-    """Dialect of the file: of an extension nobody else has, of the only signs
-    in the first 64 KiB, of the extension.
+    """The dialect of a file.
+
+    An extension of one dialect only decides. Else signs of a single dialect in
+    the first 64 KiB decide. Else the extension does.
     """
     by_name = EXTENSIONS.get(path.suffix.lower(), DEFAULT_DIALECT)
     if path.suffix.lower() in OWN_EXTENSIONS:

@@ -1,4 +1,4 @@
-"""What a channel may ask of a front end."""
+"""The questions that a channel may ask a front end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a program sees of the machine it is written for."""
+"""The machine as a program sees it."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ class HscSetting:
 
 @dataclass(frozen=True)
 class External:
-    """A variable shared with the PLC: ``number`` is its first 24-byte block
-    (from 1), ``size`` None or elements.
+    """A variable shared with the PLC.
 
-    ``type``: BOOLEAN, SGN08 .. UNS32, REAL64 or STRING; a text has at most 23
+    ``number``: its first 24-byte block, from 1.  ``size``: None or elements.
+    ``type``: BOOLEAN, SGN08 .. UNS32, REAL64 or STRING. A text has at most 23
     characters a block.
     """
 
@@ -56,11 +56,10 @@ class External:
 
 
 class TipMachine(Protocol):
-    """A kinematic transformation as a front end sees it
-    (``cnc_core.kinematics.machine``).
+    """A kinematic transformation as a front end sees it.
 
-    Positions are (axes,) or (n, axes) in channel order, mm and degrees;
-    ``length`` of the tool.
+    It is one of ``cnc_core.kinematics.machine``. Positions are (axes,) or (n,
+    axes) in channel order, mm and degrees. ``length`` is that of the tool.
     """
 
     @property
@@ -99,8 +98,10 @@ class Transformation(TipMachine, Protocol):
 
 @dataclass(frozen=True)
 class OsaiCell:
-    """What only the 10-Series dialect knows: polynomials' feed along the arc;
-    location points in the tool's centre.
+    """Settings of the 10-Series dialect.
+
+    ``feed_by_length``: polynomials' feed counts along the arc.
+    ``centre``: location points are in the tool's centre.
     """
 
     feed_by_length: bool = False
@@ -109,22 +110,24 @@ class OsaiCell:
 
 @dataclass(frozen=True)
 class ProgramMachine:
-    """Axes of the channel in order, the three main axes, start position, tools,
-    M functions.
+    """Axes of the channel in order, tools, functions, offsets, limits.
 
-    ``main``: channel index of the geometry's X, Y, Z axis, -1 where the machine
-    has none. ``start``: (axes,) position at program start, mm or degrees.
-    ``m_functions``: synchronisation type (P-CHAN-00041) by M number; what is
-    absent is undefined. ``externals``: variables shared with the PLC by name in
-    capitals.  ``zero_offsets``: by number (1 is G54) and axis name, mm or
-    degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.
-    ``m6_program``: of M06. ``velocity``: (axes,) largest, mm/s or degrees/s.
-    ``limits``: lowest and highest position, (axes,) each. ``isons``, ``osai``:
-    what only these dialects know.  ``hsc_settings``: by state, ``deselect`` to
-    ``finish``. ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
-    ``kinematics``: transformations by number; ``kin_id``: the first.
-    ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
+    ``main``: channel index of the geometry's X, Y, Z axis.  -1: no such axis.
+    ``start``: (axes,) position at program start, mm or degrees.
+    ``m_functions``: synchronisation type (P-CHAN-00041) by M number. Other
+    numbers are undefined.
+    ``externals``: variables shared with the PLC by name in capitals.
+    ``zero_offsets``: by number (1 is G54) and axis name, mm or degrees.
+    ``g_programs``: subprograms of G80-G89 and G800-G839.
+    ``m6_program``: of M06.
+    ``velocity``: (axes,) largest, mm/s or degrees/s.
+    ``limits``: lowest and highest position, (axes,) each.
     ``probe``: machine position by axis where the probe trips, mm or degrees.
+    ``hsc_settings``: by state, ``deselect`` to ``finish``.
+    ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
+    ``kinematics``: transformations by number.  ``kin_id``: the first one.
+    ``dialects``: settings of single dialects (see ``settings``).
+    ``axis_ids``: logical axis numbers.  Empty: 1, 2, ..
     """
 
     axes: tuple[str, ...]
@@ -153,7 +156,7 @@ class ProgramMachine:
         return self.axis_ids or tuple(range(1, len(self.axes) + 1))
 
     def settings(self, kind: type[Settings]) -> Settings:
-        """What the cell says to one dialect: the entry of ``dialects``."""
+        """The settings of one dialect: the entry of ``dialects``."""
         for found in self.dialects:
             if isinstance(found, kind):
                 return found

@@ -23,7 +23,7 @@ LOOK_S = 0.2  # between two looks whether the run is to end
 
 @dataclass(frozen=True)
 class Question:
-    """A dialog: its text, the buttons it has, and what stands in its inputs by name."""
+    """A dialog: its text, its buttons, and the values of its inputs by name."""
 
     title: str
     text: str
@@ -33,8 +33,9 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """Inputs that the operator has set, then the button pressed; ``given``:
-    somebody has answered.
+    """Inputs that the operator has set, then the button pressed.
+
+    ``given``: the operator has answered.
     """
 
     values: dict[str, float] = field(default_factory=dict)

@@ -1,8 +1,7 @@
-"""What the front end may ask the running channel, and how it says that it has
-to wait for it.
+"""Questions of a front end to the running channel, and its waits.
 
-Values that come from the machine or the PLC pass through one ``ChannelPort``;
-it latches them at a stated cycle, so a lockstep run is the same every time.
+Values of the machine or the PLC pass through one ``ChannelPort``. The port
+latches them at a stated cycle. A lockstep run is therefore the same every time.
 """
 
 from __future__ import annotations
@@ -49,14 +48,15 @@ class ChannelPort(Protocol):
 
     @property
     def answers(self) -> bool:
-        """Waits are answered by a machine that moves; a program may wait as
-        long as it likes.
+        """Waits are answered by a machine that moves.
+
+        A program may then wait as long as it likes.
         """
         ...
 
     @property
     def retained(self) -> dict[str, Any]:
-        """What a dialect keeps from program to program, by its name."""
+        """Data that a dialect keeps from program to program, by its name."""
         ...
 
     def moved(self, position: FloatArray) -> None:
@@ -67,7 +67,7 @@ class ChannelPort(Protocol):
         ...
 
     def live_position(self) -> FloatArray:
-        """Command position of all channel axes as it is now, mm or degrees."""
+        """Present command position of all channel axes, mm or degrees."""
         ...
 
     def position(self) -> FloatArray:
@@ -81,7 +81,7 @@ class ChannelPort(Protocol):
         ...
 
     def ask(self, question: Question) -> Answer | None:
-        """What the operator does with a dialog; None if nobody can answer."""
+        """The operator's answer to a dialog; None if there is no operator."""
         ...
 
     def now_s(self) -> float:
@@ -89,7 +89,7 @@ class ChannelPort(Protocol):
         ...
 
     def live_now_s(self) -> float:
-        """Machine time, s, as it is now."""
+        """Present machine time, s."""
         ...
 
     def skip_levels(self) -> int:
@@ -99,7 +99,7 @@ class ChannelPort(Protocol):
         ...
 
     def read_external(self, variable: External, element: int) -> ExternalValue:
-        """An element of a variable that the PLC shares, as it is now."""
+        """Present value of an element of a variable that the PLC shares."""
         ...
 
     def write_external(
@@ -109,13 +109,14 @@ class ChannelPort(Protocol):
         ...
 
     def append_file(self, name: str, text: str) -> None:
-        """Add text to a file in the folder of the run; ``name`` is relative and
-        stays inside.
+        """Add text to a file in the folder of the run.
+
+        ``name`` is relative and stays inside the folder.
         """
         ...
 
     def write_file(self, name: str, text: str) -> None:
-        """Write a file in the folder of the run, over what it held."""
+        """Write a file in the folder of the run; its old text is lost."""
         ...
 
     def read_file(self, name: str) -> str | None:
@@ -161,7 +162,9 @@ class OfflinePort:
         self.messages.append(text)
 
     def ask(self, question: Question) -> Answer | None:
-        """From the script while it lasts; behind it a dialog counts as acknowledged."""
+        """The script's answer; behind the script a dialog counts as
+        acknowledged.
+        """
         return (
             self.operator.ask(question)
             if self.operator.waiting

@@ -19,12 +19,12 @@ from itertools import product
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
+
+from cnc_core.units import FloatArray
 
 from ..errors import CncError
 from . import jets
 
-FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
 # of the rotary axes, at which a chain is looked at
 ANGLES_DEG = (0.0, 37.0, 90.0, 143.0)
@@ -218,7 +218,8 @@ class Chain:
         )
         q[:, 0, list(self.rotary)] = turns
         _, map_, _, _ = self._walk(q, 0.0)
-        if np.abs(np.linalg.det(map_[:, 0])).max() < 1e-6:
+        size = np.abs(np.linalg.det(map_[:, 0]))
+        if size.max() < 1e-6:
             raise ValueError("the three linear axes do not span the space")
 
     def _walk(

@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
+
+from cnc_core.units import FloatArray
 
 from ..errors import ERRORS, CncError
 from .chain import Chain
 
-FloatArray = npt.NDArray[np.float64]
 UNREACHABLE, BEYOND_LIMITS = 910101, 910102
 # sine of the angle below which a tool lies on a rotary axis: that axis may
 # stand anywhere
@@ -86,12 +86,7 @@ def _one(
         return [Branch((0.0,), (True,))]
     return [
         Branch(
-            (
-                sign
-                * float(
-                    np.degrees(np.arctan2(g[1], g[0]) - np.arctan2(c[1], c[0]))
-                ),
-            ),
+            (sign * float(np.degrees(_angle(g) - _angle(c))),),
             (False,),
         )
     ]
@@ -136,11 +131,7 @@ def _two(
             ]
         )
         free1 = float(np.hypot(h[0], h[1])) < PARALLEL
-        first = (
-            0.0
-            if free1
-            else float(np.arctan2(g[1], g[0]) - np.arctan2(h[1], h[0]))
-        )
+        first = 0.0 if free1 else float(_angle(g) - _angle(h))
         angles = (
             signs[0] * float(np.degrees(first)),
             signs[1] * float(np.degrees(second)),
@@ -210,3 +201,8 @@ def nearest(
     out = near.copy()
     out[list(chain.rotary)] = best[1]
     return out
+
+
+def _angle(direction: FloatArray) -> float:
+    """About the third axis, rad."""
+    return float(np.arctan2(direction[1], direction[0]))

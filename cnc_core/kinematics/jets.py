@@ -8,9 +8,8 @@ one scalar, for n points.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
 
 
 def constant(value: FloatArray, n: int) -> FloatArray:
@@ -32,9 +31,8 @@ def product(a: FloatArray, b: FloatArray) -> FloatArray:
     )
     out[:, 0] = a[:, 0] @ b[:, 0]
     out[:, 1] = a[:, 1] @ b[:, 0] + a[:, 0] @ b[:, 1]
-    out[:, 2] = (
-        a[:, 2] @ b[:, 0] + 2.0 * (a[:, 1] @ b[:, 1]) + a[:, 0] @ b[:, 2]
-    )
+    mixed = 2.0 * (a[:, 1] @ b[:, 1])
+    out[:, 2] = a[:, 2] @ b[:, 0] + mixed + a[:, 0] @ b[:, 2]
     return out
 
 
@@ -88,5 +86,6 @@ def solve(m: FloatArray, b: FloatArray) -> FloatArray:
     x[:, 1] = apply(
         b[:, 1] - by(m[:, 1], x[:, 0]),
     )
-    x[:, 2] = apply(b[:, 2] - by(m[:, 2], x[:, 0]) - 2.0 * by(m[:, 1], x[:, 1]))
+    rest = b[:, 2] - by(m[:, 2], x[:, 0])
+    x[:, 2] = apply(rest - 2.0 * by(m[:, 1], x[:, 1]))
     return x

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+
+from cnc_core.units import FloatArray
 
 from . import inverse, jets
 from .chain import Chain
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Pose(NamedTuple):

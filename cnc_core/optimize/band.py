@@ -7,9 +7,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.units import FloatArray
+
 from ..geometry.shapes.polynomial import bernstein, normalised
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 FOOT_STEPS = 4
 NEIGHBOURS = (
@@ -93,7 +94,8 @@ def off_path(
         )
     ]
     share = np.arange(pieces) / pieces
-    start = (cuts[:-1, None] + np.diff(cuts)[:, None] * share).ravel()
+    along = np.diff(cuts)[:, None] * share
+    start = (cuts[:-1, None] + along).ravel()
     length = np.repeat(np.diff(cuts) / pieces, pieces)
     k = np.clip(
         np.searchsorted(breaks, start + 0.5 * length, side="right") - 1,

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from cnc_core.units import FloatArray
+
 from ..blocks.profile_columns import ProfileSpec
 from ..config import CellConfig
 from ..errors import CncError, Place
@@ -15,7 +17,7 @@ from ..geometry.profiles.points import Points
 from ..geometry.profiles.tool import NoNormal, Versors
 from ..kinematics.machine import Kinematics
 from .section import SectionFitter
-from .types import FitReport, FloatArray, Tolerances
+from .types import FitReport, Tolerances
 
 
 class OutputColumns:

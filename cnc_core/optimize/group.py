@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cnc_core.units import FloatArray
+
 from ..geometry.profiles import jets, spline
 from ..geometry.shapes import bspline
 from . import band
@@ -20,7 +22,7 @@ from .least_squares import (
     local_basis,
 )
 from .reference import Reference
-from .types import Demands, FloatArray, IntArray, Pace
+from .types import Demands, IntArray, Pace
 
 USED = 0.97  # share of the tolerance that the fit uses
 REFINEMENTS = 30
@@ -102,7 +104,11 @@ class Group:
             condition = int(self.demands.condition[kind])
             given = None if self.state is None else self.state[:, columns]
             begin = _begin(values, u, knots, given, condition, kind == 0)
-            back = values[::-1], -u[::-1], -knots[::-1]
+            back = (
+                values[::-1],
+                -u[::-1],
+                -knots[::-1],
+            )
             finish = (
                 _begin(*back, None, condition, kind == 0)
                 if self.ends
@@ -391,15 +397,18 @@ def duration(
         1e-9,
     )
     along = j[:, 0] / speed[:, None]
-    bend = j[:, 1] - (j[:, 1] * along).sum(axis=1)[:, None] * along
-    third = j[:, 2] - (j[:, 2] * along).sum(axis=1)[:, None] * along
+    second = j[:, 1]
+    bend = second - (second * along).sum(axis=1)[:, None] * along
+    third = j[:, 2]
+    third = third - (third * along).sum(axis=1)[:, None] * along
     gains = (j[:, 1] * along).sum(axis=1) / speed
     # of the curvature over the length, times speed^3
     across = third - 3.0 * gains[:, None] * bend
     change = np.hypot(
         np.linalg.norm(across, axis=1), (bend * bend).sum(axis=1) / speed
     )
-    slow = (speed if by_length else np.ones(len(speed))) / max(pace.feed, 1e-9)
+    share_of_feed = speed if by_length else np.ones(len(speed))
+    slow = share_of_feed / max(pace.feed, 1e-9)
     if pace.acceleration > 0.0:
         slow = np.maximum(
             slow, np.sqrt(np.linalg.norm(bend, axis=1) / pace.acceleration)
@@ -428,9 +437,11 @@ def _begin(
             and (speed := float(np.linalg.norm(state[1]))) > SLOW
         ):
             state[1:2] /= speed
-            state[2:] -= (state[2:] @ state[1])[:, None] * state[1]
+            along = state[2:] @ state[1]
+            state[2:] -= along[:, None] * state[1]
     # of control points 1..5
-    h = [float(knots[DEGREE + i] - knots[i]) for i in range(1, DEGREE + 1)]
+    numbers = range(1, DEGREE + 1)
+    h = [float(knots[DEGREE + i] - knots[i]) for i in numbers]
     points = [state[0]]
     if len(state) > 1:
         points.append(points[0] + state[1] * h[0] / DEGREE)

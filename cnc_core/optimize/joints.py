@@ -1,14 +1,16 @@
 """Stage 5 and 6 of the Path Optimizer: sections of a path joined, at edges by a
 piece that rounds the corner.
 
-HSM specification 11: neighbours without a transition are one curve already; at
-G63 both curves are cut and a quintic leads from one to the other, C2, within
-the tolerances; at G66 and G67 the curves meet in their corner.
+HSM specification 11: neighbours without a transition are one curve already.
+At G63 both curves are cut.  A quintic leads from one to the other, C2, within
+the tolerances.  At G66 and G67 the curves meet in their corner.
 """
 
 from __future__ import annotations
 
 import numpy as np
+
+from cnc_core.units import FloatArray
 
 from ..blocks.profile_columns import BLEND, SMOOTH, STOP
 from ..geometry.profiles.blend import (
@@ -18,7 +20,7 @@ from ..geometry.profiles.blend import (
     joining,
     shifted,
 )
-from .types import Fit, FitReport, FloatArray, Tolerances
+from .types import Fit, FitReport, Tolerances
 
 USED = 0.97  # share of the tolerance that a piece uses
 SHARP = np.radians(0.5)
@@ -73,7 +75,8 @@ def _round(
     if turn > np.radians(179.0):
         ahead.after[-1] = STOP
         return
-    if turn < SHARP and np.abs(before[1] - after[1]).max() < SHARP:
+    jump = np.abs(before[1] - after[1])
+    if turn < SHARP and jump.max() < SHARP:
         return
     reach = _reach(
         before[1], after[1], turn, ahead.kind, versor, linear, tolerances
@@ -115,7 +118,10 @@ def _round(
     report.joints += 1
     out.append(
         Fit(
-            scaled[None], np.array([size]), behind.first[:1], np.array([SMOOTH])
+            scaled[None],
+            np.array([size]),
+            behind.first[:1],
+            np.array([SMOOTH]),
         )
     )
 

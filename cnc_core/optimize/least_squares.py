@@ -2,10 +2,10 @@
 number of control points alone.
 
 A quintic B-spline couples neighbours up to five apart, so the normal equations
-are block tridiagonal in blocks of five. The penalty is the integral of the
-squared second derivative, weighted where it acts (P-splines; Eilers and Marx
-1996, with the derivative of B-splines in place of differences, so that knots
-may stand anywhere).
+are block tridiagonal in blocks of five.  The penalty is the integral of the
+squared second derivative, weighted where it acts.  Source: P-splines, Eilers
+and Marx 1996.  The derivative of B-splines takes the place of differences, so
+knots may stand anywhere.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
+
 IntArray = npt.NDArray[np.int64]
 DEGREE = 5
 ORDER = 2  # derivative that the penalty takes

@@ -1,9 +1,9 @@
 """The path of the input that the optimizer may not leave: chords between
 points, or the curve the NC would drive.
 
-Where the curve through the points stays near its chords (points close together)
-the chords are the reference; where it bends away from them (sparse points on a
-curve, corners that nothing marks) it is that curve, as a fine polyline.
+Points that stand close together keep the curve near its chords.  There the
+chords are the reference.  Sparse points and unmarked corners let the curve bend
+away from its chords.  There the reference is the curve, as a fine polyline.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.units import FloatArray
+
 from ..geometry.profiles import jets, spline
 from ..geometry.profiles.curves import steps_of
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 LOOKS = 8  # at the driven curve over each chord
 BENT_LEAST = 4  # pieces of a bent chord
@@ -178,7 +179,8 @@ def reference_of(
         np.diff(values[:, linear], axis=0) ** 2 > 0.0
     ).any(axis=1)
     point, share = _split(made, linear, tolerance / FINE, bent)
-    out = values[point] + share[:, None] * np.diff(values, axis=0)[point]
+    ways = np.diff(values, axis=0)
+    out = values[point] + share[:, None] * ways[point]
     curved = bent[point] & (share > 0.0)
     out[curved] = jets.of_columns(
         made.coef[point[curved]], share[curved] * made.steps[point[curved]]
@@ -313,7 +315,8 @@ def graph_polyline(
         a, b = stack.pop()
         if b - a < 2:
             continue
-        share = (u[a + 1 : b] - u[a]) / max(u[b] - u[a], 1e-300)
+        along = u[a + 1 : b] - u[a]
+        share = along / max(u[b] - u[a], 1e-300)
         far = np.abs(
             values[a + 1 : b] - values[a] - share * (values[b] - values[a])
         )

@@ -2,15 +2,15 @@
 Optimizer (HSM specification 11).
 
 A *section* reaches from one edge to the next.  Its points are cut into groups
-that overlap.  In a group the points that a polyline within the linear share of
-the tolerance needs tell where the curve bends; knots of a quintic B-spline are
-put there, its control points are the least squares fit to the input's path
-(``optimizer_reference``), and spans that leave it by more than the tolerance,
-at a point or between, are halved until none does.  Then the curve is made as
-smooth as the tolerance allows: the weight of its second derivative grows
-wherever there is room, and of several such curves the one is taken that is
-driven fastest.  The next group begins with the value and two derivatives in
-which this one ends: neighbours are merged into one C2 curve.
+that overlap.  A polyline within the linear share of the tolerance tells where
+the curve of a group bends.  The quintic B-spline gets its knots there.  Its
+control points are the least squares fit to the input's path (``reference``).
+Spans that leave the path by more than the tolerance are halved until none does.
+
+Then the curve is made as smooth as the tolerance allows.  The weight of its
+second derivative grows wherever there is room.  Of several such curves the
+fastest one is taken.  The next group begins with the value and two derivatives
+in which this one ends.  So neighbours are merged into one C2 curve.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
+
+from cnc_core.units import FloatArray
 
 from ..geometry.profiles import jets, spline
 from ..geometry.profiles.blend import evaluated
@@ -33,7 +35,7 @@ from .reference import (
     polyline,
     reference_of,
 )
-from .types import Demands, FitReport, FloatArray, IntArray, Pace, Tolerances
+from .types import Demands, FitReport, IntArray, Pace, Tolerances
 
 KNOTS_FROM = (12, 4)  # every so manieth bend is a first knot
 WORTH = 0.0005  # share of the time that more polynomials must save
@@ -289,7 +291,8 @@ class SectionFitter:
         self, u: FloatArray, inner: FloatArray, cut: float
     ) -> FloatArray:
         """Breaks at ``inner``, at the cut, and where a polynomial would be too long."""
-        inner = np.union1d(inner, [cut]) if u[0] < cut < u[-1] else inner
+        inside = u[0] < cut < u[-1]
+        inner = np.union1d(inner, [cut]) if inside else inner
         # of chords; the arc is a little longer
         longest = 0.98 * self.tolerances.longest
         if longest > 0.0:
@@ -299,8 +302,9 @@ class SectionFitter:
                     u[0], u[-1], int(np.ceil((u[-1] - u[0]) / longest)) + 1
                 )[1:-1],
             )
-        near = np.diff(np.concatenate([[u[0]], inner])) < 1e-6 * (u[-1] - u[0])
-        inner = inner[~near & (inner < u[-1] - 1e-6 * (u[-1] - u[0]))]
+        close = 1e-6 * (u[-1] - u[0])
+        near = np.diff(np.concatenate([[u[0]], inner])) < close
+        inner = inner[~near & (inner < u[-1] - close)]
         return np.concatenate([[u[0]], inner, [u[-1]]])
 
 
@@ -336,4 +340,5 @@ def _apart(breaks: FloatArray) -> FloatArray:
     keep = np.concatenate([[True], gap > 0.2 * beside])
     keep[-1] = True
     out = breaks[keep]
-    return out if out[-1] - out[-2] > 0.0 else np.delete(out, -2)
+    last = out[-1] - out[-2]
+    return out if last > 0.0 else np.delete(out, -2)

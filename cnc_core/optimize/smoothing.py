@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from cnc_core.units import FloatArray
+
 from ..blocks.profile_columns import (
     BLEND,
     PASS,
@@ -29,7 +31,7 @@ from .joints import join_sections
 from .reading import Profile, Settings
 from .result import OptimizeResult
 from .section import SectionFitter, Style
-from .types import Fit, FitReport, FloatArray, Pace
+from .types import Fit, FitReport, Pace
 
 SEVERITY = (BLEND, PASS, STOP)
 MEETS = 1e-7
@@ -120,7 +122,8 @@ class Smoother:
                 key=SEVERITY.index,
             )
         inner = points.after[1:-1]
-        free = (inner == SMOOTH) & ~points.rapid[1:-1] & ~points.rapid[2:]
+        driven = ~points.rapid[1:-1] & ~points.rapid[2:]
+        free = (inner == SMOOTH) & driven
         self.result.edges += int((free & edges).sum())
         points.after[1:-1] = np.where(free, found, inner)
         for i in np.flatnonzero(edges & ~of_path):
@@ -167,7 +170,8 @@ class Smoother:
             )
             coef, span, first = fitter.fit(report, tick)
             after = np.full(len(span), SMOOTH, np.int64)
-            after[-1] = STOP if b == len(points) - 1 else int(points.after[b])
+            ended = b == len(points) - 1
+            after[-1] = STOP if ended else int(points.after[b])
             kind = self._kinds[at + b]
             parts.append(
                 Fit(
@@ -330,12 +334,13 @@ def _place(j: FloatArray) -> FloatArray:
 
 
 def _tangent(j: FloatArray) -> FloatArray:
-    return np.asarray(j[:, 1] / np.linalg.norm(j[:, 1], axis=1)[:, None])
+    speed = np.linalg.norm(j[:, 1], axis=1)
+    return np.asarray(j[:, 1] / speed[:, None])
 
 
 def _curvature(j: FloatArray) -> FloatArray:
     speed = np.linalg.norm(j[:, 1], axis=1)[:, None]
     t = j[:, 1] / speed
-    return np.asarray(
-        (j[:, 2] - (j[:, 2] * t).sum(axis=1)[:, None] * t) / speed**2
-    )
+    second = j[:, 2]
+    across = second - (second * t).sum(axis=1)[:, None] * t
+    return np.asarray(across / speed**2)

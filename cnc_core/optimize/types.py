@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
+
 IntArray = npt.NDArray[np.int64]
 
 

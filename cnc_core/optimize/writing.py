@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from cnc_core.units import FloatArray
+
 from ..blocks.profile_columns import (
     BLEND,
     PASS,
@@ -29,7 +31,7 @@ from .columns import OutputColumns
 from .program_text import BEGIN, END, SETUP_LINE, middle
 from .reading import Profile
 from .smoothing import MEETS, Run
-from .types import Fit, FloatArray
+from .types import Fit
 
 ENDS = {SMOOTH: 0, TANGENT: 0, BLEND: 0, STOP: 1, PASS: 2}
 
@@ -118,7 +120,8 @@ class Writer:
             )
             rates = self._rates(spec, points, fit)
             for i in range(len(fit.span)):
-                if end is None or np.abs(coef[i, :, 0] - end).max() > MEETS:
+                begin = coef[i, :, 0]
+                if end is None or np.abs(begin - end).max() > MEETS:
                     out += (["G60"] if end is not None else []) + ["G61 P5"]
                 end = evaluated(coef[i], float(fit.span[i]))[0]
                 feed = fit.feed or rates[i] * float(

@@ -25,7 +25,6 @@ from ..config import load_config
 from ..engine import Engine, Event
 from ..engine.external import BLOCK_BYTES
 from ..errors import CncError
-from ..frontend.isons.base.machine import EVENT_PLACE, EVENT_SLOTS
 from ..frontend.operator import Operator, read_answers
 from ..program.restart import Restart
 from .identity import CLOCKS, SERVICES, fill_identity
@@ -282,11 +281,10 @@ class CncProcess:
             self._retained,
             self._operator,
         )
-        if self._dialect(path) == "isons":
-            self.engine.show_commands(
-                (self.cell.isons.io_block - 1 + EVENT_PLACE) * BLOCK_BYTES,
-                EVENT_SLOTS,
-            )
+        shown = self.cell.command_slots(self._dialect(path))
+        if shown:
+            block, slots = shown
+            self.engine.show_commands(block * BLOCK_BYTES, slots)
         port.manual_data = path == self._scratch
         self.preparation = Preparation(
             path,

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, TypedDict, TypeVar
 
 from ..errors import CncError
 
+Method = TypeVar("Method", bound=Callable[..., Any])
 OUT_FOLDER = Path("hli-cosim-out")
 CLOCKS = ("lockstep", "freerun", "realtime")
 SERVICES = ("cyclic", "immediate")
@@ -32,19 +35,19 @@ class RunOptions:
     """
 
     clock: str = "lockstep"
-    service: str | None = None
     dialect: str | None = None
-    lenient: bool = False
     out: Path | None = None
     record: Path | None = None
-    autostart: bool = True
     hold_start: bool = False
+    lenient: bool = False
+    autostart: bool = True
     watch: tuple[str, ...] = ()
     force: dict[str, Any] = field(default_factory=dict)
     answers: Path | None = None
     start_line: int | None = None
     start_pass: int = 1
     start_marker: str | None = None
+    service: str | None = None
 
     @property
     def place(self) -> tuple[int | None, int, str | None]:
@@ -76,6 +79,30 @@ class RunKeywords(TypedDict, total=False):
     start_line: int | None
     start_pass: int
     start_marker: str | None
+
+
+# as a caller leaves them open; the cell and ``RunOptions`` fill them in
+OPEN: dict[str, Any] = {"clock": None, "watch": (), "force": None}
+
+
+def takes_run_options(method: Method) -> Method:
+    """Show the members of ``RunOptions`` in the signature of a method.
+
+    The method takes them as ``**chosen``; help and editors see each by name.
+    """
+    signature = inspect.signature(method)
+    own = list(signature.parameters.values())[:-1]
+    shown = [
+        inspect.Parameter(
+            member.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=OPEN.get(member.name, member.default),
+            annotation=RunKeywords.__annotations__[member.name],
+        )
+        for member in fields(RunOptions)
+    ]
+    vars(method)["__signature__"] = signature.replace(parameters=own + shown)
+    return method
 
 
 @dataclass(frozen=True)

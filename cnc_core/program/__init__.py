@@ -16,26 +16,18 @@ from cnc_core.blocks.pool import joined
 
 from .. import frontend
 from ..blocks import NC_BLOCK, BlockBatch
-from ..config import SYNCH, CellConfig, synch_value
+from ..config import CellConfig
 from ..errors import ERRORS, CncError, Place
 from ..frontend.front_end import FrontEnd, Restartable
 from ..frontend.machine import ProgramMachine
 from ..frontend.operator import Operator, read_answers
 from ..frontend.port import ChannelPort, OfflinePort, Wait
-from ..geometry.filters.feed_control import FeedControl
-from ..geometry.filters.low_pass import LowPass
-from ..geometry.filters.noise import FineNoise, Noise
-from ..geometry.filters.run_filter import FilterReport, RunFilter
-from ..geometry.filters.short_segments import ShortSegments
-from ..geometry.filters.spline_filter import SplineFilter
+from ..geometry.filters.run_filter import FilterReport
 from ..geometry.profiles.limits import AxisDynamics
 from ..geometry.profiles.time_filter import ProfileFilter
 from ..geometry.stages.axis_limits import AxisLimits
 from ..geometry.stages.contouring import (
-    AHEAD,
-    BEHIND,
     Contouring,
-    ContourMachine,
 )
 from ..geometry.stages.corner import Corners
 from ..geometry.stages.deviation import Driven, Tap
@@ -47,70 +39,13 @@ from ..geometry.stages.parameter_feed import ParameterFeed
 from ..geometry.stages.path_mode import PathMode
 from ..geometry.stages.profiles import Profiles
 from ..geometry.stages.radius_compensation import RadiusCompensation
-from ..geometry.stages.smoothing import Smoothing, SmoothingMachine
+from ..geometry.stages.smoothing import Smoothing
 from ..geometry.stages.spline import Spline
 from ..geometry.stages.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .restart import Passed, Restart, SearchingPort, way_to
+from .stages import FILTERS, contour_machine, smoothing_machine
 
 BATCH_ROWS = 4096
-FILTERS: tuple[type[RunFilter], ...] = (
-    Noise,
-    SplineFilter,
-    FineNoise,
-    ShortSegments,
-    LowPass,
-    FeedControl,
-)
-
-
-def _smoothing_machine(cell: CellConfig) -> SmoothingMachine:
-    rotary = [axis.kind == "rotary" for axis in cell.axes.values()]
-    linear = [
-        axis for axis in cell.axes.values() if axis.kind == "linear"
-    ] or list(cell.axes.values())
-    return SmoothingMachine(
-        main=cell.main_axes,
-        rotary=sum(1 << i for i, is_rotary in enumerate(rotary) if is_rotary),
-        accel=min(axis.a_max_mm_s2 for axis in linear),
-        feed=min(axis.v_max_mm_s for axis in linear),
-    )
-
-
-def _waits(cell: CellConfig) -> dict[tuple[str, int], int]:
-    """Functions for which the channel stands, and where."""
-    behind = SYNCH["MVS_SNS"] | SYNCH["MNS_SNS"]
-    ahead = (
-        SYNCH["MVS_SVS"]
-        | SYNCH["MVS_SLM"]
-        | SYNCH["MEP_SVS"]
-        | SYNCH["MET_SVS"]
-    )
-    names: dict[tuple[str, int], str] = {
-        ("M", number): name for number, name in cell.m_functions.items()
-    }
-    names |= {
-        ("H", int(number)): name
-        for number, name in cell.channel.h_synch.items()
-    }
-    names[("T", 0)] = cell.channel.tool_synch
-    for spindle in list(cell.spindles.values())[:1]:
-        names |= {
-            ("M", number) if number else ("S", 0): name
-            for number, name in spindle.functions.items()
-        }
-    found = {}
-    for key, name in names.items():
-        value = synch_value(name)
-        if value & (ahead | behind):
-            found[key] = BEHIND if value & behind else AHEAD
-    return found
-
-
-def _contour_machine(cell: CellConfig) -> ContourMachine:
-    smoothing = _smoothing_machine(cell)
-    return ContourMachine(
-        cell.main_axes, smoothing.accel, smoothing.feed, _waits(cell)
-    )
 
 
 @dataclass
@@ -162,7 +97,7 @@ class Program:
     ``answers``: file with answers to the program's dialogs, if no ``port`` is
     given. ``reader``: makes the front end, in place of that of the dialect.
     ``restart``: where to take the program up; everything before is executed
-    without motion (``isons``). ``tolerance``: mm by which the path may leave
+    without motion, where the dialect can be taken up. ``tolerance``: mm by which the path may leave
     the contour where the program says nothing about it.
     """
 
@@ -243,7 +178,7 @@ class Program:
         carried = CARRY_TOLERANCE if cell.kinematic_machines else 0.0
         self.smoothing = Smoothing(
             start,
-            _smoothing_machine(cell),
+            smoothing_machine(cell),
             tolerance,
             described=programmed,
             carried=carried,
@@ -252,7 +187,7 @@ class Program:
         self._taps = [Tap(start, main, stage.code) for stage in self.filters]
         self.filtered = Tap(start, main)  # deviations of all filters together
         self.contouring = Contouring(
-            start, _contour_machine(cell), self._place, self._warn
+            start, contour_machine(cell), self._place, self._warn
         )
         return [
             Corners(start, main, self._place),

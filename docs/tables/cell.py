@@ -14,7 +14,7 @@ from pydantic_core import PydanticUndefined
 from cnc_core.config import CellConfig
 from cnc_core.config.reference import KEYS
 
-from .texts import entries, same, table
+from .texts import entries, plain, same, table
 
 
 def limits(metadata: Iterable[Any]) -> str:
@@ -27,8 +27,8 @@ def limits(metadata: Iterable[Any]) -> str:
             if value is not None and abs(value) < 1e10:
                 found[key] = value
     if {"ge", "le"} <= found.keys():
-        return f"{found['ge']:.10g} to {found['le']:.10g}"
-    return " and ".join(f"{signs[key]} {found[key]:.10g}" for key in found)
+        return f"{plain(found['ge'])} to {plain(found['le'])}"
+    return " and ".join(f"{signs[key]} {plain(found[key])}" for key in found)
 
 
 def model_of(annotation: Any) -> type[BaseModel] | None:
@@ -103,7 +103,7 @@ def default_of(field: Any) -> str:
         return " ".join(
             f"{one:g}" if isinstance(one, float) else one for one in value
         )
-    shown = f"{value:.10g}" if isinstance(value, float) else str(value)
+    shown = f"{plain(value)}" if isinstance(value, float) else str(value)
     return f"`{shown}`".replace("|", "\\|") if isinstance(value, str) else shown
 
 

@@ -20,7 +20,8 @@ def command_line(_: str) -> str:
     """Every command with its arguments and options."""
     out = []
     for name, command in commands(typer.main.get_command(app)):
-        rows = [parameter_row(one) for one in command.params if shown(one)]
+        rows = [parameter_row(one) for one in filter(shown, command.params)]
+        rows.sort(key=lambda row: row[0] if row[0].startswith("`-") else "")
         said = " ".join((command.help or "").split("\f")[0].split())
         purpose, _, example = said.partition(" Example: ")
         purpose += f"\n\nExample: `{example}`" if example else ""

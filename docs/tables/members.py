@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import re
+import functools
+from collections.abc import Iterator
 from typing import Any
 
 from hli import export, layout
 from hli.reference import MEMBERS
 
-from .texts import DescriptionError, entries, same, table
+from .texts import DescriptionError, same, table
 
 WRITERS = (("_rw", "both"), ("_r", "CNC"), ("_w", "PLC"))
 
@@ -17,22 +18,46 @@ def writer_of(member: str) -> str:
     return next((w for ending, w in WRITERS if member.endswith(ending)), "")
 
 
-def described_members() -> dict[
-    str, tuple[str, dict[str, tuple[str, str, str]]]
-]:
+Said = dict[str, tuple[str, str, str]]
+
+
+@functools.cache
+def described_members() -> dict[str, tuple[str, Said]]:
     """Structure -> (purpose, member -> (unit, writer, meaning))."""
-    out: dict[str, tuple[str, dict[str, tuple[str, str, str]]]] = {}
-    members: dict[str, tuple[str, str, str]] = {}
-    for names, said in entries(MEMBERS):
-        if re.fullmatch(r"[A-Z0-9_]+", names):
-            members = {}
-            out[names] = (said, members)
-            continue
-        name, unit, writer = [*(w.strip() for w in names.split("|")), "", ""][
-            :3
-        ]
-        members[name] = (unit, writer or writer_of(name), said)
+    out: dict[str, tuple[str, Said]] = {}
+    for names, purpose, members in blocks():
+        said = dict(map(member_of, members))
+        out |= dict.fromkeys(names.split(), (purpose, said))
+    same(list(out), [one.__name__ for one in layout.structures()], "structures")
     return out
+
+
+def blocks() -> Iterator[tuple[str, str, list[str]]]:
+    """(structures, purpose, member lines): indented lines belong to the one above."""
+    lines: list[str] = []
+    for line in MEMBERS.strip().splitlines():
+        heading = "|" not in line and not line.startswith(" ")
+        if line.startswith(" ") and "|" in lines[-1]:
+            lines[-1] += " " + line.strip()
+        elif heading and lines and "|" in lines[-1]:
+            yield block(lines)
+            lines = [line]
+        else:
+            lines.append(line)
+    yield block(lines)
+
+
+def block(lines: list[str]) -> tuple[str, str, list[str]]:
+    members = [line for line in lines if "|" in line]
+    rest = [line for line in lines if "|" not in line]
+    names = " ".join(line for line in rest if not line.startswith(" "))
+    purpose = " ".join(line.strip() for line in rest if line.startswith(" "))
+    return names, purpose, members
+
+
+def member_of(line: str) -> tuple[str, tuple[str, str, str]]:
+    name, unit, writer, said = (word.strip() for word in line.split("|", 3))
+    return name, (unit, writer or writer_of(name), said)
 
 
 def type_text(ctype: Any) -> str:
@@ -40,8 +65,11 @@ def type_text(ctype: Any) -> str:
     base, dimensions = layout.element_type(ctype)
     if layout.is_string(base):
         name = f"STRING({base._length_ - 1})"
+    elif base.__name__ in export._ST_TYPES:
+        name = export._ST_TYPES[base.__name__]
     else:
-        name = export._ST_TYPES.get(base.__name__, base.__name__)
+        anchor = base.__name__.lower()
+        name = f"[{base.__name__}](hli_members.md#{anchor})"
     ranges = ", ".join(f"0..{size - 1}" for size in dimensions)
     return f"ARRAY [{ranges}] OF {name}" if ranges else name
 
@@ -66,13 +94,11 @@ def structure_table(name: str) -> str:
 
 
 def hli_members(_: str) -> str:
-    described = described_members()
-    names = [one.__name__ for one in layout.structures()]
-    same(list(described), names, "structures")
+    """Every structure, the whole first, then its parts."""
     return "\n".join(
         f"## `{name}`\n\n{purpose[0].upper()}{purpose[1:]}.\n\n"
         + structure_table(name)
-        for name, (purpose, _) in described.items()
+        for name, (purpose, _) in described_members().items()
     )
 
 

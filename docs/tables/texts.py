@@ -40,11 +40,20 @@ def same(described: list[Any], known: Iterable[Any], subject: str) -> None:
         raise DescriptionError(f"{subject}: {sorted(twice | wrong)}")
 
 
+def plain(number: float) -> str:
+    """Digits without an exponent."""
+    return f"{number:.10f}".rstrip("0").rstrip(".")
+
+
 def bounds(low: float, high: float, none: float = 1e12) -> str:
     """``0 to 100``, ``>= 0``; empty without bounds."""
     has_low, has_high = low > -none, high < none
     if has_low and has_high:
-        return f"{low:.10g} to {high:.10g}"
+        return f"{plain(low)} to {plain(high)}"
     return (
-        f">= {low:.10g}" if has_low else f"<= {high:.10g}" if has_high else ""
+        f">= {plain(low)}"
+        if has_low
+        else f"<= {plain(high)}"
+        if has_high
+        else ""
     )

@@ -7,18 +7,38 @@ call that took the last one.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from hli.view import BLOCK_DTYPE
 
-if TYPE_CHECKING:
-    from .contour_lookahead import ContourLookahead
+from .arbiter import Request
 
 Blocks = np.ndarray[Any, Any]
 TOLERANCE = 0.01  # 1 nm: a distance that fell by less did not fall
 NOTHING: Blocks = np.zeros(0, BLOCK_DTYPE)
+
+
+class Asker(Protocol):
+    """The look-ahead block as its readers use it: ask, poll, take the answer."""
+
+    unit: Any
+    busy: bool
+    blocks: Blocks
+
+    @property
+    def answer_request(self) -> Request | None:
+        """The request of the last answer."""
+        ...
+
+    def poll(self) -> bool:
+        """Take an answer that has arrived."""
+        ...
+
+    def ask(self, start_position: float, length: float) -> None:
+        """Place a request unless one is under way."""
+        ...
 
 
 class LogReader:
@@ -30,7 +50,7 @@ class LogReader:
     grew.
     """
 
-    def __init__(self, fb: ContourLookahead) -> None:
+    def __init__(self, fb: Asker) -> None:
         self._fb = fb
         self._state = (
             fb.unit._c.state
@@ -79,7 +99,7 @@ class ContourFollower:
     P-CHAN-00658 behind the tool.
     """
 
-    def __init__(self, fb: ContourLookahead) -> None:
+    def __init__(self, fb: Asker) -> None:
         self._fb = fb
         self._known = (
             fb.unit._c.state

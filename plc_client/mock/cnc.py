@@ -14,8 +14,8 @@ from hli._sync import lib
 
 import hli
 from hli import layout
+from hli.areas import Areas
 from hli.handshake import BLOCK_ROWS, ContourUnit, word_pointer
-from hli.view import Areas
 
 from ..blocks.mode import ProcessState
 from .script import (

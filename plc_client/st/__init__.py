@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from .build import Built, Checked, Options, build, check, sources_of
+from .build import Checked, build, check, sources_of
 from .errors import Problem, StError
+from .options import Built, Options
 from .source.files import is_st
 
 __all__ = [

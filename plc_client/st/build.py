@@ -5,27 +5,18 @@ from __future__ import annotations
 import functools
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from .errors import REFUSED, Log, Problem, StError
 from .machine import compiler
+from .options import Built, Options
 from .source import files
 
 VERSION = 1
 """Part of every key of the cache; it grows when the compiler's output changes."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """What changes the meaning of a source."""
-
-    short_circuit: bool = False
-    defines: tuple[str, ...] = ()
-    interval: float = 0.001
-    tasks: tuple[str, ...] = ()
 
 
 @dataclass
@@ -46,16 +37,6 @@ class Checked:
             "refused": [e.refused() for e in errors if e.code == REFUSED],
             "warnings": [w.as_json() for w in self.log.warnings],
         }
-
-
-@dataclass
-class Built:
-    """A compiled program: the shared object and its description."""
-
-    library: Path
-    description: dict[str, Any]
-    warnings: list[Problem] = field(default_factory=list)
-    compiled: int = 0
 
 
 Sources = dict[str, str]
@@ -91,9 +72,7 @@ def _library() -> dict[str, str]:
 def _own_hash() -> str:
     """The compiler's own sources: another compiler, another result."""
     folder = Path(str(resources.files(__package__)))
-    texts = [
-        p.read_text() for p in sorted(folder.rglob("*")) if _is_source(p)
-    ]
+    texts = [p.read_text() for p in sorted(folder.rglob("*")) if _is_source(p)]
     return compiler.digest("".join(texts))
 
 
@@ -136,9 +115,7 @@ def _own(file: str) -> bool:
     return not file.startswith("<library>")
 
 
-def _take(
-    collector: Any, sources: Sources, log: Log, options: Options
-) -> None:
+def _take(collector: Any, sources: Sources, log: Log, options: Options) -> None:
     from .syntax.parser import parse  # noqa: PLC0415
 
     declared = files.declared_names(sources.values())

@@ -1,4 +1,4 @@
-"""Errors of ST sources: place, number, reason and what to do; many are collected before anything is raised."""
+"""Errors of ST sources: place, number, reason and what to do; many are collected before anything is raised."""  # noqa: E501
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class StError(PlcError):
         super().__init__("\n".join(shown))
 
 
-class StopHere(Exception):
+class StopHere(Exception):  # noqa: N818
     """Ends the work on one statement or declaration after its error is noted."""
 
     def __init__(

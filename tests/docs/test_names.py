@@ -1,7 +1,7 @@
 """Pages name files and functions that exist.
 
 Architecture and CONTRIBUTING are held whole: every file and every function with
-``()``.  On the other pages of the explanation and in the README every path is held.
+``()``.  On all other pages and in the README every path is held.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ PAGES = sorted(
     {
         *WALKS,
         ROOT / "README.md",
-        *(ROOT / "docs" / "explanation").glob("*.md"),
-        *(ROOT / "docs" / "measurements").glob("*.md"),
+        *(ROOT / "docs").rglob("*.md"),
     }
 )
 FENCE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
 SPAN = re.compile(r"`([^`\n]+)`")
 FUNCTION = re.compile(r"^[\w.]*?(\w+)\(\)$")
+PLACE = re.compile(r"`[\w.]*?(\w+)\(\)`,? (?:in|of)\s+`([\w/.-]+\.(?:py|c|h))`")
 FILE = re.compile(r"^[\w./-]+\.(?:py|c|h|pml|toml|md)$")
 FOLDER = re.compile(rf"^(?:{'|'.join(CODE)}|docs|examples)(?:/[\w.-]+)*/?$")
 
@@ -70,24 +70,28 @@ def c_functions(text: str) -> list[str]:
 
 
 @cache
+def defined_in(path: str) -> list[str]:
+    """Functions and classes of Python, functions of C."""
+    text = sources()[path]
+    if path.endswith(".py"):
+        pattern = r"^\s*(?:async )?(?:def|class) (\w+)"
+        return re.findall(pattern, text, re.MULTILINE)
+    return c_functions(text)
+
+
+@cache
 def functions() -> frozenset[str]:
-    """Names that the code defines: functions and classes of Python, functions of C."""
-    python = re.compile(r"^\s*(?:async )?(?:def|class) (\w+)", re.MULTILINE)
-    return frozenset(
-        name
-        for path, text in sources().items()
-        for name in (
-            python.findall(text) if path.endswith(".py") else c_functions(text)
-        )
-    )
+    """All names that the code defines."""
+    return frozenset(name for path in sources() for name in defined_in(path))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
 def test_every_path_on_the_page_exists(page: Path) -> None:
-    """Files and folders of the project that stand in backticks."""
+    """Files and folders that stand in backticks, and tests that commands name."""
     named = {s for s in spans(page) if FOLDER.match(s)}
     if page in WALKS or page.parent.name == "explanation":
         named |= {s for s in spans(page) if FILE.match(s)}
+    named |= set(re.findall(r"\btests/[\w/]+\.py", page.read_text()))
     assert not sorted(name for name in named if not exists(name))
 
 
@@ -97,3 +101,20 @@ def test_every_function_on_the_page_exists(page: Path) -> None:
     named = {m[1] for s in spans(page) if (m := FUNCTION.match(s))}
     assert len(named) > 5
     assert not sorted(named - functions())
+
+
+@pytest.mark.parametrize("page", WALKS, ids=lambda p: p.name)
+def test_a_function_stands_in_the_file_that_the_page_names(page: Path) -> None:
+    """``name()`` in ``path``: the file defines the function."""
+    places = PLACE.findall(FENCE.sub("", page.read_text()))
+    assert places
+    wrong = [
+        (name, path)
+        for name, path in places
+        if not any(
+            name in defined_in(source)
+            for source in sources()
+            if f"/{source}".endswith(f"/{path}")
+        )
+    ]
+    assert not wrong

@@ -17,7 +17,7 @@ from cnc_core.geometry.shapes.polynomial import distance, normalised
 from cnc_core.geometry.stages.axis_limits import AxisLimits
 from cnc_core.geometry.stages.stage import RefusedRow
 from hli import layout
-from hli.view import Areas
+from hli.areas import Areas
 from support.curve_pieces import cell_of, deviation, pieces, spline
 from support.drive import FloatArray, curve_rows, drive
 from support.fake_cnc import unique_name

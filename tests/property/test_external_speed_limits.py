@@ -13,7 +13,7 @@ import hli
 from cnc_core.blocks import BlockBatch
 from cnc_core.config import CellConfig
 from cnc_core.engine import Engine, Event
-from hli.view import Areas
+from hli.areas import Areas
 from support.curve_pieces import cell_of, pieces, spline
 from support.drive import FloatArray, curve_rows, line_rows
 from support.fake_cnc import unique_name

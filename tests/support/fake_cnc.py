@@ -20,8 +20,9 @@ from hli._sync import lib
 
 import hli
 from hli import layout
+from hli.areas import Areas
 from hli.handshake import ContourUnit, word_pointer
-from hli.view import BLOCK_DTYPE, Areas
+from hli.view import BLOCK_DTYPE
 
 
 def unique_name(stem: str = "hli-test") -> str:

@@ -10,7 +10,7 @@
 #include "engine/commit/planner.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 /* Stopping tail: brake to rest from the end of the commit. False if that is not
  * legal. */
@@ -72,17 +72,21 @@ static bool drive_last_window(struct engine *engine, struct writer *writer) {
         engine->commit.piece
         - engine->accel.passed_at; /* the window is moved on in parts that take
                                      little time each */
-    if (engine->prediction || driven * MOVES > engine->cfg.window
-        || engine->commit.piece >= engine->accel.fixed_to || !needs_hold(engine)
-        || !conditions_hold(engine)) {
+    bool inside = driven * MOVES <= engine->cfg.window
+                  && engine->commit.piece < engine->accel.fixed_to;
+    if (engine->prediction || !inside) {
+        return false;
+    }
+    if (!needs_hold(engine) || !conditions_hold(engine)) {
         return false;
     }
     uint64_t written = engine->commit.written;
     run_on(writer, engine->accel.need_end);
     drive_window(writer, engine->accel.need_end);
-    if (!writer->refused
-        && (writer->piece < engine->accel.fixed_to
-            || (writer->piece == engine->accel.fixed_to && writer->s <= 0.0))) {
+    bool fixed =
+        writer->piece < engine->accel.fixed_to
+        || (writer->piece == engine->accel.fixed_to && writer->s <= 0.0);
+    if (!writer->refused && fixed) {
         return true;
     }
     engine->commit.written = written;

@@ -62,7 +62,6 @@ static bool same_counts(const struct techno_counts *now,
            && ATOMIC_GET(now->slp_acked) == then->slp_acked;
 }
 
-/* The last plan was made under the present conditions. */
 bool conditions_hold(struct engine *engine) {
     return reserve_wanted(&engine->plan) == engine->plan.reserve_override
            && ATOMIC_GET(engine->orders.single) == engine->plan.single
@@ -123,8 +122,6 @@ static uint64_t choose_conditions(struct engine *engine) {
                : plan_under(engine, &old);
 }
 
-/* The window's end; where corner limits need more of the path than is fed, more
- * is fed. */
 uint64_t choose_window(struct engine *engine) {
     watch_window(engine);
     uint64_t end = choose_conditions(engine);

@@ -433,7 +433,6 @@ static bool cap_corner(struct engine *engine,
     return true;
 }
 
-/* Finish the corner limits of all pieces up to the end of what is known. */
 void corner_caps(struct engine *engine) {
     uint64_t head = engine->run.head;
     if (engine->accel.capped < engine->commit.piece) {

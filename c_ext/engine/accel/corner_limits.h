@@ -1,9 +1,9 @@
-/* Look-ahead: how fast each corner may be passed and how fast everything ahead
- * can still be met. */
+/* Look-ahead: how fast each corner may be passed. */
 #ifndef ENGINE_ACCEL_CORNER_LIMITS_H
 #define ENGINE_ACCEL_CORNER_LIMITS_H
 #include "engine/state/state.h"
 
+/* Finish the corner limits of all pieces up to the end of what is known. */
 void corner_caps(struct engine *engine);
 
 static inline bool next_motion(struct run_ring *run,

@@ -34,8 +34,6 @@ double corner_zone(const engine_config *cfg,
     return zone_of(cfg, v, piece->accel);
 }
 
-/* Piece i is the next one that is capped: behind the one capped last, or again
- * behind one that has been. */
 void corner_zones_follow(struct engine *engine, uint64_t i) {
     if (i == engine->accel.zones_to) {
         return;
@@ -53,8 +51,6 @@ void corner_zones_follow(struct engine *engine, uint64_t i) {
     engine->accel.zones_to = i;
 }
 
-/* Piece i has been capped. `v`: fastest at its start if its jumps use up
- * acceleration, else below 0. */
 void corner_zones_note(struct engine *engine,
                        uint64_t i,
                        const struct piece *before,
@@ -170,8 +166,6 @@ static void used_behind(struct engine *engine,
     }
 }
 
-/* What jumps use up at both ends of p. `next`: the motion behind it, NULL where
- * that ends in a standstill or is not known. */
 void corner_zones_use(struct engine *engine,
                       const struct piece *piece,
                       const struct piece *next,
@@ -181,8 +175,6 @@ void corner_zones_use(struct engine *engine,
     used_behind(engine, piece, next, last);
 }
 
-/* Whether all corners are known that can use up acceleration on piece. Nobody
- * waits for what lies behind a standstill. */
 bool corner_zones_known(struct engine *engine,
                         const struct piece *piece,
                         const struct piece *next) {
@@ -190,10 +182,10 @@ bool corner_zones_known(struct engine *engine,
         return piece->stop_after;
     }
     double known = engine->accel.capped_at - (piece->at + piece->length);
+    bool all =
+        engine->dispatch.final && engine->accel.capped == engine->run.head;
     if (known >= corner_zone(&engine->cfg, next->corner_v, piece)
-        || stands_before(&engine->plan, next)
-        || (engine->dispatch.final
-            && engine->accel.capped == engine->run.head)) {
+        || stands_before(&engine->plan, next) || all) {
         return true;
     }
     double v = lesser(next->corner_v,

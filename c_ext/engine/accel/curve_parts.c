@@ -33,8 +33,6 @@ void set_axes(struct builder *builder) {
     }
 }
 
-/* The largest u and x that meet |q' u + q'' x| <= room on all axes: two axes
- * together bound both, one axis the one by the other. */
 struct extent extent_at(const struct builder *builder,
                         const struct knot *knot) {
     const struct piece *piece = builder->piece;
@@ -119,7 +117,6 @@ static void place_at(const struct builder *builder,
     reach_at(builder, out);
 }
 
-/* Inside of a piece, at the parameter w. */
 void knot_inside(const struct builder *builder, double w, struct knot *knot) {
     knot_at(builder,
             w,
@@ -140,7 +137,6 @@ double parameter_behind(const struct builder *builder, double s) {
                                / builder->scale);
 }
 
-/* s mm behind the start of the piece. */
 void place_behind(const struct builder *builder, double s, place *out) {
     if (s <= 0.0 || s >= builder->piece->length) {
         out->at = builder->ends[s > 0.0];
@@ -239,8 +235,6 @@ static void add_stretch(struct builder *builder,
     }
 }
 
-/* Into how many stretches a part of length h has to be cut where that is
- * reached. */
 int parts_for(const struct builder *builder,
               struct extent most,
               double h,
@@ -297,7 +291,6 @@ static void add_stretches(struct builder *builder,
     add_stretch(builder, &last, to, third, fourth);
 }
 
-/* As many stretches as constant bounds from the parameter w on can take. */
 int most_constant(const struct builder *builder, double w) {
     int cells = 0;
     for (int k = 0; k < builder->c->cells; k++) {
@@ -326,9 +319,6 @@ static bool cut_in_halves(struct builder *builder,
     return true;
 }
 
-/* From one place to another; cut in halves at least `least` times, `halvings`
- * at the most. `about`: so many stretches, by the certificate of a part twice
- * as long or more; 0: that says nothing. */
 void refine(struct builder *builder,
             const place *from,
             const place *to,
@@ -356,7 +346,8 @@ void refine(struct builder *builder,
                  *fourth = whole ? builder->fourth : parts[1];
     int count = sure ? parts_needed(builder, from, to, third, fourth) : INT_MAX,
         most = halvings < HALVINGS ? OF_PART : AT_ONCE;
-    if (count > most && halvings > 0 && left > 1
+    bool halved = count > most && halvings > 0 && left > 1;
+    if (halved
         && cut_in_halves(builder,
                          from,
                          to,

@@ -44,23 +44,39 @@ typedef struct place {
 } place;
 
 void set_axes(struct builder *builder);
+
+/* The largest u and x that meet |q' u + q'' x| <= room on all axes: two axes
+ * together bound both, one axis the one by the other. */
 struct extent extent_at(const struct builder *builder, const struct knot *knot);
 void knot_at(const struct builder *builder,
              double w,
              double s,
              struct knot *knot);
+
+/* Inside of a piece, at the parameter w. */
 void knot_inside(const struct builder *builder, double w, struct knot *knot);
 double parameter_behind(const struct builder *builder, double s);
+
+/* s mm behind the start of the piece. */
 void place_behind(const struct builder *builder, double s, place *out);
 struct extent extent_between(const struct extent *extent,
                              const struct extent *extent_z,
                              double h);
+
+/* Into how many stretches a part of length h has to be cut where that is
+ * reached. */
 int parts_for(const struct builder *builder,
               struct extent most,
               double h,
               const double *third,
               const double *fourth);
+
+/* As many stretches as constant bounds from the parameter w on can take. */
 int most_constant(const struct builder *builder, double w);
+
+/* From one place to another; cut in halves at least `least` times, `halvings`
+ * at the most. `about`: so many stretches, by the certificate of a part twice
+ * as long or more; 0: that says nothing. */
 void refine(struct builder *builder,
             const place *from,
             const place *to,

@@ -10,10 +10,15 @@ typedef struct strip {
     const double *reserve;
 } strip;
 
+/* A speed squared that all limits let be kept all over the piece, `wanted` or
+ * more if that can be shown. In more parts the certificates are sharper. */
 double curve_cruise2(struct engine *engine,
                      struct piece *piece,
                      const double *reserve,
                      double wanted);
+
+/* Stretches of p, cut where the strips (zones of jumps) begin and end.
+ * `stands`: at both ends, and only there. */
 void curve_piece_spans(struct engine *engine,
                        struct piece *piece,
                        span_room *has,

@@ -146,8 +146,6 @@ static void add_lossy_rows(struct row_writer *row_writer,
     }
 }
 
-/* `room`: acceleration of every axis that is left; `lost`: what is certified,
- * NULL: nothing. Per axis: the rows at both knots, then their bounds. */
 uint32_t curved_rows(const engine_config *cfg,
                      const struct piece *piece,
                      const struct knot *knot,
@@ -292,7 +290,6 @@ static double controllable(const struct part *part, double soft2, double next) {
     return x;
 }
 
-/* Largest x at s of the stretch from which `next` can be met at its end. */
 double curved_controllable_v2(const struct span *sp,
                               double s,
                               double soft2,
@@ -509,8 +506,6 @@ static bool wants_parts(const struct part *part,
     return end < NEAR * x && u > WORTH * here.low;
 }
 
-/* From x at s of the stretch: as fast as `next` allows at its end, or as hard
- * down as the limits allow. */
 curved_step curved_forward(const struct span *sp,
                            double s,
                            double x,

@@ -12,6 +12,8 @@ typedef struct chord_loss {
     double above[NC_AXES], u[NC_AXES], x[NC_AXES];
 } chord_loss;
 
+/* `room`: acceleration of every axis that is left; `lost`: what is certified,
+ * NULL: nothing. Per axis: the rows at both knots, then their bounds. */
 uint32_t curved_rows(const engine_config *cfg,
                      const struct piece *piece,
                      const struct knot *knot,
@@ -20,10 +22,15 @@ uint32_t curved_rows(const engine_config *cfg,
                      const chord_loss *lost,
                      struct span *out,
                      double *rows);
+
+/* Largest x at s of the stretch from which `next` can be met at its end. */
 double curved_controllable_v2(const struct span *sp,
                               double s,
                               double soft2,
                               double next);
+
+/* From x at s of the stretch: as fast as `next` allows at its end, or as hard
+ * down as the limits allow. */
 curved_step curved_forward(const struct span *sp,
                            double s,
                            double x,

@@ -28,8 +28,6 @@ static void make_spans(struct engine *engine, uint64_t i) {
     piece->spanned = true;
 }
 
-/* First piece behind the window: N motion pieces after the one where committed
- * motion ends, or what is known. Counted on from where it was counted to. */
 uint64_t window_end(struct engine *engine) {
     if (engine->commit.piece < engine->accel.window_from
         || engine->commit.piece > engine->accel.window_to
@@ -117,8 +115,6 @@ static double back_over(struct engine *engine,
     return soft * soft;
 }
 
-/* The stretches of a piece over which feed is not kept after all;
- * `controllable_v2`: to be met at its end. */
 void settle_spans(struct engine *engine, uint64_t i, double controllable_v2) {
     bool free = false;
     back_over_spans(engine,
@@ -141,8 +137,6 @@ static uint64_t kept_needs(const struct engine *engine) {
     return same ? engine->accel.need_end : 0;
 }
 
-/* Whether what the last pass has found holds on: nothing that it depends on has
- * changed but what lies behind its window. */
 bool needs_hold(const struct engine *engine) {
     uint64_t kept = kept_needs(engine);
     return kept > engine->commit.piece && kept <= engine->accel.capped;
@@ -173,10 +167,6 @@ static double need_before(struct engine *engine,
     return 0.0;
 }
 
-/* controllable_v2 of every piece from `end` back to where committed motion
- * ends; the window ends at standstill. Where a piece comes to the value it has
- * had, all those ahead of it keep theirs: so the cost for a block does not grow
- * with the window. */
 void backward_pass(struct engine *engine, uint64_t end) {
     double controllable_v2 = 0.0;
     uint64_t kept = kept_needs(engine), fixed_to = 0, unsettled = UINT64_MAX;

@@ -1,5 +1,5 @@
-/* The planner: forward through the window, phase by phase, some milliseconds
- * ahead of the interpolator.
+/* Phases without jerk: forward through the window, phase by phase, some
+ * milliseconds ahead of the interpolator.
  *
  * Every commit leaves a stored stopping tail: GEO follows it when the planner
  * is late. Commit and tail are published together in one atomic word (head << 2
@@ -25,8 +25,6 @@ static double need_behind(struct run_ring *run, uint64_t i, uint64_t end) {
                : piece_at(run, i + 1)->controllable_v2;
 }
 
-/* The stretch of piece i that holds s, s < length; its needs are those of the
- * last backward pass. */
 stretch stretch_at(struct engine *engine, uint64_t i, uint64_t end, double s) {
     const struct piece *piece = piece_at(&engine->run, i);
     if (piece->cruises || !spans_known(engine, i)) {
@@ -55,7 +53,6 @@ stretch stretch_at(struct engine *engine, uint64_t i, uint64_t end, double s) {
                      need};
 }
 
-/* Whether everything ahead can be met from v at s of piece i. */
 bool meets_all(struct engine *engine,
                uint64_t i,
                uint64_t end,
@@ -167,8 +164,6 @@ static void brake(struct writer *writer,
     }
 }
 
-/* One step over a curved stretch with constant acceleration along the path, cut
- * at the budget. */
 void drive_curved(struct writer *writer,
                   const stretch *st,
                   bool ends,
@@ -259,10 +254,6 @@ static void drive_stretch(struct writer *writer, const stretch *st, bool ends) {
     }
 }
 
-/* A standstill or a corner passed too fast: where it is committed it is
- * counted, and a test holds that at 0. What is more than rounding is not
- * committed: a path that is fed anew (an inserted stop, a loop that ends) may
- * have other stretches than the plan has met. */
 void leave_motion(struct writer *writer, uint64_t end) {
     struct engine *engine = writer->engine;
     const struct piece *piece = piece_at(&engine->run, writer->piece);
@@ -302,7 +293,6 @@ static bool cruise(struct writer *writer,
     return true;
 }
 
-/* The phase that the end of the last commit has cut. */
 void run_on(struct writer *writer, uint64_t end) {
     const run_remainder remainder = writer->engine->accel.remainder;
     bool fits = remainder.pass == writer->engine->accel.passes
@@ -330,8 +320,6 @@ static bool waits_for_path(const struct writer *writer) {
            && writer->piece >= writer->engine->accel.fixed_to;
 }
 
-/* Forward until the budget is used up, the window ends or the path stands
- * (hold, override 0). */
 void drive_window(struct writer *writer, uint64_t end) {
     struct engine *engine = writer->engine;
     while (writer->piece < end && !writer_full(writer)

@@ -11,7 +11,6 @@ static void free_room(span_room *room) {
     free(room->rows);
 }
 
-/* Without memory it stays as it is. */
 void room_for(span_room *room, uint32_t count, uint32_t numbers) {
     if (room->count >= count && room->row_numbers >= numbers) {
         return;
@@ -33,8 +32,6 @@ static uint32_t first_count(const engine_config *cfg) {
     return SPANS_FIRST < spans_max(cfg) ? SPANS_FIRST : spans_max(cfg);
 }
 
-/* The share of a room that there is at first, whatever pieces before have
- * needed. */
 span_room spans_first(const engine_config *cfg, const span_room *room) {
     return (span_room){room->spans,
                        room->rows,
@@ -56,8 +53,8 @@ bool spans_new(struct engine *engine) {
     room_for(&engine->accel.made,
              first_count(&engine->cfg),
              ROWS_FIRST * (uint32_t)row);
-    if (!engine->accel.spans || !engine->accel.rows || !engine->accel.span_slots
-        || !engine->accel.made.count) {
+    bool shared = engine->accel.spans && engine->accel.rows;
+    if (!shared || !engine->accel.span_slots || !engine->accel.made.count) {
         return false;
     }
     if (!engine->traits.uses_spans) {
@@ -78,8 +75,6 @@ void spans_free(struct accel_state *accel) {
     free(accel->span_slots);
 }
 
-/* Room for `count` stretches of so many rows per axis, or as many as a piece
- * may have; what was in it is lost. */
 void spans_grow(const engine_config *cfg,
                 span_room *room,
                 double count,
@@ -94,7 +89,6 @@ void spans_grow(const engine_config *cfg,
     room_for(room, most, most * row);
 }
 
-/* The stretches of piece i are those in the room it shares with others. */
 bool spans_known(const struct engine *engine, uint64_t i) {
     return engine->run.pieces[i & engine->run.mask].spanned
            && engine->accel.span_slots[i & engine->accel.span_mask].owner == i;

@@ -282,10 +282,6 @@ static bool cruise_curve(struct engine *engine,
     return speed2 <= piece->cruise2;
 }
 
-/* Whether the speed can be kept all over the piece and be brought to `end2`
- * (squared) at its end: whatever its stretches are, the largest speed at its
- * start is that one then. `next`: the motion behind it, NULL where that ends in
- * a standstill; `known`: all corners are that use up acceleration on it. */
 bool can_cruise(struct engine *engine,
                 struct piece *piece,
                 const struct piece *next,
@@ -402,9 +398,6 @@ static void curve_strips(struct builder *builder,
     }
 }
 
-/* Stretches of piece i: a zone at either end where jumps use up acceleration,
- * and the rest. `next`: the motion behind it, NULL where it ends in a
- * standstill or is not known. */
 void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
     struct piece *piece = piece_at(&engine->run, i);
     static const double none[NC_AXES] = {0};

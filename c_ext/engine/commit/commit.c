@@ -4,7 +4,7 @@
 #include "engine/commit/commit.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 #include "rows/nc_block.h"
 
 /* What is left of a phase from t on begins so. */
@@ -86,15 +86,10 @@ double ahead_s(struct engine *engine) {
     return engine->commit.committed_s - consumed;
 }
 
-/* So much motion is ahead of GEO behind a commit; never less than the cycle
- * that comes next, or GEO would live on the tails. */
 double commit_high(const engine_config *cfg) {
     return greater(COMMIT_HIGH_S, COMMIT_HIGH_CYCLES * cfg->cycle_s);
 }
 
-/* Less motion ahead than this: more is committed. Without jerk a planner that
- * is pumped with every cycle needs no time of its own; fewer and longer commits
- * spare it stopping tails. */
 double commit_low(const struct engine *engine) {
     double least = COMMIT_LOW_CYCLES * engine->cfg.cycle_s;
     if (cuts_phases(engine)) {
@@ -104,7 +99,6 @@ double commit_low(const struct engine *engine) {
                    least);
 }
 
-/* What is committed next, once too little is ahead of GEO; s. */
 double next_commit(struct engine *engine) {
     double dt = engine->cfg.cycle_s, low = commit_low(engine),
            ahead = ahead_s(engine);

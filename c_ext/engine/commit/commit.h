@@ -5,7 +5,7 @@
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
 
-/* profile.c */
+/* Where phases are written to, and how far it has got. */
 typedef struct writer {
     struct engine *engine;
     phase *out; /* linear buffer, or NULL for the ring */
@@ -23,8 +23,17 @@ typedef struct writer {
 void write_phase(struct writer *writer, const phase *ph);
 void pass_event(struct writer *writer);
 double ahead_s(struct engine *engine);
+
+/* So much motion is ahead of GEO behind a commit; never less than the cycle
+ * that comes next, or GEO would live on the tails. */
 double commit_high(const engine_config *cfg);
+
+/* Less motion ahead than this: more is committed. Without jerk a planner that
+ * is pumped with every cycle needs no time of its own; fewer and longer commits
+ * spare it stopping tails. */
 double commit_low(const struct engine *engine);
+
+/* What is committed next, once too little is ahead of GEO; s. */
 double next_commit(struct engine *engine);
 
 static inline bool cuts_phases(const struct engine *engine) {

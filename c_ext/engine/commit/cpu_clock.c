@@ -75,8 +75,6 @@ static void count(struct engine *engine, struct stopwatch *stopwatch) {
         stopwatch->weight * (by_cpu_clock(engine) ? cpu : lesser(passed, cpu));
 }
 
-/* The window is moved on, which is rare and takes long: from here to the end
- * this pump is timed whether it was to be or not. */
 void watch_window(struct engine *engine) {
     struct stopwatch *stopwatch = &engine->commit.watch;
     if (stopwatch->weight == 1.0) {

@@ -9,7 +9,7 @@
 #define ENGINE_COMMIT_PLANNER_H
 #include "engine/commit/commit.h"
 #include "engine/state/state.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 /* Where a hold would bring the path to rest; kept between two commits. */
 typedef struct standstill_search {

@@ -128,8 +128,8 @@ static void take_shortcut(struct engine *engine,
     ATOMIC_SET(engine->orders.shortcut_mask, mask);
     bool wanted =
         level_bool(&bahn_mc_control->delete_distance_to_go, present, false);
-    if (wanted && !engine->orders.shortcut_seen && engine->store.kept
-        && !engine->program.end) {
+    bool possible = engine->store.kept && !engine->program.end;
+    if (wanted && !engine->orders.shortcut_seen && possible) {
         ATOMIC_SET(engine->orders.shortcut_requests,
                    engine->orders.shortcut_requests + 1);
     }
@@ -172,7 +172,8 @@ static void take_insert_command(struct engine *engine,
                          : engine->geo.dist_shift + engine->geo.dist;
     bool good = isfinite(cmd.value) && fabs(cmd.value) < 1e12
                 && cmd.mode <= INSERT_RELATIVE_ONCE && (!number || axis >= 0);
-    if (good && cmd.mode != INSERT_ABSOLUTE && !number && cmd.value < 0.0) {
+    bool by_path = cmd.mode != INSERT_ABSOLUTE && !number;
+    if (good && by_path && cmd.value < 0.0) {
         good = false;
     }
     if (good) {

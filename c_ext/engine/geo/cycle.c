@@ -33,7 +33,10 @@ static void record(struct engine *engine) {
 
 static void note_end(struct engine *engine) {
     if (engine->program.end || !ATOMIC_GET(engine->program.finished)
-        || !geo_drained(engine) || engine->dispatch.dir < 0
+        || !geo_drained(engine)) {
+        return;
+    }
+    if (engine->dispatch.dir < 0
         || ATOMIC_GET(engine->withdrawal.state) != WITHDRAW_NONE) {
         return;
     }
@@ -85,9 +88,9 @@ static void answer_rejoin(struct engine *engine) {
         return;
     }
     bool inside = geo->tail_next == rejoin->phase + 1 && geo->has_phase;
-    if (!geo->in_tail
-        || !(geo->tail_next <= rejoin->phase
-             || (inside && geo->t < rejoin->t))) {
+    bool ahead =
+        geo->tail_next <= rejoin->phase || (inside && geo->t < rejoin->t);
+    if (!geo->in_tail || !ahead) {
         ATOMIC_SET(rejoin->state, REJOIN_REFUSED);
         return;
     }
@@ -125,8 +128,6 @@ void geo_cycle(struct engine *engine) {
     }
 }
 
-/* Just ahead of a real-time cycle, no time passes: the position and what the
- * PLC is shown of it once more. */
 void geo_rehearse(struct engine *engine) {
     geo_evaluate(engine);
     if (engine->hli.segment) {

@@ -57,9 +57,9 @@ int engine_write_external(struct engine *engine,
                           const uint8_t *data,
                           uint32_t length) {
     struct external_vars *external_vars = engine->external;
-    if (!external_vars || area > 1 || length > WRITE_BYTES
-        || offset > sizeof(HLI_EXT_VAR)
-        || length > sizeof(HLI_EXT_VAR) - offset) {
+    bool fits = length <= WRITE_BYTES && offset <= sizeof(HLI_EXT_VAR)
+                && length <= sizeof(HLI_EXT_VAR) - offset;
+    if (!external_vars || area > 1 || !fits) {
         return -1;
     }
     uint64_t head = ATOMIC_GET(external_vars->head);
@@ -80,9 +80,9 @@ int engine_show_commands(struct engine *engine,
                          uint32_t offset,
                          uint32_t slots) {
     struct external_vars *external_vars = engine->external;
-    if (!external_vars || !slots || offset % EXTERNAL_BLOCK
-        || offset + (uint64_t)(slots + 1) * EXTERNAL_BLOCK
-               > sizeof(HLI_EXT_VAR)) {
+    uint64_t end = offset + (uint64_t)(slots + 1) * EXTERNAL_BLOCK;
+    bool fits = offset % EXTERNAL_BLOCK == 0 && end <= sizeof(HLI_EXT_VAR);
+    if (!external_vars || !slots || !fits) {
         return -1;
     }
     external_vars->commands_at = offset;
@@ -90,7 +90,6 @@ int engine_show_commands(struct engine *engine,
     return 0;
 }
 
-/* The path has passed a command: its number, then the count. */
 void external_command(struct engine *engine, double value) {
     struct external_vars *external_vars = engine->external;
     if (!external_vars || !engine->hli.segment
@@ -113,7 +112,6 @@ void external_free(struct engine *engine) {
     free(engine->external);
 }
 
-/* Once a cycle: the program's writes go out, then everything is latched. */
 void external_cycle(struct engine *engine) {
     struct external_vars *external_vars = engine->external;
     if (!external_vars || !engine->hli.segment) {

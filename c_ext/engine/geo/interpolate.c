@@ -11,7 +11,7 @@
 #include "engine/state/state.h"
 #include "engine/store/element_map.h"
 #include "hli/sync.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 #include "rows/nc_block.h"
 
 static bool fetch_phase(struct engine *engine);
@@ -24,8 +24,6 @@ static void place_on_path(struct geo *geo,
     geo->dist = piece->dist0 + piece->dist_rate * s;
 }
 
-/* Speed along the path, mm/s; of a polynomial that runs with its parameter not
- * the speed of that. */
 double geo_path_speed(const struct engine *engine) {
     const struct geo *geo = &engine->geo;
     if (geo->v <= 0.0 || geo->piece == UINT64_MAX) {
@@ -118,7 +116,6 @@ static void run_loop_end(struct engine *engine, const struct piece *piece) {
     }
 }
 
-/* A program begins: its first element begins the distance. */
 void geo_begin_distance(struct engine *engine) {
     set_epoch(&engine->geo,
               engine->push.epoch,
@@ -153,6 +150,13 @@ static void tell_command(struct engine *engine, const struct piece *piece) {
            engine->geo.position,
            sizeof engine_command->position);
     ATOMIC_SET(engine->path_commands.head, head + 1);
+}
+
+/* M00, or M01 while it counts. */
+static bool stops_program(const struct engine *engine,
+                          const struct piece *piece) {
+    return piece->code == 0
+           || (piece->code == 1 && engine->orders.m01 && engine->geo.v <= 0.0);
 }
 
 static void run_event(struct engine *engine, struct piece *piece) {
@@ -196,8 +200,7 @@ static void run_event(struct engine *engine, struct piece *piece) {
         if (!engine->hli.segment) {
             break; /* nobody there who could continue */
         }
-        if (piece->code == 0
-            || (piece->code == 1 && engine->orders.m01 && geo->v <= 0.0)) {
+        if (stops_program(engine, piece)) {
             geo->waiting_continue = true;
         }
         break;
@@ -221,14 +224,13 @@ static void leave_piece(struct engine *engine) {
     }
     geo->dwelling = false;
     ATOMIC_SET(engine->run.done, geo->piece + 1);
-    if (piece->dir > 0 && !piece->inserted
-        && piece->from + piece->length >= piece->whole - 1e-9
-        && piece->origin >= engine->store.done) {
+    bool whole = piece->from + piece->length >= piece->whole - 1e-9;
+    bool of_program = piece->dir > 0 && !piece->inserted;
+    if (of_program && whole && piece->origin >= engine->store.done) {
         ATOMIC_SET(engine->store.done, piece->origin + 1);
     }
 }
 
-/* The present phase is driven for t seconds only; its piece goes on. */
 void end_phase_at(struct geo *geo, double t) {
     geo->now.time = t;
     geo->now.last = false;
@@ -308,8 +310,8 @@ static bool begin_phase(struct engine *engine) {
         bool stood = geo->v <= 0.0;
         enter_piece(engine, geo->now.piece);
         const struct piece *piece = piece_at(&engine->run, geo->piece);
-        if (stood && is_motion(piece) && piece->new_block
-            && engine->orders.single) {
+        bool new_block = is_motion(piece) && piece->new_block;
+        if (stood && new_block && engine->orders.single) {
             geo->waiting_continue = geo->stands_single = true;
         }
     }
@@ -353,7 +355,6 @@ static void add_consumed(struct geo *geo, double t) {
     __atomic_store(&geo->consumed_s, &sum, __ATOMIC_RELEASE);
 }
 
-/* Consume dt of committed motion. */
 void geo_advance(struct engine *engine, double dt) {
     struct geo *geo = &engine->geo;
     geo->waiting_techno = false;
@@ -370,8 +371,8 @@ void geo_advance(struct engine *engine, double dt) {
             engine->technology.wait_cycles++;
             return;
         }
-        if (is_motion(piece) && geo->v <= 0.0 && geo->t <= 0.0
-            && (piece->moving & engine->orders.held_axes)) {
+        bool begins = is_motion(piece) && geo->v <= 0.0 && geo->t <= 0.0;
+        if (begins && (piece->moving & engine->orders.held_axes)) {
             return; /* a held axis would begin to move */
         }
         double remainder = geo->now.time - geo->t;
@@ -411,7 +412,6 @@ void geo_evaluate(struct engine *engine) {
     piece_position(engine, piece, geo->s, geo->position);
 }
 
-/* Everything pushed up to now has been executed and the axes stand. */
 bool geo_drained(struct engine *engine) {
     return ATOMIC_GET(engine->store.done) >= ATOMIC_GET(engine->store.head)
            && !engine->geo.has_phase && !engine->geo.waiting_continue;

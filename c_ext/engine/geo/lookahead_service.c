@@ -203,7 +203,6 @@ static void post_answer(struct shared_areas *hli) {
     hs_word_post(side_word, load_u32_relaxed(&side_word->word) + 1);
 }
 
-/* Serve a pending request; returns 1 if there was one. */
 int serve_request(struct engine *engine) {
     HLI_CONTOUR_LOOKAHEAD *contour_lookahead =
         &engine->hli.channel->contour_lookahead;

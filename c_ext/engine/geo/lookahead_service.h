@@ -5,5 +5,7 @@
 #include "engine/state/state.h"
 
 double max_dist_prog_start(struct engine *engine);
+
+/* Serve a pending request; returns 1 if there was one. */
 int serve_request(struct engine *engine);
 #endif

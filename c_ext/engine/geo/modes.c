@@ -118,8 +118,6 @@ static void fill_record(struct engine *engine,
     memcpy(&error_satz->rumpf.maske, &body, sizeof body);
 }
 
-/* CNC to PLC: the next record once the one before is taken; a PLC that does not
- * enable the unit is not waited for. */
 void mode_publish_errors(struct engine *engine) {
     MC_ERROR *error = &engine->hli.channel->mc_error;
     if (engine->errors.done == ATOMIC_GET(engine->errors.head)) {
@@ -231,8 +229,8 @@ static bool stop_or_resume(
         || ATOMIC_GET(modes->hold_to_cell)) {
         return false;
     }
-    if (engine_mode_command->to_state == HOLD
-        && (state == ACTIVE || state == HOLD || state == STOPPING)) {
+    bool stops = state == ACTIVE || state == HOLD || state == STOPPING;
+    if (engine_mode_command->to_state == HOLD && stops) {
         ATOMIC_SET(modes->stopped, 1);
         if (state == ACTIVE) {
             ATOMIC_SET(modes->state, STOPPING);
@@ -301,7 +299,6 @@ static void take_command(struct engine *engine,
     ATOMIC_SET(engine->modes.pending, 1);
 }
 
-/* Once a cycle, ahead of the motion. */
 void mode_cycle(struct engine *engine, bool present) {
     MC_CONTROL_MCM_MODE_STATE_UNIT *unit =
         &engine->hli.channel->channel_mc_control.mode_and_state;

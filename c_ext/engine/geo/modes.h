@@ -4,6 +4,11 @@
 #include "engine/state/state.h"
 
 void mode_publish_state(struct engine *engine);
+
+/* CNC to PLC: the next record once the one before is taken; a PLC that does not
+ * enable the unit is not waited for. */
 void mode_publish_errors(struct engine *engine);
+
+/* Once a cycle, ahead of the motion. */
 void mode_cycle(struct engine *engine, bool present);
 #endif

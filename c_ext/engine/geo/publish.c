@@ -1,4 +1,4 @@
-/* GEO's side of the HLI: take the PLC's level commands, publish status. The CNC
+/* GEO's side of the HLI: the channel's status, shown once a cycle. The CNC
  * never reads its own state back. */
 #include <math.h>
 #include <string.h>
@@ -214,14 +214,12 @@ void publish(struct engine *engine) {
     store_u64_release(&engine->hli.side->cnc.cycle, engine->geo.cycle);
 }
 
-/* Between two cycles: the channel's state once more. */
 void publish_again(struct engine *engine) {
     seq_begin(&engine->hli.side->channel_seq.word);
     show_channel(engine);
     seq_end(&engine->hli.side->channel_seq.word);
 }
 
-/* Power-up state, before the first cycle. */
 void publish_initial(struct engine *engine) {
     publish(engine);
     store_u8_release(&engine->hli.channel->head.init_done_r, 1);

@@ -1,9 +1,13 @@
-/* GEO's side of the HLI: take the PLC's level commands, publish status. */
+/* GEO's side of the HLI: the channel's status, shown once a cycle. */
 #ifndef ENGINE_GEO_PUBLISH_H
 #define ENGINE_GEO_PUBLISH_H
 #include "engine/state/state.h"
 
 void publish(struct engine *engine);
+
+/* Between two cycles: the channel's state once more. */
 void publish_again(struct engine *engine);
+
+/* Power-up state, before the first cycle. */
 void publish_initial(struct engine *engine);
 #endif

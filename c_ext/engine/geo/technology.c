@@ -38,8 +38,6 @@ static uint32_t free_std_slot(const struct technology_state *technology) {
     return i;
 }
 
-/* An event that cannot be run yet: a gate that is not open, a repeated function
- * without a free unit. */
 bool techno_blocked(struct engine *engine, const struct piece *piece) {
     if (piece->gated
         && !gate_open(piece->replay ? &engine->technology.done_again
@@ -338,8 +336,6 @@ static void look_at_early(struct engine *engine) {
     }
 }
 
-/* Once a cycle: what the PLC fetched and acknowledged; early outputs that are
- * due. */
 void techno_cycle(struct engine *engine) {
     if (engine->hli.channel) {
         techno_clear_units(engine);

@@ -5,7 +5,7 @@
  * Where the axes must stand is a flag of the interval ahead of that place, so
  * it can come and go while the path ahead is known: gates that open, single
  * block, held axes. A stand that comes too late to be met is not set, as in
- * profile.c.
+ * accel/profile.c.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -18,7 +18,7 @@
 #include "engine/path/technology_counts.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 typedef struct conditions {
     struct techno_counts done, done_again;
@@ -213,8 +213,8 @@ static bool tail_continues(struct engine *engine,
                            const struct writer *from) {
     const jerk_planner *planner = engine->jerk_adapter.planner;
     jerk_law law;
-    if (tail->edition == 0 || tail->edition != jerk_edition(planner)
-        || !(from->v > 0.0) || jerk_tail(planner, &law, 1) != 1) {
+    bool same = tail->edition != 0 && tail->edition == jerk_edition(planner);
+    if (!same || !(from->v > 0.0) || jerk_tail(planner, &law, 1) != 1) {
         return false;
     }
     tail->first = tail->place[jerk_used(planner) - tail->from];

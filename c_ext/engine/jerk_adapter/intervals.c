@@ -7,7 +7,7 @@
 #include "engine/path/piece.h"
 #include "engine/path/piece_curve.h"
 #include "engine/state/state.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 #include "rows/nc_block.h"
 
 static void derivatives(const struct engine *engine,
@@ -296,7 +296,6 @@ static double shortest_seen(const engine_config *cfg,
                : CURVE_SHORTEST;
 }
 
-/* The next interval of the path of a piece. */
 jerk_interval next_interval(const struct engine *engine,
                             const struct piece *piece,
                             uint64_t i,

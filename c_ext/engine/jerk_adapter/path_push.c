@@ -6,7 +6,7 @@
 #include "engine/jerk_adapter/tuning.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 /* A corner that could only be crept through is stood at. */
 static bool sharp(const engine_config *cfg, const struct piece *piece) {
@@ -91,7 +91,6 @@ static bool push_interval(struct engine *engine) {
     return true;
 }
 
-/* Push path until the planner's look-ahead is full, or there is no more. */
 void push_path(struct engine *engine) {
     struct jerk_adapter *adapter = &engine->jerk_adapter;
     close_boundary(engine);
@@ -112,8 +111,6 @@ void push_path(struct engine *engine) {
                 engine->dispatch.final && adapter->next >= engine->run.head);
 }
 
-/* The path stands where the planner of the engine says: everything is pushed
- * anew. */
 void adapter_restart(struct engine *engine) {
     struct jerk_adapter *adapter = &engine->jerk_adapter;
     jerk_reset(adapter->planner);
@@ -129,7 +126,6 @@ static void forget_tails(struct commit_state *commit) {
     }
 }
 
-/* The run ring is fed anew from `head` on. */
 void adapter_cut(struct engine *engine, uint64_t head) {
     struct jerk_adapter *adapter = &engine->jerk_adapter;
     if (adapter->next < head || adapter->restart) {
@@ -152,11 +148,11 @@ void adapter_cut(struct engine *engine, uint64_t head) {
     }
 }
 
-/* Piece i ends at s now. */
 void adapter_shorten(struct engine *engine, uint64_t i, double s) {
     struct jerk_adapter *adapter = &engine->jerk_adapter;
-    if (adapter->restart || adapter->next < i
-        || (adapter->next == i && adapter->at <= s)) {
+    bool not_pushed =
+        adapter->next < i || (adapter->next == i && adapter->at <= s);
+    if (adapter->restart || not_pushed) {
         return;
     }
     forget_tails(&engine->commit);
@@ -176,8 +172,6 @@ void adapter_shorten(struct engine *engine, uint64_t i, double s) {
     adapter->open = true;
 }
 
-/* Stands that the present conditions ask for, as far as they can still be met.
- */
 void update_stands(struct engine *engine) {
     jerk_planner *planner = engine->jerk_adapter.planner;
     double way = 0.0, stop = STOP_MARGIN * jerk_stop_distance(planner);
@@ -194,7 +188,6 @@ void update_stands(struct engine *engine) {
     }
 }
 
-/* A plan that runs over a stand: there was none that meets it. */
 void forget_missed_stands(jerk_planner *planner) {
     for (int64_t i = 0, count = jerk_ahead(planner);
          i < count && jerk_passes(planner, i);

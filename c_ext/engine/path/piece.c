@@ -80,9 +80,9 @@ static double speed_limit(const struct engine *engine,
 static void note_moving(const engine_config *cfg, struct piece *piece) {
     piece->moving = 0;
     for (int i = 0; i < cfg->axis_count; i++) {
-        if (fabs(piece->slope[i]) > 1e-12
-            || (piece->kind == PIECE_ARC
-                && (i == piece->axis1 || i == piece->axis2))) {
+        bool in_plane = piece->kind == PIECE_ARC
+                        && (i == piece->axis1 || i == piece->axis2);
+        if (fabs(piece->slope[i]) > 1e-12 || in_plane) {
             piece->moving |= (uint16_t)(1u << i);
         }
     }
@@ -112,7 +112,6 @@ static double most_accel(const engine_config *cfg, const struct piece *piece) {
                : most;
 }
 
-/* Fill the geometry of p from a motion row; p->start is set already. */
 void piece_build(struct engine *engine,
                  struct piece *piece,
                  const nc_block *row) {
@@ -179,7 +178,6 @@ void piece_position(const struct engine *engine,
     }
 }
 
-/* Only the part of a whole piece from u0 to u1 is driven; u0 > u1: backward. */
 void piece_cut(const struct engine *engine,
                struct piece *piece,
                double u0,
@@ -200,8 +198,6 @@ void piece_cut(const struct engine *engine,
     piece_tangent(engine, piece, piece->length, piece->tangent_out);
 }
 
-/* A straight line from q to the end of p takes its place. The path counts on to
- * where it is at that end. */
 void piece_shortcut(const struct engine *engine,
                     struct piece *piece,
                     const double *q,
@@ -243,7 +239,6 @@ void piece_shortcut(const struct engine *engine,
     piece_tangent(engine, piece, piece->length, piece->tangent_out);
 }
 
-/* dq/ds of all axes. */
 void piece_tangent(const struct engine *engine,
                    const struct piece *piece,
                    double s,
@@ -266,7 +261,6 @@ void piece_tangent(const struct engine *engine,
     }
 }
 
-/* Angle between two unit vectors, exact near 0 and pi. */
 double angle_between(const double *a, const double *b) {
     double minus = 0.0, plus = 0.0;
     for (int i = 0; i < 3; i++) {

@@ -48,8 +48,6 @@ static bool meets(const engine_config *cfg,
     return true;
 }
 
-/* The row's coefficients, checked and kept for the piece that is pushed next.
- */
 bool curve_row_check(struct engine *engine,
                      const nc_block *row,
                      const double *pool,
@@ -209,8 +207,6 @@ static double fastest2(const engine_config *cfg,
     return BETWEEN * most;
 }
 
-/* Fill p from the coefficients kept by curve_row_check; length, end and feed
- * are set. */
 void curve_piece_build(struct engine *engine, struct piece *piece) {
     struct curve *curve =
         &engine->store.curves[piece->origin & engine->store.mask];
@@ -246,7 +242,6 @@ static double parameter_at(const struct piece_store *store,
     return curve_parameter(*curve, u * (curve_length(*curve) / piece->whole));
 }
 
-/* Position at u of the whole piece. */
 void curve_piece_position(const struct piece_store *store,
                           const struct piece *piece,
                           double u,
@@ -278,7 +273,6 @@ static double cell_ahead(const struct curve *curve,
                           : piece->from - curve->s[cell] * scale;
 }
 
-/* Derivatives by length at s of the piece as it is driven. */
 void curve_piece_derivatives(const struct piece_store *store,
                              const struct piece *piece,
                              double s,
@@ -297,8 +291,6 @@ void curve_piece_derivatives(const struct piece_store *store,
     }
 }
 
-/* Speed of the main axes (of all others where those rest) over that of the
- * parameter. */
 double curve_piece_main_rate(const struct engine *engine,
                              const struct piece *piece,
                              double s) {
@@ -314,7 +306,6 @@ double curve_piece_main_rate(const struct engine *engine,
     return sqrt(main ? main2 : all2);
 }
 
-/* Next end of a cell behind s, mm of the piece as it is driven. */
 double curve_piece_cell_end(const struct piece_store *store,
                             const struct piece *piece,
                             double s) {
@@ -329,7 +320,6 @@ double curve_piece_cell_end(const struct piece_store *store,
     return cell == last ? piece->length : cell_ahead(curve, piece, cell, scale);
 }
 
-/* Constant bounds over `length` mm of a cell. */
 void curve_cell_span(const struct engine *engine,
                      const struct piece *piece,
                      int cell,
@@ -350,8 +340,6 @@ void curve_cell_span(const struct engine *engine,
                              fmin(out->v_hard, feed));
 }
 
-/* Where the cell ends that lies behind s, mm of the piece as it is driven;
- * NEVER: the last one. */
 double curve_cell_behind(const struct curve *curve,
                          const struct piece *piece,
                          double s,

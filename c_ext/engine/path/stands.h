@@ -7,7 +7,10 @@
 
 static inline bool stands_before(const struct plan_conditions *plan,
                                  const struct piece *piece) {
-    if ((piece->m01 && plan->m01) || (piece->new_block && plan->single)
+    if (piece->m01 && plan->m01) {
+        return true;
+    }
+    if ((piece->new_block && plan->single)
         || (piece->moving & plan->held_axes)) {
         return true;
     }

@@ -16,7 +16,7 @@
 #include "engine/path/speed_caps.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 #include "rows/nc_block.h"
 
 #define BUFFERS 3u
@@ -70,7 +70,6 @@ void prediction_begin_program(struct engine *engine) {
     }
 }
 
-/* #CHANNEL SET [ESA_TIMEi]; any other index: not of this function. */
 void prediction_time(struct engine *engine, int index, double seconds) {
     if (engine->prediction && index >= 0 && index < ENGINE_ESA_TIMES) {
         engine->prediction->times[index] = seconds;
@@ -253,12 +252,13 @@ static struct forecast *free_buffer(struct prediction *prediction) {
     return NULL;
 }
 
-/* Behind a turn of the planner. */
 void prediction_plan(struct engine *engine, bool pumped) {
     struct prediction *prediction = engine->prediction;
-    if (!prediction
-        || (!pumped && prediction->latest != NONE
-            && prediction->seen == engine->commit.written)) {
+    if (!prediction) {
+        return;
+    }
+    if (!pumped && prediction->latest != NONE
+        && prediction->seen == engine->commit.written) {
         return;
     }
     if ((ATOMIC_GET(engine->commit.word) & 1)
@@ -425,7 +425,6 @@ static void publish_speeds(struct engine *engine,
     }
 }
 
-/* In each cycle, inside the seqlock. */
 void prediction_publish(struct engine *engine) {
     struct prediction *prediction = engine->prediction;
     if (!prediction) {

@@ -1,5 +1,5 @@
 /* What lies ahead in time: the way to the next feed block, the place where the
- * path would rest, speeds to come. */
+ * path would come to a standstill, speeds to come. */
 #ifndef ENGINE_PLAN_PREDICTION_H
 #define ENGINE_PLAN_PREDICTION_H
 #include "engine/state/state.h"
@@ -29,8 +29,14 @@ typedef struct forecast {
 
 bool prediction_new(struct engine *engine);
 void prediction_begin_program(struct engine *engine);
+
+/* #CHANNEL SET [ESA_TIMEi]; any other index: not of this function. */
 void prediction_time(struct engine *engine, int index, double seconds);
 void prediction_free(struct engine *engine);
+
+/* Behind a turn of the planner. */
 void prediction_plan(struct engine *engine, bool pumped);
+
+/* In each cycle, inside the seqlock. */
 void prediction_publish(struct engine *engine);
 #endif

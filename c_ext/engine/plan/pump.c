@@ -67,7 +67,7 @@ static bool withdraw(struct engine *engine) {
     return true;
 }
 
-/* Jobs of the feeder need standstill: brake, take back what is committed, do
+/* Jobs of the dispatch need standstill: brake, take back what is committed, do
  * them. False while they are pending and nothing may be committed. */
 static bool jobs_allow(struct engine *engine) {
     if (ATOMIC_GET(engine->withdrawal.state) == WITHDRAW_NONE
@@ -152,7 +152,6 @@ static int pump(struct engine *engine) {
     return engine->commit.written != before;
 }
 
-/* Commit more motion if too little is ahead; returns 1 if phases were added. */
 int planner_pump(struct engine *engine) {
     int added = pump(engine);
     if (engine->commit.tail_due

@@ -40,8 +40,10 @@ static void end_present_phase(struct engine *engine) {
     double dt = engine->cfg.cycle_s,
            t = greater(geo->t, geo->t > 0.0 ? 0.0 : dt);
     if (geo->in_tail || !geo->has_phase
-        || !is_motion(piece_at(&engine->run, geo->now.piece))
-        || geo->now.time - t < SHORT_PART * dt) {
+        || !is_motion(piece_at(&engine->run, geo->now.piece))) {
+        return;
+    }
+    if (geo->now.time - t < SHORT_PART * dt) {
         return;
     }
     phase *remainder =

@@ -16,7 +16,7 @@
 #include "engine/commit/planner.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 typedef struct place {
     uint32_t phase;        /* of the tail */
@@ -59,7 +59,6 @@ static bool find_place(struct engine *engine,
                   >= REJOIN_LEFT_CYCLES * engine->cfg.cycle_s;
 }
 
-/* GEO drives the tail, and the planner is where that begins. */
 bool rejoin_possible(struct engine *engine) {
     return engine->planner->may_rejoin(engine) && engine->commit.v > 0.0
            && (ATOMIC_GET(engine->commit.word) & 1)
@@ -110,8 +109,6 @@ static void offer(struct engine *engine, const place *at, uint32_t next) {
     ATOMIC_SET(engine->rejoin.state, REJOIN_OFFERED);
 }
 
-/* Motion from a place on the tail on. If there is none the tail is driven to
- * its end. */
 void rejoin_offer(struct engine *engine) {
     const struct planner_ops *planner = engine->planner;
     uint32_t old = (ATOMIC_GET(engine->commit.word) >> 1) & 1, next = old ^ 1;
@@ -134,7 +131,6 @@ void rejoin_offer(struct engine *engine) {
     offer(engine, &at, next);
 }
 
-/* No offer is out, and GEO has left the tail. */
 bool rejoin_settled(struct engine *engine) {
     int state = ATOMIC_GET(engine->rejoin.state);
     if (state == REJOIN_NONE) {

@@ -1,10 +1,10 @@
-/* The feeder: copies pieces of the store into the run ring, in the order in
+/* The dispatch: copies pieces of the store into the run ring, in the order in
  * which they are to be driven.
  *
  * The store is the program; the run ring is what is done with it. Ordinarily
  * both run alike. Real-time loops feed their body again, backward motion feeds
  * pieces in reverse, a stop that the PLC inserts cuts one in two, a shortcut
- * leaves some out. The planner's thread runs the feeder. What has been
+ * leaves some out. The planner's thread runs it. What has been
  * committed is never changed, nor is anything that the stored stopping tail
  * runs over: so a tail stays true whatever is fed anew, and every change leaves
  * room to stop.
@@ -245,7 +245,6 @@ void dispatch_event(struct engine *engine, const struct piece *from) {
     run_publish(&engine->run);
 }
 
-/* Backward motion ends here. */
 uint64_t dispatch_oldest(struct engine *engine) {
     uint64_t kept = engine->dispatch.frontier > engine->store.kept
                         ? engine->dispatch.frontier - engine->store.kept
@@ -308,7 +307,10 @@ static bool dispatch_waits(struct engine *engine,
                            uint64_t head) {
     const struct dispatch *dispatch = &engine->dispatch;
     if (!engine->traits.feeds_in_batches || dispatch->in_loop
-        || dispatch->dir < 0 || dispatch->armed
+        || dispatch->dir < 0) {
+        return false;
+    }
+    if (dispatch->armed
         || ATOMIC_GET(engine->orders.insert_requests) != dispatch->inserts) {
         return false;
     }
@@ -318,7 +320,6 @@ static bool dispatch_waits(struct engine *engine,
                       > fed_ahead(engine));
 }
 
-/* Feed as far as the planner has to see. */
 void dispatch_path(struct engine *engine) {
     bool finished = ATOMIC_GET(
         engine->program
@@ -343,7 +344,6 @@ void dispatch_path(struct engine *engine) {
     set_store_floor(engine);
 }
 
-/* Corner limits look further than what is fed: feed more from now on. */
 bool dispatch_further(struct engine *engine) {
     if (engine->dispatch.reach || engine->dispatch.in_loop) {
         return false;

@@ -50,8 +50,6 @@ static double dist_shift(struct geo *geo) {
     return shift;
 }
 
-/* Where in a piece, as it is driven, the inserted stop lies, behind `begin`; -1
- * if not there. */
 double inserted_stop_in(struct engine *engine,
                         const struct piece *piece,
                         double begin) {
@@ -80,7 +78,6 @@ static double run_dist(struct geo *geo, const struct piece *piece, double s) {
     return dist_shift(geo) + piece->dist0 + piece->dist_rate * s;
 }
 
-/* The stop stands behind the piece `before`. */
 void insert_stop(struct engine *engine, const struct piece *before) {
     const struct insert_cmd *insert_cmd = &engine->dispatch.insert;
     struct piece stop;
@@ -131,10 +128,9 @@ void insert_stop(struct engine *engine, const struct piece *before) {
     engine->dispatch.m01 = piece->m01;
 }
 
-/* The program ends ahead of an inserted stop: it stands at the end. */
 void insert_stop_at_end(struct engine *engine) {
-    if (!engine->dispatch.final || engine->dispatch.dir < 0
-        || !engine->dispatch.armed || !engine->dispatch.has_motion) {
+    bool at_end = engine->dispatch.final && engine->dispatch.dir >= 0;
+    if (!at_end || !engine->dispatch.armed || !engine->dispatch.has_motion) {
         return;
     }
     if (engine->dispatch.insert.axis
@@ -217,8 +213,11 @@ static bool cut_standstill_piece(struct engine *engine) {
     return true;
 }
 
-/* A new insert_cmd: what has been fed is fed again from where that is free, so
- * that the stop finds its place. */
+/* An inserted stop, or a motion of the program. */
+static bool may_be_fed_again(const struct piece *piece) {
+    return is_inserted_stop(piece) || (is_motion(piece) && !piece->shortcut);
+}
+
 void take_insert(struct engine *engine) {
     uint32_t request = ATOMIC_GET(engine->orders.insert_requests);
     if (request == engine->dispatch.inserts || engine->dispatch.dir < 0
@@ -226,9 +225,8 @@ void take_insert(struct engine *engine) {
         return;
     }
     uint64_t i = run_first_free(engine);
-    while (i < engine->run.head && !is_inserted_stop(piece_at(&engine->run, i))
-           && (!is_motion(piece_at(&engine->run, i))
-               || piece_at(&engine->run, i)->shortcut)) {
+    while (i < engine->run.head
+           && !may_be_fed_again(piece_at(&engine->run, i))) {
         i++;
     }
     if (i < engine->run.head) {

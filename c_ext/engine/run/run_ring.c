@@ -42,8 +42,6 @@ static struct piece *run_gate(struct engine *engine,
     return piece;
 }
 
-/* A function outside the program's count: again on a stretch driven before, or
- * inserted by the PLC. One at a time. */
 void run_function(struct engine *engine,
                   const struct piece *from,
                   uint32_t synch) {
@@ -70,8 +68,6 @@ void run_function(struct engine *engine,
     run_gate(engine, from, need);
 }
 
-/* First piece of the run ring that may still be changed: none that is
- * committed, none that the tail runs over. */
 uint64_t run_first_free(struct engine *engine) {
     if (engine->commit.v <= 0.0) {
         return engine->commit.piece + (engine->commit.s > 0.0);
@@ -105,7 +101,6 @@ static void stop_behind(struct dispatch *dispatch, const struct piece *piece) {
     }
 }
 
-/* Drop what has been fed from `head` on. */
 void run_cut(struct engine *engine, uint64_t head) {
     for (uint64_t i = head; i < engine->run.head; i++) {
         const struct piece *piece = piece_at(&engine->run, i);
@@ -143,7 +138,6 @@ void run_cut(struct engine *engine, uint64_t head) {
     }
 }
 
-/* Shorten a motion that is driven forward to its first s mm. */
 void run_shorten(struct engine *engine, struct piece *piece, double s) {
     double end[NC_AXES];
     piece_position(engine, piece, s, end);

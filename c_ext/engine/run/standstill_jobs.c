@@ -1,4 +1,4 @@
-/* The feeder's jobs that need standstill: turning back, leaving out what is
+/* The dispatch's jobs that need standstill: turning back, leaving out what is
  * left of a motion, ending the program.
  *
  * The run ring goes on with new pieces from where the path stands; nothing that

@@ -1,4 +1,4 @@
-/* The feeder's jobs that need standstill: turning back, leaving out what is
+/* The dispatch's jobs that need standstill: turning back, leaving out what is
  * left of a motion, ending the program. */
 #ifndef ENGINE_RUN_STANDSTILL_JOBS_H
 #define ENGINE_RUN_STANDSTILL_JOBS_H

@@ -20,7 +20,6 @@ static struct pages whole_pages(void *memory, size_t bytes) {
                           page};
 }
 
-/* Large pages for what is touched in its time. */
 void memory_large(void *memory, size_t bytes) {
     struct pages pages = whole_pages(memory, bytes);
 #ifdef MADV_HUGEPAGE

@@ -5,6 +5,7 @@
 #define ENGINE_STATE_MEMORY_H
 #include "engine/state/state.h"
 
+/* Large pages for what is touched in its time. */
 void memory_large(void *memory, size_t bytes);
 void memory_touch(void *memory, size_t bytes);
 #endif

@@ -1,4 +1,14 @@
-/* The engine: one member a room, and the accessors that every room shares. */
+/* The engine: one member a room, and the accessors that every room shares.
+ *
+ * Order of the rooms. Includes and calls run down this list, never up:
+ *   engine.c, threads.c, events.c, program.c, interleave.c
+ *   geo, plan, accel, jerk_adapter, run, store, commit, path, state
+ * Below them, without the engine: stages, jerk, curve, rows, hli.
+ * A low room tells a high one by data (flags, rings, words) or through the
+ * planner_ops of commit/planner.h. No file calls in a circle either; headers
+ * with hot inline functions (commit/commit.h, path/stands.h,
+ * path/speed_caps.h) count with their .c file.
+ */
 #ifndef ENGINE_STATE_H
 #define ENGINE_STATE_H
 #include "engine/state/rooms.h"

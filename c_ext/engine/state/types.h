@@ -8,7 +8,7 @@
 #include "engine/state/api.h"
 #include "hli/hli_layout.h"
 #include "hli/sync.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
 #define RUN_RING_MAX                                                           \

@@ -21,14 +21,11 @@ static double length_mm(struct piece_store *store, uint64_t i) {
     return element_at(store, i)->facts.length / TENTH_UM;
 }
 
-/* The motion behind the element pushed last: pieces that follow begin there. */
 void element_map_behind(struct engine *engine) {
     engine->element_map.element = engine->store.element_head;
     engine->element_map.from = 0.0;
 }
 
-/* SDA: a piece that covers `programmed` mm of the elements from where the piece
- * before ended. */
 void element_map_piece(struct engine *engine,
                        struct piece *piece,
                        double programmed) {
@@ -50,7 +47,6 @@ void element_map_piece(struct engine *engine,
     engine->element_map.from += programmed;
 }
 
-/* GEO: the element under the tool, by the displayed distance. */
 void element_map_position(struct engine *engine, const struct piece *piece) {
     struct geo *geo = &engine->geo;
     uint64_t i = geo->active < piece->element       ? piece->element

@@ -76,8 +76,6 @@ void push_element(struct engine *engine,
     ATOMIC_SET(engine->store.element_head, engine->store.element_head + 1);
 }
 
-/* A programmed motion that smoothed pieces execute: an element without a piece.
- */
 void push_programmed(struct engine *engine, const nc_block *row) {
     struct piece piece;
     memset(&piece, 0, sizeof piece);

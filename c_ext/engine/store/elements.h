@@ -7,5 +7,8 @@
 void push_element(struct engine *engine,
                   const struct piece *piece,
                   const nc_block *row);
+
+/* A programmed motion that smoothed pieces execute: an element without a piece.
+ */
 void push_programmed(struct engine *engine, const nc_block *row);
 #endif

@@ -137,7 +137,6 @@ static void keep(struct engine *engine,
     log->items[log->item_count++] = (loop_item){*entry, action};
 }
 
-/* Program start: the log is empty. */
 void log_reset(struct marked_log *log) {
     log_clear(log);
     log->in_loop = false;

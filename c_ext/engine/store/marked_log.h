@@ -9,6 +9,8 @@
 bool log_available(const engine_config *cfg);
 const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const struct marked_log *log,
                                              uint32_t i);
+
+/* Program start: the log is empty. */
 void log_reset(struct marked_log *log);
 void log_marker(struct engine *engine, const nc_block *row);
 void log_element(struct engine *engine, const struct element *el);

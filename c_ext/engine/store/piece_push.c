@@ -11,7 +11,6 @@ static void short_motions_build(struct engine *engine,
                                 struct piece *piece,
                                 const nc_block *row);
 
-/* What a motion row says of its piece, but for where that lies on the path. */
 void push_piece(struct engine *engine,
                 struct piece *piece,
                 const nc_block *row) {

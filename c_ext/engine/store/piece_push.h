@@ -5,6 +5,7 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
+/* What a motion row says of its piece, but for where that lies on the path. */
 void push_piece(struct engine *engine,
                 struct piece *piece,
                 const nc_block *row);

@@ -1,5 +1,5 @@
-/* SDA's end of the ring: prepared rows become elements (HLI facts) and pieces
- * (axis-space geometry). */
+/* Preparation's end of the store: prepared rows become elements (HLI facts) and
+ * pieces (axis-space geometry). */
 #include <string.h>
 #include "engine/store/push.h"
 #include "engine/path/limits.h"

@@ -1,5 +1,5 @@
-/* SDA's end of the ring: prepared rows become elements (HLI facts) and pieces
- * (axis-space geometry). */
+/* Preparation's end of the store: prepared rows become elements (HLI facts) and
+ * pieces (axis-space geometry). */
 #ifndef ENGINE_STORE_PUSH_H
 #define ENGINE_STORE_PUSH_H
 #include "engine/state/state.h"

@@ -58,8 +58,8 @@ bool row_is_supported(struct engine *engine,
     case NC_LINEAR:
         return row->length > 0 && (row->feed > 0 || (row->flags & NC_RAPID));
     case NC_CIRCULAR: {
-        if (row->plane < 17 || row->plane > 19 || !(row->length > 0)
-            || !(row->radius > 0) || row->angle == 0.0) {
+        bool bends = row->length > 0 && row->radius > 0 && row->angle != 0.0;
+        if (row->plane < 17 || row->plane > 19 || !bends) {
             return false;
         }
         for (int i = 0; i < 3; i++) {

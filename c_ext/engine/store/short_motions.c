@@ -34,14 +34,12 @@ static bool too_short(const struct engine *engine, const nc_block *row) {
                    && row->length <= SHORT_MM));
 }
 
-/* A motion row: true if it is carried. What cannot take the displacement with
- * it has it driven first. */
 bool short_motions_row(struct engine *engine, const nc_block *row) {
     struct short_motions *short_motions = &engine->push.short_motions;
     if (!too_short(engine, row)) {
         bool curved = row->type != NC_LINEAR;
-        if (short_motions->rows >= SHORT_ROWS
-            || (curved && row->length < FADE_MM)
+        bool cannot_fade = curved && row->length < FADE_MM;
+        if (short_motions->rows >= SHORT_ROWS || cannot_fade
             || row->flags & (NC_BY_PARAMETER | NC_OF_TIP)) {
             short_motions_flush(engine);
         }
@@ -71,7 +69,6 @@ bool short_motions_row(struct engine *engine, const nc_block *row) {
     return true;
 }
 
-/* Something comes that is no motion: the displacement is driven ahead of it. */
 void short_motions_flush(struct engine *engine) {
     struct short_motions *short_motions = &engine->push.short_motions;
     if (!short_motions->rows) {

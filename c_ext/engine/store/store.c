@@ -5,7 +5,6 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-/* The next place of the store, cleared, with what every row has. */
 struct piece *store_slot(struct engine *engine, const nc_block *row) {
     struct piece *piece = store_at(&engine->store, engine->store.head);
     memset(piece, 0, offsetof(struct piece, capped));

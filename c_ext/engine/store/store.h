@@ -4,6 +4,7 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
+/* The next place of the store, cleared, with what every row has. */
 struct piece *store_slot(struct engine *engine, const nc_block *row);
 void store_publish(struct piece_store *store);
 #endif

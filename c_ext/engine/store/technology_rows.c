@@ -178,7 +178,6 @@ static void push_ack_gate(struct engine *engine, const nc_block *row) {
     push_gate(engine, row, need);
 }
 
-/* Functions that are put out or waited for behind the motion of their block. */
 void techno_block_end(struct engine *engine) {
     uint32_t count = engine->technology_rows.behind_count;
     if (!count) {
@@ -213,14 +212,11 @@ static void push_early(struct engine *engine,
     ATOMIC_SET(engine->early.head, engine->early.head + 1);
 }
 
-/* Room for what one row may add. */
 bool techno_has_room(const struct engine *engine) {
     return engine->early.head - ATOMIC_GET(engine->early.done) < EARLY_MAX - 64
            && engine->technology_rows.behind_count < BEHIND_MAX;
 }
 
-/* An S word of a block without M3, M4, M5, M19: a turning spindle changes its
- * speed. */
 void techno_spindle_word(struct engine *engine) {
     if (!engine->technology_rows.spindle_pending) {
         return;
@@ -251,7 +247,6 @@ static bool note_spindle(struct technology_rows *technology_rows,
     return true;
 }
 
-/* A function row; false if it is no function that goes to the PLC. */
 bool techno_push(struct engine *engine, const nc_block *row) {
     if (is_spindle(&engine->cfg, row)
         && !note_spindle(&engine->technology_rows, row)) {
@@ -279,7 +274,6 @@ bool techno_push(struct engine *engine, const nc_block *row) {
     return true;
 }
 
-/* MVS_SLM: the transition to the next G01, G02, G03. MVS_SLP: at #EXPL SYN. */
 void techno_before_motion(struct engine *engine, const nc_block *row) {
     if (row->flags & NC_RAPID
         || engine->technology_rows.gated.slm_acked

@@ -1,7 +1,7 @@
 /* Time laws: over an interval the speed is a polynomial of degree 5 in time. */
 #include <math.h>
 #include "jerk/path/motion_law.h"
-#include "jerk/tuning.h"
+#include "jerk/state/tuning.h"
 
 /* Position, speed and acceleration of a law at the time t since its start. */
 void jerk_at(const jerk_law *law, double t, jerk_state *out) {

@@ -1,7 +1,7 @@
 /* Laws of motion by time: the speed is a polynomial of degree 5. */
 #ifndef JERK_MOTION_LAW_H
 #define JERK_MOTION_LAW_H
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 #include <stdbool.h>
 
 /* Jerk of a law at the time t, mm/s3. */

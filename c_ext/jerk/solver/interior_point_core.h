@@ -12,7 +12,7 @@
 #include "jerk/solver/interior_point_start.h"
 #include "jerk/solver/interior_point_step.h"
 #include "jerk/solver/riccati.h"
-#include "jerk/tuning.h"
+#include "jerk/state/tuning.h"
 
 static double step_length(vec most) {
     double m = top(most);

@@ -3,7 +3,7 @@
 #define JERK_IPM_GATHER_H
 #include <math.h>
 #include "jerk/solver/interior_point_stage.h"
-#include "jerk/tuning.h"
+#include "jerk/state/tuning.h"
 
 /* Rows of block i: of jerk at one end of the stages, of acceleration, of
  * acceleration in the middle, and caps and floors. */

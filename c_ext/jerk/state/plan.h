@@ -2,7 +2,7 @@
 #ifndef JERK_PLAN_H
 #define JERK_PLAN_H
 #include <stdbool.h>
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 /* An accepted plan: from `next` on it is the stored tail, and it ends at rest.
  */

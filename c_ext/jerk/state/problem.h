@@ -1,14 +1,14 @@
 /* The window's optimisation problem: states, inputs and rows of each stage.
  *
  * Scaled quantities: x = v^2/F^2, accel = a/F^2 and input = (d a/ds)/F^2, with
- * F the speed scale of the machine; docs/explanation/planner.md calls them x, u and c.
- * Lengths stay mm.  Over an interval the input changes linearly from input[0]
- * to input[1], which are free: the jerk limit can hold at both ends.
+ * F the speed scale of the machine; docs/explanation/planner.md calls them x, u
+ * and c. Lengths stay mm.  Over an interval the input changes linearly from
+ * input[0] to input[1], which are free: the jerk limit can hold at both ends.
  */
 #ifndef JERK_PROBLEM_H
 #define JERK_PROBLEM_H
 #include <stdbool.h>
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 #define LANES 4
 typedef double vec __attribute__((vector_size(32)));

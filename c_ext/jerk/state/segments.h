@@ -3,7 +3,7 @@
 #ifndef JERK_SEGMENTS_H
 #define JERK_SEGMENTS_H
 #include <stdbool.h>
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 /* One interval of the planner's grid: a part of a pushed interval. */
 typedef struct segment {

@@ -6,7 +6,7 @@
 #include "jerk/state/plan.h"
 #include "jerk/state/problem.h"
 #include "jerk/state/segments.h"
-#include "jerk/tuning.h"
+#include "jerk/state/tuning.h"
 
 /* What operator and program ask for: mm/s in place of all feeds (< 0: none),
  * and the overrides. */

@@ -1,13 +1,14 @@
-/* Tool radius compensation: programmed rows in, rows of the tool centre out
- * (the stage around it is cnc_core/geometry/radius_comp.py).
+/* Tool radius compensation: programmed rows in, rows of the tool centre out.
  *
- *   offset.c           which row is what: selection, compensation, change of
- * side, deselection join.c      two neighbours and what lies between them:
- * intersection, corner lines, corner arc intersect.c  points, tangents,
- * intersections; no state
+ * cnc_core/geometry/stages/radius_compensation.py is the stage around it.  From
+ * top to bottom:
+ *
+ * offset.c: which row is what (selection, compensation, change of side).
+ * join.c: two neighbours, and their intersection, corner lines or corner arc.
+ * intersect.c: points, tangents and intersections, without state.
  *
  * One element is held back until the next one in the plane is known, with all
- * rows behind it. Offsets are signed: positive to the left of the path.
+ * rows behind it.  Offsets are signed: positive to the left of the path.
  */
 #ifndef OFFSET_H
 #define OFFSET_H

@@ -1,4 +1,4 @@
-/* Shared by offset.c and join.c. */
+/* Steps of the tool radius compensation that offset.c and join.c share. */
 #ifndef OFFSET_INTERNAL_H
 #define OFFSET_INTERNAL_H
 #include "stages/compensation/intersect.h"

@@ -1,13 +1,13 @@
-/* Contouring: corners are replaced by two polynomials of degree 4 per axis (the
- * stage around it is cnc_core/geometry/contour.py, the mathematics is told in
- * docs/explanation/contouring.md).
+/* Contouring: corners are replaced by two polynomials of degree 4 per axis.
  *
- *   contouring.c         rows: which blocks meet in a corner, what stands
- * between them, what is written corner.c  one corner: corner distances, curve,
- * deviation
+ * cnc_core/geometry/stages/contouring.py is the stage around it;
+ * docs/explanation/contouring.md has the mathematics.  From top to bottom:
  *
- * One motion is held until the next one is known, and the rows between them.
- * Memory is bounded.
+ * contouring.c: which blocks meet in a corner, and the rows between them.
+ * corner.c: corner distances, curve and deviation of one corner.
+ * leg.c: one block of a corner.
+ *
+ * One motion is held until the next one is known, with the rows between them.
  */
 #ifndef CONTOUR_H
 #define CONTOUR_H

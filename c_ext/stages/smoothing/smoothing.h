@@ -1,16 +1,19 @@
-/* Smoothing of micro-segments and corners within a tolerance: programmed rows
- * in, element rows and pieces out (the stage around it is
- * cnc_core/geometry/smoothing.py, the mathematics is told in
- * docs/explanation/smoothing.md).
+/* Smoothing of micro-segments and corners within a tolerance.
  *
- *   smoothing.c          rows to nodes: what belongs to one smooth section,
- * long lines, corners, breaks window.c   one section through a sliding window:
- * knots, weights, iteration, fallback spline_fit.c   quintic B-splines: span
- * matrices, banded LDL^T certify.c  a polynomial against the programmed
- * contour, by Bernstein coefficients emit.c     pieces and programmed rows in
- * program order
+ * Programmed rows go in, element rows and pieces come out.
+ * cnc_core/geometry/stages/smoothing.py is the stage around it;
+ * docs/explanation/smoothing.md has the mathematics.  From top to bottom:
  *
- * Memory is bounded by the constants below, whatever the program's length.
+ * smoothing.c: rows to points of the contour.
+ * sections.c: points to sections, which end at corners and on long lines.
+ * window.c: one section through a sliding window, and its fallback.
+ * knots.c, sites.c, iterate.c: knots, points that pull, weights of a window.
+ * spline_fit.c: quintic B-splines and their banded system.
+ * corner.c, emit.c: blends at corners, and the output in program order.
+ * certify.c: a polynomial against the programmed contour.
+ * nodes.c: the points of the section in work.
+ *
+ * The constants of state.h and tuning.h bound the memory.
  */
 #ifndef SMOOTH_H
 #define SMOOTH_H

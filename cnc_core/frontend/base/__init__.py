@@ -1,1 +1,1 @@
-"""What the dialects share: reading the file, tokens, expressions, the C scanner."""
+"""Common base of the dialects: file, tokens, expressions, the C scanner."""

@@ -27,12 +27,11 @@ class PhysicalLine:
 
 @dataclass
 class BlockText:
-    """``text``: all physical lines in one.
+    """The text of one block, all physical lines in one.
 
-    Offsets into it are 0-based, columns in errors 1-based.
-
-    ``lines_read`` counts physical lines, also those whose text was dropped
-    because the block is too long.
+    Offsets into ``text`` are 0-based, columns in errors 1-based.
+    ``lines_read`` counts physical lines. A block that is too long drops the
+    text of its later lines, but counts them.
     """
 
     file: str
@@ -50,12 +49,11 @@ class BlockText:
 
 
 def read_block(source: Source, lines_read: int) -> BlockText | None:
-    r"""Read physical lines up to one that does not end with ``\``; None at the
-    end of the file.
+    r"""Read physical lines up to one that does not end with ``\``.
 
-    ``lines_read``: physical lines read before.  The length is not judged here
-    (``check_length``): a block that is too long is read to its end all the
-    same, but its later lines are dropped.
+    None: the end of the file.  ``lines_read``: physical lines read before.
+    The length is checked by ``check_length``. A block that is too long is read
+    to its end, and its later lines are dropped.
     """
     block = BlockText(str(source.path))
     while (line := source.line()) is not None:
@@ -74,8 +72,9 @@ def read_block(source: Source, lines_read: int) -> BlockText | None:
 
 
 def read_line(source: Source, lines_read: int) -> BlockText | None:
-    r"""One physical line as a block, for dialects in which ``\`` joins nothing;
-    None at the end of the file.
+    r"""One physical line as a block, for dialects in which ``\`` joins nothing.
+
+    None: the end of the file.
     """
     text = source.line()
     if text is None:

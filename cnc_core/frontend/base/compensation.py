@@ -1,10 +1,9 @@
-"""Tool radius compensation as the program sees it: which functions are in
-force, and the row that tells the stage.
+"""Tool radius compensation in the program: functions in force, rows for the
+stage.
 
 The geometry is behind the waist
-(``cnc_core.geometry.stages.radius_compensation``); here the modal state is
-kept, and a ``COMPENSATION`` row is made whenever it changes in a way that the
-stage has to know.
+(``cnc_core.geometry.stages.radius_compensation``). The modal state is kept
+here. A ``COMPENSATION`` row is made whenever the state changes for the stage.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ CODES = frozenset({*SIDES, *CORNERS, *MODES, *FEEDS, TANGENTIAL})
 
 @dataclass(frozen=True)
 class Choice:
-    """What is in force; the values are the G functions."""
+    """The functions in force; the values are the G functions."""
 
     side: int = 40
     corner: int = 25
@@ -51,12 +50,12 @@ class Compensation:
     def update(
         self, codes: dict[str, int], radius_mm: float, plane: int, n: int
     ) -> list[Row]:
-        """Take over the G functions of a block and the tool radius; the row for
-        the stage, if it has to know.
+        """Take over the G functions of a block and the tool radius.
 
-        ``settle`` has to follow when the block's motion is made: the block
-        itself may change the plane as long as compensation is not active both
-        before and behind it.
+        Returns the row for the stage, if the state changed for it. ``settle``
+        has to follow when the block's motion is made. The block itself may
+        change the plane, unless compensation is active both before and behind
+        it.
         """
         before, self.choice = self.choice, self._chosen(codes, radius_mm)
         self._modal.set_compensated(before.active and self.choice.active)

@@ -1,9 +1,12 @@
 """Expressions of the dialects: operators, precedence, functions; angles in
 degrees.
 
-Precedence, high to low: functions and ``[ ]``; sign; ``**``; ``* / MOD``; ``+
--``; comparisons; ``&``; ``^``; ``|``; ``&&``; XOR; ``||``.  Operators of one
-level group from the left.  Round brackets are comments, never grouping.
+Precedence, high to low:
+functions and ``[ ]``; sign; ``**``; ``* / MOD``; ``+ -``;
+comparisons; ``&``; ``^``; ``|``; ``&&``; XOR; ``||``.
+
+Operators of one level group from the left. Round brackets are comments, never
+grouping.
 """
 
 from __future__ import annotations

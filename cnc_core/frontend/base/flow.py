@@ -1,12 +1,12 @@
-"""Program flow over source files: program levels, calls and returns, jumps, and
-what is remembered of a file for them.
+"""Program flow over source files: program levels, calls, returns and jumps.
 
-Nothing here is an index of lines.  A place is a ``Mark`` (bytes and lines in
-front of it), which jumps seek; blocks that are executed again keep their
-prepared form in a bounded table of their file; places that had to be searched
-for (the other branch of a condition, labels, subprograms) are remembered in a
-bounded table too.  A program that is read once from top to bottom fills
-neither, so its length does not matter.
+There is no index of lines. A place is a ``Mark``: the bytes and the lines in
+front of it. A jump seeks it. Blocks that are executed again keep their prepared
+form in a bounded table of their file. Places that were searched for are kept in
+a bounded table too: branches of conditions, labels, subprograms.
+
+A program that is read once from top to bottom fills neither table. Its length
+does not matter.
 """
 
 from __future__ import annotations
@@ -79,9 +79,10 @@ class ProgramFile:
 class Level:
     """One program level: a main program or a subprogram that is being executed.
 
-    ``start``: where it begins.  ``back``: where its caller goes on.  ``nest``:
-    open control statements, innermost last. ``user``: what else the dialect
-    keeps with a level.  ``repeats``: its blocks may come again.
+    ``start``: its beginning.  ``back``: the place where its caller goes on.
+    ``nest``: open control statements, innermost last.
+    ``user``: data of the dialect.
+    ``repeats``: its blocks may come again.
     """
 
     file: ProgramFile
@@ -96,10 +97,12 @@ class Level:
 class Flow:
     """The stack of program levels.
 
-    Jumps, calls and returns are asked for while a block is executed (``jump``,
-    ``skip``, ``call``, ``leave``) and made by ``apply`` behind it; a block asks
-    for one of them.  ``levels_max``: including the main program; error
-    ``too_deep`` beyond.
+    A block asks for a jump, a call or a return while it is executed: ``jump``,
+    ``skip``, ``call``, ``leave``.  ``apply`` makes it behind the block. One
+    block asks for one of them at most.
+
+    ``levels_max``: levels, the main program included.
+    ``too_deep``: error of one level more.
     """
 
     def __init__(self, path: Path, levels_max: int, too_deep: int) -> None:
@@ -150,14 +153,12 @@ class Flow:
         return self._asked is not None and self._asked[0] == "leave"
 
     def jump(self, mark: Mark) -> None:
-        """Go on at ``mark``; lines between are not read."""
+        """Go on at ``mark``; the lines between are not read."""
         self.level.repeats = True
         self._ask("jump", mark)
 
     def skip(self, mark: Mark) -> None:
-        """Go on at ``mark``, which stands further down; the lines up to it
-        count as read.
-        """
+        """Go on at ``mark``, further down; the lines up to it count as read."""
         self._ask("skip", mark)
 
     def call(self, level: Level) -> None:
@@ -184,10 +185,11 @@ class Flow:
     # what the reader does behind the block
 
     def apply(self, here: Mark) -> tuple[Mark, int]:
-        """Make what the block has asked for.  ``here``: behind the block.
+        """Make the jump, call or return of the last block.
 
-        Returns the place to go on at, in ``file``, and how many lines count as
-        read on the way.
+        ``here``: the place behind the block.
+        Returns the place to go on at, in ``file``, and the number of lines that
+        count as read on the way.
         """
         assert self._asked is not None
         (what, value), self._asked = self._asked, None

@@ -1,8 +1,7 @@
-"""Expressions compiled to closures: parsed once, evaluated as often as their
-block comes again.
+"""Expressions compiled to closures: parsed once, evaluated each time.
 
-Values are floats and texts.  Operators, precedence and the numeric functions
-are those of ``cnc_core.frontend.base.expression``; a dialect derives from
+Values are floats and texts. Operators, precedence and numeric functions are
+those of ``cnc_core.frontend.base.expression``. A dialect derives from
 ``FormulaParser`` and adds functions, special forms and its variables.
 """
 
@@ -44,9 +43,7 @@ class Constant:
 
 @dataclass(frozen=True)
 class Function:
-    """A function: how it is computed, how many arguments it takes at least and
-    at most.
-    """
+    """A function, and how many arguments it takes: at least and at most."""
 
     compute: Callable[..., Value]
     fewest: int
@@ -62,8 +59,9 @@ def _table() -> dict[str, Function]:
 
 
 def number_of(formula: Formula, name: str, offset: int) -> Callable[[], float]:
-    """The formula as a finite number; an error, which names ``name``, if it is
-    not one.
+    """The formula as a finite number.
+
+    An error names ``name`` if the value is no finite number.
     """
     if isinstance(formula, Constant):
         value = _number(formula.value, name, offset)
@@ -143,8 +141,9 @@ def guarded(
 def _fast(
     name: str, left: Formula, right: Formula, offset: int
 ) -> Formula | None:
-    """The operators of most loops without the way through a table; None for the
-    others.
+    """The operators of most loops without the way through a table.
+
+    None: another operator.
     """
 
     # texts are possible too: the operator's own TypeError tells them apart

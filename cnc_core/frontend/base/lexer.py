@@ -1,8 +1,8 @@
 """Tokens of one block.
 
-DIN words need no blanks between them (``G01X10Y-5``, ``XSIN[30]``), so a run of
-letters is one NAME token which the parser may split:
-``TokenStream.take_letters(1)`` takes the address and leaves the rest.
+DIN words need no blanks between them: ``G01X10Y-5``, ``XSIN[30]``. A run of
+letters is one NAME token, and the parser may split it.
+``TokenStream.take_letters(1)`` takes the address and leaves the other letters.
 """
 
 from __future__ import annotations
@@ -45,15 +45,18 @@ PATTERN = re.compile(
 
 
 def fail(code: int, text: str, offset: int) -> CncError:
-    """An error at an offset of the block's text; the front end turns the offset
-    into a place of the file.
+    """An error at an offset of the block's text.
+
+    The front end turns the offset into a place of the file.
     """
     return CncError(code, text, Place(column=offset))
 
 
 def tokenize(text: str, pattern: re.Pattern[str] = PATTERN) -> list[Token]:
-    """All tokens of ``text`` (comments blanked), ended by one END token; groups
-    of ``pattern`` are named as kinds.
+    """All tokens of ``text``, ended by one END token; comments are blanked
+    before.
+
+    Groups of ``pattern`` are named as kinds.
     """
     found = [
         Token(Kind[m.lastgroup or "OP"], m.group(), m.start())

@@ -13,8 +13,9 @@ def trip(
     axes: Sequence[str],
     sensors: Mapping[str, float],
 ) -> tuple[float, FloatArray] | None:
-    """Share of the way at which the first axis comes to its sensor, and the
-    place (axes,) there; None if none does.
+    """Where the first axis comes to its sensor on a straight way.
+
+    Returns the share of the way and the place (axes,). None: no axis does.
     """
     found = []
     for i, name in enumerate(axes):

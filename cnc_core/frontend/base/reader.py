@@ -42,9 +42,9 @@ class Prepared:
     """A block, ready to be executed any number of times.
 
     ``begin``, ``end``: its places in the file.
-
-    ``live``: what it reads of the running machine, in the dialect's terms.
-    ``drain``: everything handed out before has to be executed first, each time.
+    ``live``: values of the running machine that it reads, in the dialect's
+    terms.
+    ``drain``: everything before it has to be executed first, each time.
     """
 
     text: BlockText
@@ -56,16 +56,17 @@ class Prepared:
 
 
 class BlockReader(ABC):
-    """Reads one program; a dialect says how a block is taken from the text and
-    what it does.
+    """Reads one program; a dialect takes blocks from the text and executes
+    them.
 
-    A dialect whose blocks come only once implements ``_execute``; one with
-    loops and subprograms overrides ``_prepare``, asks ``flow`` for jumps and
-    calls, and says at ``_level_ended`` what the end of a text means.
+    A dialect whose blocks come only once implements ``_execute``. A dialect
+    with loops and subprograms overrides ``_prepare`` and asks ``flow`` for
+    jumps and calls. Its ``_level_ended`` says what the end of a text means.
 
-    ``collect``: an erroneous block is put into ``errors`` and skipped;
-    otherwise ``read`` raises its error, after the rows of all blocks before it.
-    ``scan=False`` sends every line through the parser (tests).
+    ``collect``: an erroneous block is put into ``errors`` and skipped.
+    Otherwise ``read`` raises its error, behind the rows of all blocks before
+    it.
+    ``scan=False``: every line goes through the parser (tests).
     """
 
     levels_max, too_deep = LEVELS_MAX, 907002
@@ -105,7 +106,7 @@ class BlockReader(ABC):
         self.flow.source  # noqa: B018  the file is opened here, so that its absence shows at once
 
     def _prepare(self, block: BlockText) -> Prepared:
-        """What a block does, without doing it."""
+        """The effect of a block, not executed yet."""
         return Prepared(block, lambda: self._execute(block))
 
     @abstractmethod
@@ -117,7 +118,7 @@ class BlockReader(ABC):
         raise NotImplementedError
 
     def _plain(self) -> bool:
-        """Plain lines mean what the scanner takes them for."""
+        """The scanner understands plain lines as the dialect does."""
         return True
 
     def _stop_here(self) -> bool:
@@ -215,7 +216,9 @@ class BlockReader(ABC):
 
     def _advance(self, out: Row) -> int:
         """Plain lines into ``out``, then one block of another kind into the
-        queue; rows written to ``out``.
+        queue.
+
+        Returns the number of rows in ``out``.
         """
         file = self.flow.level.file
         if (
@@ -315,7 +318,7 @@ class BlockReader(ABC):
         return Place(str(self.flow.file.path), self.modal.line + 1, 1)
 
     def _error(self, error: CncError, block: BlockText) -> None:
-        """Report an error of a block; of a block that comes again, only once."""
+        """Report an error of a block; a repeated block reports it once."""
         error = located(error, block)
         place = error.place
         key = (error.code, place.file, place.line, place.column, error.text)
@@ -345,7 +348,7 @@ class BlockReader(ABC):
             self.errors.append(found)
 
     def _warn(self, code: int, text: str, place: Place) -> None:
-        """A warning; of a block that comes again, only once."""
+        """A warning; a repeated block reports it once."""
         key = (code, place.file, place.line, place.column, text)
         shown = self._shown.get(code, 0)
         if shown > WARNINGS_MAX or key in self._seen:
@@ -360,7 +363,8 @@ class BlockReader(ABC):
 
 
 def located(error: CncError, block: BlockText) -> CncError:
-    """The error with its place in the file; so far it may know only the offset
-    in the block's text.
+    """The error with its place in the file.
+
+    Before, it may know only the offset in the block's text.
     """
     return error.at(block.place(error.place.column))

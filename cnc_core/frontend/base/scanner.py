@@ -48,9 +48,9 @@ Row = npt.NDArray[Any]  # (1,) of NC_BLOCK
 
 @dataclass
 class MotionWords:
-    """The words of one block that the shared geometry understands; None where
-    not programmed.
+    """The words of one block that the shared geometry understands.
 
+    None: not programmed.
     ``axis``: value by channel index.  ``centre``: value by I, J, K.
     ``offset``: of the first motion word in the text.
     """
@@ -83,12 +83,12 @@ class Scan(NamedTuple):
 
 @dataclass(frozen=True)
 class Rules:
-    """What a dialect changes in plain lines and circles; the initial values are
-    the ISG kernel's.
+    """A dialect's rules for plain lines and circles; the defaults are the ISG
+    kernel's.
 
-    ``bits``: the rules above, joined.  The radius at the end of an arc is wrong
-    if it deviates by more than ``centre_limit_mm`` and by more than
-    ``centre_ratio`` of the radius.
+    ``bits``: the rules above, joined.
+    An arc's end is wrong if its radius deviates by more than
+    ``centre_limit_mm`` and by more than ``centre_ratio`` of the radius.
     """
 
     bits: int = 0
@@ -156,8 +156,9 @@ class Modal:
             self._modal.pos[i] = float(value)
 
     def go_to(self, file: int, line: int, read: int = 0) -> None:
-        """What is read next stands behind ``line`` lines of ``file``; ``read``
-        lines count as read on the way.
+        """The next text stands behind ``line`` lines of ``file``.
+
+        ``read``: lines that count as read on the way.
         """
         self._modal.file = file
         self._modal.line = line
@@ -169,8 +170,9 @@ class Modal:
         self._modal.count += lines
 
     def set_offset(self, offset: FloatArray) -> None:
-        """(axes,) machine minus programmed coordinates, mm or degrees; acts at
-        once, moves nothing.
+        """(axes,) machine minus programmed coordinates, mm or degrees.
+
+        The offset acts at once and moves nothing.
         """
         for i, value in enumerate(offset):
             self._modal.zero[i] = self._modal.offset[i] = float(value)
@@ -187,8 +189,10 @@ class Modal:
         self._modal.offset[axis] = self._modal.offset_next[axis]
 
     def set_mirror(self, mirror: FloatArray, share: FloatArray) -> None:
-        """(axes,) 1 or -1, and the driven share of an axis word (0.5:
-        diameters); from the next word on.
+        """Sign and share of axis words, from the next word on, each (axes,).
+
+        The sign is 1 or -1.  The share is the driven part of a word: 0.5 for
+        diameters.
         """
         for i, (sign, part) in enumerate(zip(mirror, share, strict=True)):
             self._modal.mirror[i], self._modal.share[i] = (
@@ -197,7 +201,7 @@ class Modal:
             )
 
     def set_arc_scale(self, scale: float) -> None:
-        """Factor of centre words, radius and pitch; 0: circles are refused."""
+        """Factor of centre words, radius and pitch.  0: circles are refused."""
         self._modal.arc_scale = scale
 
     @property
@@ -211,8 +215,9 @@ class Modal:
 
     @property
     def offset_next(self) -> FloatArray:
-        """(axes,) what is in force from each axis's next absolute word on, tool
-        length included.
+        """(axes,) offsets of each axis from its next absolute word on.
+
+        The tool length is included.
         """
         return np.array(
             list(self._modal.offset_next)[: self._modal.axes], dtype=np.float64
@@ -262,14 +267,14 @@ class Modal:
         return tuple(getattr(self._modal, name) for name in MODAL_NAMES)
 
     def restore(self, saved: tuple[Any, ...]) -> None:
-        """What ``saved`` has given."""
+        """Restore the values of ``saved``."""
         for name, value in zip(MODAL_NAMES, saved, strict=True):
             setattr(self._modal, name, value)
         lib.nc_modal_offsets(self._modal)
 
     @property
     def offset(self) -> FloatArray:
-        """(axes,) what ``set_offset`` has set."""
+        """(axes,) the offset of ``set_offset``."""
         return np.array(
             list(self._modal.zero)[: self._modal.axes], dtype=np.float64
         )

@@ -16,13 +16,13 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 class Source:
-    """Chunks of a program file for the scanner, single lines for the parser,
-    any place of it for jumps.
+    """A program file: chunks for the scanner, lines for the parser, places for
+    jumps.
 
-    ``buffer[offset:]`` is what has been read from the file and not been
-    consumed; ``final`` says that the file ends with it.  What is consumed stays
-    in the buffer until the next chunk is read, so short jumps back cost
-    nothing.
+    ``buffer[offset:]`` has been read from the file and not been consumed.
+    ``final``: the file ends with the buffer.
+    Consumed bytes stay in the buffer until the next chunk is read. Short jumps
+    back therefore cost nothing.
     """
 
     def __init__(self, path: Path, chunk_bytes: int = CHUNK_BYTES) -> None:
@@ -67,11 +67,11 @@ class Source:
 
     @property
     def position(self) -> int:
-        """Bytes of the file in front of what comes next."""
+        """Bytes of the file in front of the next text."""
         return self._base + self.offset
 
     def seek(self, position: int) -> None:
-        """Go on at a place that ``position`` has told before."""
+        """Go on at a place that ``position`` returned before."""
         position = max(position, self._begin)
         offset = position - self._base
         if 0 <= offset <= len(self.buffer):
@@ -89,10 +89,9 @@ class Source:
         )
 
     def hop(self, pattern: re.Pattern[bytes]) -> int:
-        """Consume whole lines up to the first one that ``pattern`` finds
-        something in; how many they were.
+        """Consume whole lines up to the first one with a match of ``pattern``.
 
-        The pattern must not match across line breaks.
+        Returns their number. The pattern must not match across line breaks.
         """
         lines = 0
         while True:
@@ -124,11 +123,10 @@ class Source:
         self.final = not chunk
 
     def line(self) -> str | None:
-        """The next physical line without its line break and trailing blanks;
-        None at the end of the file.
+        """The next physical line without its line break and trailing blanks.
 
-        Of a line longer than any block may be only the beginning is returned,
-        longer than a block still.
+        None: the end of the file. A line longer than any block returns its
+        beginning only, which is still longer than a block.
         """
         if self.exhausted:
             return None
@@ -144,8 +142,9 @@ class Source:
         return decode(raw).rstrip(" \t\r")
 
     def _line_end(self) -> int:
-        """Place of the line break, read so far; -1 if the file ends first or
-        the line is too long.
+        """Place of the line break.
+
+        -1: the file ends first, or the line is too long.
         """
         end = self.buffer.find(b"\n", self.offset)
         while (

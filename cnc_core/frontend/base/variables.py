@@ -169,7 +169,9 @@ class Variable:
         self.values[place] = self.type.convert(value, self.name, offset)
 
     def fill(self, values: Sequence[Value], offset: int) -> None:
-        """Initial values, row by row; what is left keeps its initial value."""
+        """Initial values, row by row; elements without one keep their initial
+        value.
+        """
         if len(values) > len(self.values):
             raise fail(
                 WRONG_INDICES,
@@ -222,7 +224,7 @@ class LevelScopes:
         self._scopes.append(Scope())
 
     def pop(self) -> None:
-        """It ends: what it has declared is gone."""
+        """The scope ends: its declarations are gone."""
         self._scopes.pop()
 
     @property

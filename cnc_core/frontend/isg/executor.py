@@ -143,8 +143,8 @@ class Executor:
         return replace(words, motion=replace(motion, centre={})), rows
 
     def _coordinates(self, words: Words) -> list[Row]:
-        """What the assignments of the block, or a new plane, change in the
-        coordinates.
+        """Changes of coordinates by the assignments of the block, or by a new
+        plane.
         """
         spaces, plane = self._state.spaces, words.motion.plane
         if (
@@ -209,8 +209,9 @@ class Executor:
         return self._state.programs.get("M6", self._machine.m6_program)
 
     def _radius(self, plane: int) -> float:
-        """Of the tool; negative swaps the side, as mirroring one axis of the
-        plane does.
+        """Radius of the tool; negative swaps the side.
+
+        Mirroring one axis of the plane swaps the side.
         """
         sign = 1.0
         for place in motion_planes(plane)[:2]:
@@ -221,9 +222,7 @@ class Executor:
     # rows
 
     def _contour_rows(self, words: Words) -> tuple[list[Row], list[Row]]:
-        """What G61, G260, G261 and G360 say to the stage: ahead of the motion,
-        and behind it.
-        """
+        """Rows of G61, G260, G261 and G360: ahead of the motion, and behind it."""
         codes, n = words.codes, words.motion.n
         for name in ("G61", "G261"):
             if name in codes:

@@ -182,9 +182,7 @@ class IsgFrontEnd(ProgramLevels):
     # compiling
 
     def _compile(self, text: str) -> tuple[Run, bool]:
-        """What the block does, and whether everything before has to be executed
-        first.
-        """
+        """The effect of a block, and whether it waits for all blocks before it."""
         if not text.strip():
             return _nothing, False
         stream = TokenStream(text, PATTERN)

@@ -1,7 +1,7 @@
-"""What the reference says of each G function and # command of the dialect.
+"""Texts of the reference for each G function and # command of the dialect.
 
-``docs/generate.py`` joins these texts with the tables of the code: a line names
-functions or commands, the indented lines below it describe them.  (R) marks a
+``docs/generate.py`` joins these texts with the tables of the code. A line names
+functions or commands. The indented lines below it describe them. (R) marks a
 decision of ours where the sources are silent.
 """
 

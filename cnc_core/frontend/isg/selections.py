@@ -33,8 +33,9 @@ class Selections:
         return rows
 
     def take(self, words: Words) -> Words:
-        """Offsets, mirroring, diameter, feed modes; the words that are left for
-        the motion.
+        """Take offsets, mirroring, diameter and feed modes out of a block.
+
+        Returns the words that are left for the motion.
         """
         codes = words.codes
         if not codes:

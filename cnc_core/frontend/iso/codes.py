@@ -1,5 +1,5 @@
-"""The G and M functions of the dialect: modal groups, what is accepted, what is
-refused by name.
+"""The G and M functions of the dialect: modal groups, accepted and refused
+codes.
 
 G functions are counted in tenths: G1 is 10, G43.1 is 431.
 """

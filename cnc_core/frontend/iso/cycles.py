@@ -39,8 +39,8 @@ class Hole:
 class Drilling:
     """Modal state of the cycles.
 
-    ``code``: the cycle in force, None if there is none; ``initial``: G98's
-    level.
+    ``code``: the cycle in force, None if there is none.
+    ``initial``: G98's level.
     """
 
     machine: ProgramMachine

@@ -250,8 +250,9 @@ class Executor:
         self.to_top = self.to_top if to_top is None else to_top
 
     def _tolerance(self, words: Words) -> list[Row]:
-        """G64 P: the path may leave the contour by P; G64 without P, G61 and
-        G61.1: it may not.
+        """G64 P: the path may leave the contour by P.
+
+        G64 without P, G61 and G61.1: the path stays on the contour.
         """
         code = words.one_of((610, 611, 640))
         if code is None:
@@ -358,8 +359,9 @@ class Executor:
         return []
 
     def _go_home(self, first: int, words: Words, mover: Mover) -> list[Row]:
-        """By the programmed point to the stored one; only the axes that are
-        named, all if none is.
+        """Move by the programmed point to the stored one.
+
+        Only the named axes move, or all if none is named.
         """
         if self.compensation.choice.active:
             raise fail(
@@ -386,7 +388,7 @@ class Executor:
         return rows
 
     def _set_system(self, words: Words) -> None:
-        """G10 L2: the offset is given; G10 L20: the position gets the given
+        """G10 L2 gives the offset; G10 L20 gives the position these
         coordinates.
         """
         kind, number, offset = (

@@ -1,8 +1,8 @@
-"""Expressions of RS-274: ``[ ]``, unary functions, ``#`` parameters; angles in
-degrees.
+"""Expressions of RS-274: ``[ ]``, unary functions, ``#`` parameters.
 
-Operators, high to low: ``**``; ``* / MOD``; ``+ -``; EQ NE GT GE LT LE; AND OR
-XOR.  They stand inside brackets only.
+Angles are in degrees. Operators, high to low:
+``**``; ``* / MOD``; ``+ -``; EQ NE GT GE LT LE; AND OR XOR.
+They stand inside brackets only.
 """
 
 from __future__ import annotations

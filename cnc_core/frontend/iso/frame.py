@@ -21,11 +21,10 @@ AXES = len(AXIS_LETTERS)
 
 
 class Frame:
-    """What lies between programmed and machine coordinates; lengths in
-    parameters are mm.
+    """Offsets between programmed and machine coordinates.
 
-    ``slot``: place among X Y Z A B C U V W by channel index, -1 for axes with
-    other names.
+    Lengths in parameters are mm.
+    ``slot``: place among X Y Z A B C U V W by channel index.  -1: another name.
     """
 
     def __init__(self, machine: ProgramMachine, modal: Modal) -> None:
@@ -78,8 +77,9 @@ class Frame:
         return 1.0 if self.rotary[axis] else self._modal.unit_mm
 
     def home(self, first: int) -> FloatArray:
-        """(axes,) machine position in the parameters from ``first`` on; axes
-        without a letter stay.
+        """(axes,) machine position in the parameters from ``first`` on.
+
+        Axes without a letter stay.
         """
         position = self._modal.position
         return np.array(
@@ -98,7 +98,9 @@ class Frame:
 
     def set_g92(self, values: dict[int, float]) -> None:
         """The position gets these programmed coordinates, mm or degrees by
-        axis; G92 of other axes stays.
+        axis.
+
+        G92 of other axes stays.
         """
         for axis, slot in enumerate(self.slot):
             work, g92, length = self.parts(axis)
@@ -136,8 +138,9 @@ class Frame:
 
 @contextmanager
 def machine_coordinates(modal: Modal, *, mm: bool) -> Iterator[None]:
-    """Inside, axis words are absolute machine coordinates, in mm if ``mm``;
-    modal state is restored behind it.
+    """Inside, axis words are absolute machine coordinates, in mm if ``mm``.
+
+    The modal state is restored behind it.
     """
     offset, absolute, inch = modal.offset, modal.absolute, modal.unit_mm != 1.0
     modal.set_offset(np.zeros(len(offset)))

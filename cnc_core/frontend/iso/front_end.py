@@ -32,8 +32,9 @@ REFUSED_COMMENTS = (
 
 
 class IsoFrontEnd(BlockReader):
-    """Resumable reader of one program; lines that begin with ``/`` are skipped
-    while their switch is on.
+    """Resumable reader of one program.
+
+    Lines that begin with ``/`` are skipped while their switch is on.
     """
 
     def __init__(

@@ -1,5 +1,6 @@
-"""Motions of one block through the shared geometry; errors get the place of the
-block's motion words.
+"""Motions of one block through the shared geometry.
+
+Errors get the place of the block's motion words.
 """
 
 from __future__ import annotations

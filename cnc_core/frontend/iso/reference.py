@@ -1,7 +1,7 @@
-"""What the reference says of each G and M function of the dialect.
+"""Texts of the reference for each G and M function of the dialect.
 
-``docs/generate.py`` joins these texts with the tables of the code: a line names
-functions, the indented lines below it describe them.
+``docs/generate.py`` joins these texts with the tables of the code. A line names
+functions. The indented lines below it describe them.
 """
 
 from __future__ import annotations

@@ -24,8 +24,9 @@ ALWAYS = "NFST"
 
 
 def check_usage(words: Words, motion: int | None) -> None:
-    """Error 908001 for a word that no function of the line uses; ``motion``:
-    the block's, in tenths.
+    """Error 908001 for a word that no function of the line uses.
+
+    ``motion``: of the block, in tenths.
     """
     used = ALWAYS
     if motion is not None or words.one_of(codes.TAKES_AXES) is not None:

@@ -9,9 +9,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.block_text import (
@@ -44,6 +41,7 @@ from cnc_core.frontend.base.scanner import (
     Rules,
 )
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import FloatArray
 
 from ..front_end import Restartable
 from ..port import ChannelPort, Wait
@@ -496,7 +494,7 @@ class IsonsFrontEnd(BlockReader):
         self,
         path: Path,
         machine: ProgramMachine,
-        place: npt.NDArray[np.float64],
+        place: FloatArray,
         *,
         run_type: int = NORMAL,
     ) -> IsonsFrontEnd:
@@ -524,7 +522,7 @@ class IsonsFrontEnd(BlockReader):
         number = self.macros.event("M_STOP")
         return number is not None and self.macros.find("M", number) is not None
 
-    def begin_stop(self, position: npt.NDArray[np.float64]) -> None:
+    def begin_stop(self, position: FloatArray) -> None:
         """STOP: the axes stand at ``position``; the macro M_STOP is executed,
         then the program ends.
         """

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks.profile_columns import SMOOTH, ProfileChunk
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.osai.profile import Context, Profile
 from cnc_core.frontend.osai.words import Words
+from cnc_core.units import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 SEPARATORS = (62, 66, 67)
 SHORTEST = 1e-9  # distance of knots that are not equal
 JUNCTION = (
@@ -118,7 +117,10 @@ class BsplineProfile(Profile):
             gap = np.abs(self._now - self._end)
             worst = int(gap.argmax())
             if gap[worst] > JUNCTION:
-                text = f"the first control point is not the last one of the spline before: {self.columns[worst]}"
+                text = (
+                    "the first control point is not the last one of the "
+                    f"spline before: {self.columns[worst]}"
+                )
                 raise fail(
                     909244, f"{text} differs by {gap[worst]:.6g}", offset
                 )
@@ -173,7 +175,10 @@ class BsplineProfile(Profile):
                 offset,
             )
         if len(knots) != points + degree + 1:
-            text = f"{len(knots)} knots, {points} control points of degree {degree} need {points + degree + 1}"
+            text = (
+                f"{len(knots)} knots, {points} control points of degree "
+                f"{degree} need {points + degree + 1}"
+            )
             raise fail(909240, text, offset)
         if knots[0] != knots[degree] or knots[-1] != knots[-degree - 1]:
             raise fail(
@@ -192,9 +197,11 @@ class BsplineProfile(Profile):
                 offset,
             )
         inner = all_knots[1:-1]
-        if (inner[degree:] == inner[:-degree])[1:-1].any() or (
-            all_knots[degree + 1 :] == all_knots[: -degree - 1]
-        ).any():
+        repeated = inner[degree:] == inner[:-degree]
+        if (
+            repeated[1:-1].any()
+            or (all_knots[degree + 1 :] == all_knots[: -degree - 1]).any()
+        ):
             raise fail(
                 909242,
                 f"an inner knot stands more than {degree} times: the curve would break there",

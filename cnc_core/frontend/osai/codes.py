@@ -23,6 +23,9 @@ class Field:
     letter: bool = False  # an axis name
 
 
+EDGE_MODES = ("G63", "G66", "G67")
+
+
 def _number(name: str, low: float = -1e9, high: float = 1e9) -> Field:
     return Field(name, low=low, high=high)
 
@@ -117,7 +120,7 @@ CODES: dict[str, tuple[Field, ...]] = {
             _number(name, 0.0)
             for name in ("Toll", "TollX", "TollV", "Racc", "RaccX", "RaccV")
         ),
-        *(Field(name, ("G63", "G66", "G67")) for name in ("C0", "C0X", "C0V")),
+        *(Field(name, EDGE_MODES) for name in ("C0", "C0X", "C0V")),
     ),
     "SMS": (
         *(

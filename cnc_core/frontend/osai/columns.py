@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.frontend.base.source import Source
+from cnc_core.units import FloatArray
 
 TAKEN_BYTES = 1 << 18  # read at a time
 _BLANK = b"0123456789.+- \t\r"
@@ -25,7 +26,7 @@ class Columns:
     ``number``: N of each line, -1 without.
     """
 
-    values: npt.NDArray[np.float64]
+    values: FloatArray
     number: npt.NDArray[np.int64]
 
     def __len__(self) -> int:

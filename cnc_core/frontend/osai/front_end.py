@@ -8,7 +8,6 @@ import re
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks import STANDSTILL, BlockBatch, M, S, T
 from cnc_core.blocks.profile_columns import (
@@ -37,10 +36,10 @@ from cnc_core.frontend.osai.setup import Records, SetupFile
 from cnc_core.frontend.osai.spec import Active, build, check
 from cnc_core.frontend.osai.variables import Variables, assignment
 from cnc_core.frontend.osai.words import Words, parse
+from cnc_core.units import FloatArray
 
 from ..port import ChannelPort, Wait
 
-FloatArray = npt.NDArray[np.float64]
 PROFILES: dict[str, type[Profile]] = {
     POINTS: PointProfile,
     POLYNOMIALS: PolynomialProfile,

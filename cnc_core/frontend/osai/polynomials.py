@@ -5,15 +5,14 @@ from __future__ import annotations
 import re
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks.profile_columns import PASS, SMOOTH, STOP, ProfileChunk
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.osai.profile import VERSOR_LETTERS, Context, Profile
 from cnc_core.frontend.osai.words import VALUE_MAX, shortened
+from cnc_core.units import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 SHORTEST = 1e-9
 REACH_MAX = 1e12  # of a coefficient at the polynomial's end
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
@@ -118,7 +117,8 @@ class PolynomialProfile(Profile):
                 else f"lies outside {SHORTEST:g} to {VALUE_MAX:g}"
             )
             raise fail(909232, f"the length {header[0]:g} {text_}", parts[0][1])
-        if header[1] != int(header[1]) or not 0 <= header[1] < 2**31:
+        number = header[1]
+        if number != int(number) or not 0 <= number < 2**31:
             raise fail(
                 909232,
                 f"the block number {header[1]:g} is no whole number from 0 on",
@@ -214,7 +214,10 @@ class PolynomialProfile(Profile):
         worst = int(gap.argmax())
         if gap[worst] <= GAP_MAX:
             return
-        text = f"does not begin where the polynomial before ends: {self.columns[worst]} differs by {gap[worst]:.6g}"
+        text = (
+            "does not begin where the polynomial before ends: "
+            f"{self.columns[worst]} differs by {gap[worst]:.6g}"
+        )
         if self.context.strict:
             raise CncError(909233, text, group.place)
         self.context.warn(909233, text)

@@ -21,8 +21,9 @@ from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.columns import ColumnReader, Columns
 from cnc_core.frontend.osai.variables import Variables
 from cnc_core.frontend.osai.words import VALUE_MAX, Words, parse
+from cnc_core.units import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 VERSOR_LETTERS = "ijkmnopqd"
 Warn = Callable[[int, str], None]
 
@@ -242,7 +243,8 @@ class PointProfile(Profile):
         given = columns.values[:, :-1]
         feeds = columns.values[:, -1]
         # NaN, no word, is no such number
-        wrong = (feeds <= 0) | (np.abs(columns.values) > VALUE_MAX).any(axis=1)
+        large = np.abs(columns.values) > VALUE_MAX
+        wrong = (feeds <= 0) | large.any(axis=1)
         for i, letter in enumerate(self.letters):
             group = next((g for g in VERSORS if letter in g), None)
             if (
@@ -341,8 +343,9 @@ class PointProfile(Profile):
             np.array([self._rapid]),
         )
 
-    def _marks(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        return np.array([self.context.line]), np.array([self.context.number])
+    def _marks(self) -> tuple[IntArray, IntArray]:
+        context = self.context
+        return np.array([context.line]), np.array([context.number])
 
     def _check_first(self, words: Words, absolute: bool) -> None:
         offset = min(words.offsets.values())

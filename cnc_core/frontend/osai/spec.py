@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
 from cnc_core.blocks.profile_columns import (
     CONTROL_POINTS,
     POINTS,
     POLYNOMIALS,
+    AxisPlace,
+    AxisRole,
     Chain,
     ChainStep,
     Dynamics,
+    JerkMode,
     Marks,
+    PointType,
     ProfileAxis,
     ProfileSpec,
     Smoothness,
@@ -25,8 +26,28 @@ from cnc_core.errors import CncError
 from cnc_core.frontend.machine import OsaiCell, ProgramMachine, Tool
 from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.setup import Record, Records
+from cnc_core.units import FloatArray
 
 KINDS = {"PNT": POINTS, "POL": POLYNOMIALS, "BSP": CONTROL_POINTS}
+# words of the setup that the profile keeps as they are
+POINT_TYPES: dict[str, PointType] = {"CCP": "CCP", "CLP": "CLP", "AXI": "AXI"}
+ROLES: dict[str, AxisRole] = {
+    "ABS": "ABS",
+    "ORD": "ORD",
+    "VRT": "VRT",
+    "TAN": "TAN",
+    "TAO": "TAO",
+    "OTH": "OTH",
+}
+PLACES: dict[str, AxisPlace] = {
+    "LI1": "LI1",
+    "LI2": "LI2",
+    "LI3": "LI3",
+    "WRK": "WRK",
+    "TOL": "TOL",
+    "OTH": "OTH",
+}
+JERKS: dict[str, JerkMode] = {"ENA": "profile", "DIS": "none", "AXI": "axes"}
 MODES = {"G62": 62, "G63": 63, "G66": 66, "G67": 67}
 
 
@@ -36,7 +57,7 @@ class Active:
     offset, mm per programmed unit.
     """
 
-    position: npt.NDArray[np.float64]
+    position: FloatArray
     tool: Tool
     unit_mm: float
     degree: int
@@ -243,8 +264,8 @@ def build(
     return ProfileSpec(
         kind=kind,
         axes=axes,
-        point=point,  # type: ignore[arg-type]
-        feed_on=pnt.word("Param"),  # type: ignore[arg-type]
+        point=POINT_TYPES[point],
+        feed_on=POINT_TYPES[pnt.word("Param")],
         degree=active.degree
         if kind != POINTS
         else {"CUB": 3, "QUI": 5}[pnt.word("Poly")],
@@ -292,8 +313,8 @@ def _profile_axis(
     return ProfileAxis(
         name=name,
         channel=channel,
-        role=record.word("Type"),  # type: ignore[arg-type]
-        place=record.word("CinType"),  # type: ignore[arg-type]
+        role=ROLES[record.word("Type")],
+        place=PLACES[record.word("CinType")],
         rotary=machine.rotary[channel],
         factor=factor,
         null_move=position.number("NullMov") if position else 0.0,
@@ -362,7 +383,7 @@ def _marks(records: Records) -> Marks:
 
 def _smoothness(jrk: Record) -> Smoothness:
     return Smoothness(
-        jerk={"ENA": "profile", "DIS": "none", "AXI": "axes"}[jrk.word("Mode")],  # type: ignore[arg-type]
+        jerk=JERKS[jrk.word("Mode")],
         scale=jrk.maybe("Jrs"),
         entities=int(jrk.number("Entities")),
         window_s=jrk.number("Tstab") / 1000.0,

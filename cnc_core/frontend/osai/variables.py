@@ -28,7 +28,8 @@ def variable_number(digits: str, letter: str, offset: int) -> int:
     if len(plain) > len(str(NUMBER_MAX)) or int(plain) > NUMBER_MAX:
         raise fail(
             900012,
-            f"{letter}{plain[:12]}{'..' if len(plain) > 12 else ''}: variables go up to {NUMBER_MAX}",
+            f"{letter}{plain[:12]}{'..' if len(plain) > 12 else ''}: "
+            f"variables go up to {NUMBER_MAX}",
             offset,
         )
     return int(plain)

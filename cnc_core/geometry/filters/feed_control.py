@@ -19,7 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from .run_filter import EMPTY, FEED_CONTROL, FloatArray, Rows, RunFilter
+from cnc_core.units import FloatArray
+
+from .run_filter import EMPTY, FEED_CONTROL, Rows, RunFilter
 
 FAR = 1e9
 AHEAD_MAX = 65536  # rows held at the most

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from .run_filter import EMPTY, LOW_PASS, FloatArray, Rows, RunFilter
+from cnc_core.units import FloatArray
+
+from .run_filter import EMPTY, LOW_PASS, Rows, RunFilter
 
 NOTED = 96  # vertices compared at a time
 
@@ -77,7 +79,8 @@ class LowPass(RunFilter):
             self._after = [start.copy()]
             self._judged = 0
         rows = np.concatenate([self._held, rows])
-        rows, self._held = rows[:-1].copy(), rows[-1:].copy()
+        self._held = rows[-1:].copy()
+        rows = rows[:-1].copy()
         first = self._end
         vertices = rows["end"][:, : self.count].copy()
         made = vertices.copy()

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from cnc_core.units import FloatArray
+
 from .run_filter import (
     EMPTY,
     FINE_NOISE,
     NOISE,
-    FloatArray,
     Rows,
     RunFilter,
     turns_of,

@@ -34,8 +34,8 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.pool import joined
+from cnc_core.units import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
 NOISE = 1
 NURBS = 2
@@ -97,7 +97,8 @@ def turns_of(delta: FloatArray, axes: tuple[int, int]) -> FloatArray:
     turn = np.arctan2(
         a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)
     )
-    moves = (np.hypot(*a.T) > SAME_MM) & (np.hypot(*b.T) > SAME_MM)
+    before, behind = np.hypot(*a.T), np.hypot(*b.T)
+    moves = (before > SAME_MM) & (behind > SAME_MM)
     return np.where(moves, turn, 0.0)
 
 
@@ -268,7 +269,8 @@ class RunFilter(ABC):
         )
         mine = (*self.axes, self.depth, self.tangential)
         others = [i for i in range(self.count) if i not in mine]
-        rests = (np.abs(ends - start)[:, others] < SAME_MM).all(axis=1)
+        way = np.abs(ends - start)[:, others]
+        rests = (way < SAME_MM).all(axis=1)
         plain = (rows["type"] == LINEAR) & (
             (rows["flags"] & (RAPID | ELEMENT | PIECE | PATH_FEED)) == 0
         )

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from cnc_core.blocks import NO_OVERRIDE
+from cnc_core.units import FloatArray
 
-from .run_filter import EMPTY, SHORT, FloatArray, Rows, RunFilter
+from .run_filter import EMPTY, SHORT, Rows, RunFilter
 
 
 class ShortSegments(RunFilter):
@@ -38,7 +39,8 @@ class ShortSegments(RunFilter):
             self._kept, self._left = start.copy(), []
         rows["flags"] |= NO_OVERRIDE
         rows = np.concatenate([self._held, rows])
-        rows, self._held = rows[:-1], rows[-1:]
+        self._held = rows[-1:]
+        rows = rows[:-1]
         return self._kept_of(rows)
 
     def finish(self) -> Rows:

@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 
 from cnc_core.blocks import EXACT_STOP
+from cnc_core.units import FloatArray
 
 from .run_filter import (
     EMPTY,
     NURBS,
     SAME_MM,
-    FloatArray,
     Rows,
     RunFilter,
     distances,
@@ -218,7 +218,8 @@ class SplineFilter(RunFilter):
         length = np.concatenate([[0.0], np.cumsum(way)])
         final = top is not None and until == top
         marks = np.arange(self.step - self._carry, length[-1], self.step)
-        self._carry = length[-1] - (marks[-1] if len(marks) else -self._carry)
+        last = marks[-1] if len(marks) else -self._carry
+        self._carry = length[-1] - last
         if final and len(marks) and length[-1] - marks[-1] < SAME_MM:
             marks = marks[:-1]
         u = np.interp(

@@ -3,17 +3,16 @@ length from their corner and joined C2.
 
 A circle that leaves the corner by e at a turn of t has the radius e / (1 /
 cos(t/2) - 1) and the tangent length r tan(t/2).  The piece between the cuts is
-a quintic with the curves' derivatives at its ends; its speed there is chosen so
-that on straight lines its middle is e from the corner, exactly as the circle's
-is.
+a quintic with the curves' derivatives at its ends.  Its speed at the ends is
+chosen for straight lines: its middle is e from the corner, as the circle's is.
 
 Polynomials that run with their parameter are joined C2 in it, so that the path
 goes on without a jump of speed.
 
 An edge of transition 67 is passed at the speed that the axes can stand.  A jump
-of velocity has no jerk limit that it keeps, so the edge gets a quintic that
-leaves it by no more than the fit tolerance (Tol), driven at that speed; it
-begins where it has the least curvature that this deviation allows.  Without a
+of velocity keeps no jerk limit.  So the edge gets a quintic that leaves it by no
+more than the fit tolerance (Tol), driven at that speed.  The quintic begins
+where it has the least curvature that this deviation allows.  Without a
 tolerance the edge stays exact.
 """
 
@@ -32,10 +31,10 @@ from cnc_core.blocks.profile_columns import (
     STOP,
     ProfileSpec,
 )
+from cnc_core.units import FloatArray
 
 from . import spline
 from .curves import Intervals
-from .points import FloatArray
 
 SHARP = np.radians(0.05)  # smaller turns need no piece
 BACK = np.radians(179.0)  # beyond that nothing connects
@@ -105,7 +104,8 @@ def gentle_bend(turn: float) -> tuple[float, float]:
     change = np.linalg.norm(
         third / speed**3 - 3.0 * gain * across / speed**4, axis=1
     )
-    return float(bend.max()), float(np.hypot(change, bend**2).max())
+    size = np.hypot(change, bend**2)
+    return float(bend.max()), float(size.max())
 
 
 def needed_deviation(

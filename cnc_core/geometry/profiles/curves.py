@@ -17,11 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks.profile_columns import SMOOTH, STOP, TANGENT, ProfileSpec
+from cnc_core.units import FloatArray
 
 from . import spline
 from .points import (
     REVERSAL,
-    FloatArray,
     IntArray,
     PointFilter,
     Points,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from cnc_core.blocks.profile_columns import ProfileChunk
+from cnc_core.units import FloatArray
 
 from ..shapes import bspline
 from .curves import Intervals
-from .points import FloatArray
 
 
 def of_polynomials(chunk: ProfileChunk) -> Intervals:

@@ -5,9 +5,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
 
 
 def of_columns(coef: FloatArray, u: FloatArray, first: int = 0) -> FloatArray:
@@ -31,7 +30,8 @@ def times(a: FloatArray, b: FloatArray) -> FloatArray:
     out = np.empty(np.broadcast_shapes(a.shape, b.shape))
     out[:, 0] = a[:, 0] * b[:, 0]
     out[:, 1] = a[:, 1] * b[:, 0] + a[:, 0] * b[:, 1]
-    out[:, 2] = a[:, 2] * b[:, 0] + 2.0 * a[:, 1] * b[:, 1] + a[:, 0] * b[:, 2]
+    mixed = 2.0 * a[:, 1] * b[:, 1]
+    out[:, 2] = a[:, 2] * b[:, 0] + mixed + a[:, 0] * b[:, 2]
     return out
 
 
@@ -89,7 +89,8 @@ def angle(x: FloatArray, y: FloatArray) -> FloatArray:
     turning[:, 0] = x[:, 0] * y[:, 1] - y[:, 0] * x[:, 1]
     turning[:, 1] = x[:, 0] * y[:, 2] - y[:, 0] * x[:, 2]
     rate = turning[:, 0] / square[:, 0]
-    change = turning[:, 1] / square[:, 0] - rate * square[:, 1] / square[:, 0]
+    lost = rate * square[:, 1] / square[:, 0]
+    change = turning[:, 1] / square[:, 0] - lost
     return np.stack(
         [
             np.arctan2(y[:, 0], x[:, 0]),

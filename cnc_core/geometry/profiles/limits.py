@@ -15,15 +15,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core._engine import lib
 from cnc_core.blocks import DYNAMICS, NC_BLOCK, BlockBatch
 from cnc_core.blocks.profile_columns import Dynamics, ProfileSpec
+from cnc_core.units import FloatArray
 
 from .time_filter import TimeFilter
 
-FloatArray = npt.NDArray[np.float64]
 FEED_MOTIONS, RAPID_MOTIONS = 0, 1  # ``value`` of a DYNAMICS row
 PATH_JERK = 4  # place of the jerk in a row of limits of the path
 LOWEST = 1e-6  # share that the engine takes

@@ -10,8 +10,7 @@ from cnc_core.blocks.profile_columns import ProfileSpec
 from cnc_core.kinematics.chain import Step
 from cnc_core.kinematics.machine import Kinematics
 from cnc_core.kinematics.machine_types import Element, machine_chain
-
-from .points import FloatArray
+from cnc_core.units import FloatArray
 
 
 def machine_of(
@@ -21,7 +20,8 @@ def machine_of(
     not make one.
     """
     assert spec.chain is not None
-    steps = {s.name: Step(s.offset, s.rotation) for s in spec.chain.steps}
+    given = spec.chain.steps
+    steps = {step.name: Step(step.offset, step.rotation) for step in given}
     low, high = (limit.copy() for limit in limits)
     elements: dict[str, Element] = {}
     for axis in spec.axes:

@@ -17,8 +17,8 @@ from cnc_core.blocks.profile_columns import (
     ProfileChunk,
     ProfileSpec,
 )
+from cnc_core.units import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 STILL = 1e-9  # mm: whatever NullMov says, nothing moves
 # a curve cannot turn like this: such a point is an edge whatever EDG says
@@ -97,7 +97,8 @@ class PointFilter:
         keep = self._moving(whole)
         # the transition belongs to the point that stays
         for i in np.flatnonzero(~keep & (whole.after != SMOOTH)):
-            whole.after[np.flatnonzero(keep[:i])[-1]] = whole.after[i]
+            before = np.flatnonzero(keep[:i])[-1]
+            whole.after[before] = whole.after[i]
         self.dropped += int((~keep).sum())
         whole = whole[keep]
         if final or not len(whole):
@@ -137,7 +138,8 @@ class PointFilter:
             columns = self.spec.versor_columns(group)
             assert columns is not None
             v = points.values[:, columns]
-            points.values[:, columns] = v / np.linalg.norm(v, axis=1)[:, None]
+            size = np.linalg.norm(v, axis=1)
+            points.values[:, columns] = v / size[:, None]
         return points
 
     def _axis_null_moves(self, points: Points) -> Points:

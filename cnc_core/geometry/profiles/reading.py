@@ -7,12 +7,12 @@ from functools import partial
 
 from cnc_core.blocks.profile_columns import POINTS, ProfileChunk, ProfileSpec
 from cnc_core.kinematics.machine import Kinematics
+from cnc_core.units import FloatArray
 
 from .blend import Blends
 from .curves import Curves
 from .limits import ProfileLimits
 from .machine import tool_directions
-from .points import FloatArray
 from .to_axes import ToAxes
 
 

@@ -17,8 +17,8 @@ from cnc_core.blocks import (
     RAPID,
     BlockBatch,
 )
+from cnc_core.units import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 STANDS = 1e-9  # as in c_ext/curve/curve.c
 EXACT = 1e-9
@@ -51,7 +51,8 @@ def lengths(coef: FloatArray, span: FloatArray, main: list[int]) -> FloatArray:
 
 
 def _quadrature(slope: FloatArray, span: FloatArray, parts: int) -> FloatArray:
-    u = ((np.arange(parts)[:, None] + 0.5 * (NODES + 1.0)) / parts).ravel()
+    nodes = 0.5 * (NODES + 1.0)
+    u = ((np.arange(parts)[:, None] + nodes) / parts).ravel()
     weights = np.tile(0.5 * WEIGHTS / parts, parts)
     speed2 = np.zeros((len(span), len(u)))
     t = span[:, None] * u

@@ -17,9 +17,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
+
 CORE, HALO = 128, 48
 
 
@@ -58,8 +58,10 @@ def _with_second(window: Window, slope: FloatArray) -> FloatArray:
     """Cubic: the second derivative that both neighbours share, (n, 2, columns)."""
     h = window.steps[:, None]
     chord = np.diff(window.points, axis=0) / h
-    second = (6.0 * chord - 4.0 * slope[:-1] - 2.0 * slope[1:]) / h
-    last = (-6.0 * chord[-1:] + 2.0 * slope[-2:-1] + 4.0 * slope[-1:]) / h[-1:]
+    begins, ends = slope[:-1], slope[1:]
+    second = (6.0 * chord - 4.0 * begins - 2.0 * ends) / h
+    bend = -6.0 * chord[-1:] + 2.0 * slope[-2:-1] + 4.0 * slope[-1:]
+    last = bend / h[-1:]
     return np.stack([slope, np.concatenate([second, last])], axis=1)
 
 

@@ -32,10 +32,10 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.pool import coefficients, joined
+from cnc_core.units import FloatArray
 
 from ..shapes.polynomial import derivative, normalised
 
-FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 PARTS = 8
 GRID = np.linspace(0.0, 1.0, PARTS + 1)
@@ -170,7 +170,8 @@ class ProfileFilter:
         while self._held:
             batch, driven, caps = self._held[0]
             last = first + len(caps)
-            ended = len(known) == 0 or last == 0 or known.ends[last - 1 :].any()
+            nothing = len(known) == 0 or last == 0
+            ended = nothing or known.ends[last - 1 :].any()
             if not (
                 final or ended or until[-1] - until[last - 1] >= filter_.reach_s
             ):
@@ -306,7 +307,8 @@ def _curve_speed(
         / rate**2
     )
     slope = np.abs(d1) / rate[:, :, None]
-    bend = np.abs(d2 - d1 * along[:, :, None]) / rate[:, :, None] ** 2
+    across = np.abs(d2 - d1 * along[:, :, None])
+    bend = across / rate[:, :, None] ** 2
     with np.errstate(divide="ignore"):
         v = (filter_.velocity / slope).min(axis=2)
         a = np.sqrt((filter_.acceleration / bend).min(axis=2))

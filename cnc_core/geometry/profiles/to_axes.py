@@ -2,10 +2,10 @@
 computed, else by quintics in a tolerance.
 
 What a profile programs becomes channel axes by compensation, versors, a
-tangential axis (``profile_tool``).  The result is no polynomial; quintics that
-meet its values and two derivatives take its place, halved until they miss it by
-no more than the tolerance.  Where two of them meet and the exact curves do too,
-they share their derivatives (C2).
+tangential axis (``tool``).  The result is no polynomial.  Quintics that meet its
+values and two derivatives take its place.  They are halved until they miss it by
+no more than the tolerance.  Where two quintics meet and the exact curves meet
+too, they share their derivatives (C2).
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ import numpy.typing as npt
 
 from cnc_core.blocks.profile_columns import SMOOTH, ProfileSpec
 from cnc_core.kinematics.machine import Kinematics
+from cnc_core.units import FloatArray
 
 from . import jets, spline
 from .curves import Intervals
 from .rows import NODES, WEIGHTS
 from .tool import LastVersors, NoVersor, Rotaries, Versors
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 SAMPLES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 HALVINGS = 14
@@ -190,7 +190,8 @@ class ToAxes:
         """(n, 5, axes) values at the samples and (n, 2, 3, axes) jets at both
         ends of the parts.
         """
-        u = (u0[:, None] + (u1 - u0)[:, None] * SAMPLES).ravel()
+        along = (u1 - u0)[:, None] * SAMPLES
+        u = (u0[:, None] + along).ravel()
         at = np.repeat(index, len(SAMPLES))
         forward = np.tile(SAMPLES < 1.0, len(index))
         all_jets = self.axis_jets(intervals.coef[at], u, forward, at)
@@ -265,9 +266,12 @@ class ToAxes:
         """Quintics; neighbours whose curves go on share value and derivatives."""
         a = ends[:-1, 1]
         b = ends[1:, 0]
-        near = np.abs(a[:, 0] - b[:, 0]).max(axis=1) < 1e-7
-        slope = np.abs(a[:, 1] - b[:, 1]).max(axis=1)
-        same = near & (slope <= TOGETHER * (np.abs(a[:, 1]).max(axis=1) + 1e-9))
+        gap = np.abs(a[:, 0] - b[:, 0])
+        near = gap.max(axis=1) < 1e-7
+        change = np.abs(a[:, 1] - b[:, 1])
+        slope = change.max(axis=1)
+        most = TOGETHER * (np.abs(a[:, 1]).max(axis=1) + 1e-9)
+        same = near & (slope <= most)
         same &= (index[1:] == index[:-1]) | (
             intervals.after[index[:-1]] == SMOOTH
         )
@@ -278,7 +282,11 @@ class ToAxes:
         ends[:-1, 1][keep, 0] = b[keep, 0]
         h = u1 - u0
         coef = spline.quintic(
-            ends[:, 0, 0], ends[:, 1, 0], ends[:, 0, 1:], ends[:, 1, 1:], h
+            ends[:, 0, 0],
+            ends[:, 1, 0],
+            ends[:, 0, 1:],
+            ends[:, 1, 1:],
+            h,
         )
         straight = intervals.rapid[index]
         coef[straight, :, 2:] = 0.0
@@ -295,7 +303,8 @@ class ToAxes:
             at = np.einsum(
                 "nak,nk->na", coef, (share * span)[:, None] ** np.arange(6)
             )
-            out |= (np.abs(at - values[:, k]) > self._limits).any(axis=1)
+            far = np.abs(at - values[:, k]) > self._limits
+            out |= far.any(axis=1)
         return out
 
     # feed
@@ -314,7 +323,8 @@ class ToAxes:
         if not contact and not through:
             return None
         h = made.u1 - made.u0
-        u = (made.u0[:, None] + h[:, None] * 0.5 * (NODES + 1.0)).ravel()
+        along = h[:, None] * 0.5 * (NODES + 1.0)
+        u = (made.u0[:, None] + along).ravel()
         at = np.repeat(made.index, len(NODES))
         if contact:
             speed = jets.of_columns(

@@ -19,10 +19,10 @@ import numpy.typing as npt
 
 from cnc_core.blocks.profile_columns import ProfileSpec
 from cnc_core.kinematics.machine import Kinematics
+from cnc_core.units import FloatArray
 
 from . import jets
 
-FloatArray = npt.NDArray[np.float64]
 PARALLEL = 1e-9
 SHORTEST = 1e-9  # versor that has a direction
 # share of a direction's change that tells where it goes at a singular pose
@@ -176,8 +176,9 @@ class Versors:
             ],
             axis=1,
         )
-        x = jets.times(c, d[:, :, 0]) - jets.times(s, d[:, :, 1])
-        y = jets.times(s, d[:, :, 0]) + jets.times(c, d[:, :, 1])
+        dx, dy = d[:, :, 0], d[:, :, 1]
+        x = jets.times(c, dx) - jets.times(s, dy)
+        y = jets.times(s, dx) + jets.times(c, dy)
         return np.stack([x, y, d[:, :, 2]], axis=2)
 
     def normal(
@@ -354,7 +355,8 @@ class Rotaries:
         singular = free.any(axis=1)
         sign = np.where(forward, 1.0, -1.0)[:, None]
         rate = np.linalg.norm(d[:, 1], axis=1)[:, None]
-        lean = sign * d[:, 1] / np.where(rate > 1e-9, rate, np.inf) * NUDGE
+        divisor = np.where(rate > 1e-9, rate, np.inf)
+        lean = sign * d[:, 1] / divisor * NUDGE
         out[singular] += lean[singular]
         return np.asarray(out / np.linalg.norm(out, axis=1)[:, None])
 
@@ -402,7 +404,8 @@ class Rotaries:
                 )
                 < PARALLEL
             )
-            first = np.arctan2(g[:, 1], g[:, 0]) - np.arctan2(h[:, 1], h[:, 0])
+            wanted = np.arctan2(g[:, 1], g[:, 0])
+            first = wanted - np.arctan2(h[:, 1], h[:, 0])
             out[:, k, 0] = signs[0] * np.degrees(first)
             out[:, k, 1] = signs[1] * np.degrees(second)
         out[beyond] = np.nan

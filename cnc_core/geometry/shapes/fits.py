@@ -14,9 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
 
 DEGENERATE = 1e-9  # singular values below this share of the largest are 0
 # a centre this many times farther away than the points spread: they lie on a
@@ -39,8 +38,8 @@ class Line:
     ``support``: the centroid.
     """
 
-    direction: Array
-    support: Array
+    direction: FloatArray
+    support: FloatArray
     variance: float
 
 
@@ -50,21 +49,21 @@ class Plane:
     ``support``: the centroid.
     """
 
-    normal: Array
-    support: Array
+    normal: FloatArray
+    support: FloatArray
 
 
 @dataclass(frozen=True)
 class Circle:
     """Also a sphere; ``normal`` of a circle in space only."""
 
-    centre: Array
+    centre: FloatArray
     radius: float
     variance: float
-    normal: Array | None = None
+    normal: FloatArray | None = None
 
 
-def fit_line(points: Array, identical: float = 1e-9) -> Line:
+def fit_line(points: FloatArray, identical: float = 1e-9) -> Line:
     """(n, 3) points, n >= 2.
 
     DegenerateError if they lie within ``identical`` of each other.
@@ -80,7 +79,7 @@ def fit_line(points: Array, identical: float = 1e-9) -> Line:
     )
 
 
-def fit_plane(points: Array) -> Plane:
+def fit_plane(points: FloatArray) -> Plane:
     """(n, 3) points, n >= 3.  DegenerateError if they lie on a line."""
     _, support, sizes, axes = _principal(points)
     if sizes[1] <= DEGENERATE * sizes[0]:
@@ -88,7 +87,7 @@ def fit_plane(points: Array) -> Plane:
     return Plane(upward(axes[2]), support)
 
 
-def fit_circle(points: Array) -> Circle:
+def fit_circle(points: FloatArray) -> Circle:
     """(n, 2) points, n >= 3.  DegenerateError if they lie on a line."""
     _, _, sizes, _ = _principal(points)
     if sizes[1] <= DEGENERATE * sizes[0]:
@@ -96,7 +95,7 @@ def fit_circle(points: Array) -> Circle:
     return _fit_round(points)
 
 
-def fit_sphere(points: Array) -> Circle:
+def fit_sphere(points: FloatArray) -> Circle:
     """(n, 3) points, n >= 4.  DegenerateError if they lie in a plane."""
     _, _, sizes, _ = _principal(points)
     if sizes[2] <= DEGENERATE * sizes[0]:
@@ -104,7 +103,7 @@ def fit_sphere(points: Array) -> Circle:
     return _fit_round(points)
 
 
-def fit_plane_circle(points: Array) -> Circle:
+def fit_plane_circle(points: FloatArray) -> Circle:
     """(n, 3) points, n >= 3: the plane first, then the circle of the
     projections in it.  DegenerateError: on a line.
     """
@@ -122,7 +121,7 @@ def fit_plane_circle(points: Array) -> Circle:
     )
 
 
-def upward(normal: Array) -> Array:
+def upward(normal: FloatArray) -> FloatArray:
     """The unit vector or its opposite: nz > 0; with nz = 0 ny > 0; with both 0
     nx > 0.
     """
@@ -132,7 +131,7 @@ def upward(normal: Array) -> Array:
     return normal
 
 
-def _along(direction: Array, way: Array) -> Array:
+def _along(direction: FloatArray, way: FloatArray) -> FloatArray:
     """The direction or its opposite, whichever leads along ``way``; if it is
     orthogonal, its first component counts.
     """
@@ -142,7 +141,9 @@ def _along(direction: Array, way: Array) -> Array:
     return direction if share > 0 else -direction
 
 
-def _principal(points: Array) -> tuple[Array, Array, Array, Array]:
+def _principal(
+    points: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Centred points, centroid, singular values (one a dimension), principal
     directions as rows.
     """
@@ -157,7 +158,7 @@ def _principal(points: Array) -> tuple[Array, Array, Array, Array]:
     )
 
 
-def _fit_round(points: Array) -> Circle:
+def _fit_round(points: FloatArray) -> Circle:
     """Circle in 2, sphere in 3 dimensions."""
     middle = points.mean(axis=0)
     scale = float(
@@ -175,7 +176,7 @@ def _fit_round(points: Array) -> Circle:
     return Circle(middle + centre * scale, radius * scale, variance * scale**2)
 
 
-def _from_far_away(points: Array) -> Array:
+def _from_far_away(points: FloatArray) -> FloatArray:
     """From the algebraic start the centre runs away to infinity: the best one
     lies on the other side of the points.
     """
@@ -193,7 +194,7 @@ def _from_far_away(points: Array) -> Array:
     return min(found, key=lambda centre: _cost(points, centre))
 
 
-def _kasa(points: Array) -> Array:
+def _kasa(points: FloatArray) -> FloatArray:
     """Centre of the algebraic fit: linear least squares of x^2 + y^2 + .. = 2 c
     p + const.
     """
@@ -211,7 +212,7 @@ def _kasa(points: Array) -> Array:
     return np.asarray(solution[:-1])
 
 
-def _minimise(points: Array, centre: Array) -> Array | None:
+def _minimise(points: FloatArray, centre: FloatArray) -> FloatArray | None:
     """Minimise the variance of the distances over the centre; the best radius
     is their mean.  None: no end is found.
     """
@@ -239,12 +240,14 @@ def _minimise(points: Array, centre: Array) -> Array | None:
     return centre
 
 
-def _cost(points: Array, centre: Array) -> float:
+def _cost(points: FloatArray, centre: FloatArray) -> float:
     away = np.linalg.norm(points - centre, axis=1)
     return float(((away - away.mean()) ** 2).sum())
 
 
-def _derivatives(points: Array, centre: Array) -> tuple[Array, Array, Array]:
+def _derivatives(
+    points: FloatArray, centre: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Gradient, second derivatives and their Gauss-Newton part of half the
     cost; the radius is eliminated.
     """
@@ -262,8 +265,11 @@ def _derivatives(points: Array, centre: Array) -> tuple[Array, Array, Array]:
 
 
 def _step(
-    gradient: Array, exact: Array, approximate: Array, damping: float
-) -> Array:
+    gradient: FloatArray,
+    exact: FloatArray,
+    approximate: FloatArray,
+    damping: float,
+) -> FloatArray:
     """Newton's step where the second derivatives are positive, else
     Gauss-Newton's; both damped.
     """

@@ -2,10 +2,9 @@
 passes.
 
 The tool's centre runs on curves parallel to the pocket's edge, from the middle
-outwards, so the distance of two passes is the width of cut and the outermost
-pass leaves the allowance.  Everything is in the pocket's own coordinates
-(centre 0,0, length along X, width along Y), Z absolute; ``placed`` turns and
-shifts it.
+outwards.  So the distance of two passes is the width of cut.  The outermost pass
+leaves the allowance.  Coordinates are the pocket's own: centre 0,0, length along
+X, width along Y, Z absolute.  ``placed`` turns and shifts them.
 """
 
 from __future__ import annotations
@@ -154,7 +153,8 @@ def placed(
         s = float(round(s))
 
     def point(x: float, y: float) -> tuple[float, float]:
-        return centre[0] + c * x - s * y, centre[1] + s * x + c * y
+        first = centre[0] + c * x - s * y
+        return first, centre[1] + s * x + c * y
 
     for move in moves:
         if move.x is None or move.y is None:

@@ -8,9 +8,9 @@ from __future__ import annotations
 from math import comb
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
+
 ORDER = 6  # coefficients per axis at the most
 
 
@@ -55,9 +55,8 @@ def extremes(coef: FloatArray) -> tuple[FloatArray, FloatArray]:
     low = np.empty(len(coef))
     high = np.empty(len(coef))
     for i, c in enumerate(coef):
-        roots = np.roots(
-            np.trim_zeros((c[1:] * np.arange(1, len(c)))[::-1], "f")
-        )
+        slope = c[1:] * np.arange(1, len(c))
+        roots = np.roots(np.trim_zeros(slope[::-1], "f"))
         inside = [
             float(r.real)
             for r in roots

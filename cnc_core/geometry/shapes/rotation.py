@@ -10,9 +10,8 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
 
 SEQUENCES = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 VERTICAL = 1e-9
@@ -38,7 +37,7 @@ def sine_cosine(degrees: float) -> tuple[float, float]:
     return float(np.sin(radians)), float(np.cos(radians))
 
 
-def elementary(axis: str, degrees: float) -> Array:
+def elementary(axis: str, degrees: float) -> FloatArray:
     """Right-handed rotation about X, Y or Z."""
     s, c = sine_cosine(degrees)
     i, j = {
@@ -57,7 +56,7 @@ def from_angles(
     sequence: str = "ZYX",
     *,
     intrinsic: bool = True,
-) -> Array:
+) -> FloatArray:
     """(3, 3) rotation by Tait-Bryan angles about X, Y, Z in a sequence;
     intrinsic: about the axes as they turn.
     """
@@ -68,7 +67,7 @@ def from_angles(
     return first @ second @ third if intrinsic else third @ second @ first
 
 
-def from_points(points: Array) -> Array:
+def from_points(points: FloatArray) -> FloatArray:
     """(3, 3) axes of the plane through three points (3, 3): X from point 1 to
     point 2, Z with a positive component.
 
@@ -89,7 +88,7 @@ def from_points(points: Array) -> Array:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def zyx_angles(matrix: Array) -> tuple[float, float, float]:
+def zyx_angles(matrix: FloatArray) -> tuple[float, float, float]:
     """Angles about X, Y, Z, degrees, of the intrinsic sequence ZYX; at B = +-90
     degrees A is 0.
     """
@@ -101,7 +100,8 @@ def zyx_angles(matrix: Array) -> tuple[float, float, float]:
     else:
         a = 0.0
         c = np.arctan2(-matrix[0, 1], matrix[1, 1])
-    x, y, z = (float(np.rad2deg(angle)) + 0.0 for angle in (a, b, c))
+    angles = (a, b, c)
+    x, y, z = (float(np.rad2deg(angle)) + 0.0 for angle in angles)
     return x, y, z
 
 

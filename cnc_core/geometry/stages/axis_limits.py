@@ -21,11 +21,11 @@ from cnc_core.blocks import (
 from cnc_core.blocks.arcs import arc_extremes
 from cnc_core.blocks.pool import coefficients
 from cnc_core.errors import CncError, Place
+from cnc_core.units import FloatArray
 
 from ..shapes.polynomial import bernstein, extremes, normalised
 from .stage import RefusedRow
 
-FloatArray = npt.NDArray[np.float64]
 LOWEST = 98  # code of a SOFT_LIMITS row; the other is 99
 
 

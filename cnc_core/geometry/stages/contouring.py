@@ -27,8 +27,8 @@ from cnc_core.blocks import (
     T,
 )
 from cnc_core.errors import CncError, Place
+from cnc_core.units import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 # where a function makes the channel stand: ahead of its block's motion, or
 # behind it
 AHEAD, BEHIND = 1, 2

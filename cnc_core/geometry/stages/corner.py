@@ -15,7 +15,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks import (
     CIRCULAR,
@@ -29,10 +28,10 @@ from cnc_core.blocks import (
 )
 from cnc_core.blocks.pool import joined
 from cnc_core.errors import ERRORS, CncError, Place
+from cnc_core.units import FloatArray
 
 from .stage import RefusedRow
 
-FloatArray = npt.NDArray[np.float64]
 TINY_MM = 1e-9
 TANGENTIAL = 1e-7  # rad
 DOES_NOT_FIT, WRONG_BLOCKS = 911004, 911005
@@ -356,7 +355,8 @@ def _bend(
     """The element becomes the arc that begins along ``tangent``."""
     radius = float(corner["value"])
     side = math.copysign(1.0, turn)
-    centre = points[0] + side * radius * np.array([-tangent[1], tangent[0]])
+    normal = np.array([-tangent[1], tangent[0]])
+    centre = points[0] + side * radius * normal
     a, b = points[0] - centre, points[1] - centre
     sweep = side * (
         side
@@ -447,7 +447,8 @@ def _meet(a: Curve, b: Curve) -> list[FloatArray]:
 
 
 def _line_line(a: Curve, b: Curve) -> list[FloatArray]:
-    d = a[1][0] * b[1][1] - a[1][1] * b[1][0]
+    across = a[1][1] * b[1][0]
+    d = a[1][0] * b[1][1] - across
     w = b[0] - a[0]
     return (
         []
@@ -457,8 +458,10 @@ def _line_line(a: Curve, b: Curve) -> list[FloatArray]:
 
 
 def _circle_line(a: Curve, b: Curve) -> list[FloatArray]:
-    foot = b[0] + float((a[0] - b[0]) @ b[1]) * b[1]
-    room = a[2] ** 2 - float(((foot - a[0]) ** 2).sum())
+    along = float((a[0] - b[0]) @ b[1])
+    foot = b[0] + along * b[1]
+    off = foot - a[0]
+    room = a[2] ** 2 - float((off**2).sum())
     return (
         []
         if room < 0.0
@@ -471,7 +474,8 @@ def _circle_line(a: Curve, b: Curve) -> list[FloatArray]:
 def _circle_circle(a: Curve, b: Curve) -> list[FloatArray]:
     w = b[0] - a[0]
     d = float(np.hypot(*w))
-    x = (d * d + a[2] ** 2 - b[2] ** 2) / (2.0 * d) if d > TINY_MM else math.inf
+    product = d * d + a[2] ** 2 - b[2] ** 2
+    x = product / (2.0 * d) if d > TINY_MM else math.inf
     room = a[2] ** 2 - x * x
     if room < 0.0:
         return []

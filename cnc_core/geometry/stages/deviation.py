@@ -1,14 +1,14 @@
 """How far what is driven lies from the path that came into a filter.
 
-A ``Tap`` stands in front of a filter, or of all of them, and takes down the
-path that comes in while the filter is on; ``Driven`` stands behind everything
-that changes the path of the tip and hands each tap what is driven.  Compared
-are polylines: straight motions as they are, curves as chords that leave them by
-no more than ``SAGITTA_MM``, which counts.
+A ``Tap`` stands in front of a filter, or of all of them.  It takes down the
+path that comes in while the filter is on.  ``Driven`` stands behind everything
+that changes the path of the tip.  It hands each tap the driven path.  Both
+paths are compared as polylines.  Straight motions stay as they are.  Chords of
+a curve leave it by no more than ``SAGITTA_MM``, which counts.
 
-Only what lies around the place that has been reached is kept, so a distance can
-come out too large where a path of more than ``KEPT`` vertices comes back to
-itself, never too small.
+Only the path around the place that has been reached is kept.  Where a path of
+more than ``KEPT`` vertices comes back to itself, a distance can come out too
+large.  A distance never comes out too small.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ from cnc_core.blocks import (
     motion_planes,
 )
 from cnc_core.blocks.pool import coefficients
+from cnc_core.units import FloatArray
 
-from ..filters.run_filter import FloatArray, Rows, farthest
+from ..filters.run_filter import Rows, farthest
 from ..shapes.polynomial import normalised
 
 SAGITTA_MM = 2e-5
@@ -113,7 +114,8 @@ class Chords:
     ) -> FloatArray:
         first, second, _ = motion_planes(int(row["plane"]))
         axes = [self._main[first], self._main[second]]
-        points = start + share[:, None] * (row["end"][: len(start)] - start)
+        way = row["end"][: len(start)] - start
+        points = start + share[:, None] * way
         from_centre = start[axes] - row["center"]
         turn = float(row["angle"]) * share
         points[:, axes[0]] = (
@@ -134,7 +136,8 @@ def _polynomial_chords(coef: FloatArray) -> Counts:
     derivatives.
     """
     order = np.arange(coef.shape[2])
-    bend = (np.linalg.norm(coef, axis=1) * order * (order - 1)).sum(axis=1)
+    size = np.linalg.norm(coef, axis=1)
+    bend = (size * order * (order - 1)).sum(axis=1)
     return np.asarray(
         np.clip(
             np.ceil(np.sqrt(bend / (8.0 * SAGITTA_MM))),

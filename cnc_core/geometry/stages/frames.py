@@ -2,9 +2,9 @@
 coordinates, their rows are turned.
 
 Compensation and smoothing see the programmed plane; ``COORDINATES`` rows end
-what they hold and change the frame. Lines stay lines, circles stay circles
-where their plane stays parallel to two axes; else they become quintic pieces
-that leave the circle by at most ``TOLERANCE``, behind an element that is the
+what they hold and change the frame.  Lines stay lines.  A circle stays a circle
+where its plane stays parallel to two axes.  Any other circle becomes quintic
+pieces that leave it by at most ``TOLERANCE``, behind an element that is the
 circle.
 """
 
@@ -27,8 +27,9 @@ from cnc_core.blocks import (
 )
 from cnc_core.blocks.coordinates import Coordinates, Frame
 from cnc_core.blocks.pool import joined
+from cnc_core.units import FloatArray
 
-from .paths import FloatArray, Paths
+from .paths import Paths
 from .pieces import cut, element_rows, merged, piece_rows
 from .stage import DropZeroLength, RefusedRow, Stage
 
@@ -237,8 +238,10 @@ class Frames:
             first, second, third = motion_planes(int(out["plane"][i]))
             a = frame.rotation[:, first]
             b = frame.rotation[:, second]
-            places = int(np.argmax(np.abs(a))), int(np.argmax(np.abs(b)))
-            if abs(a[places[0]]) == 1.0 and abs(b[places[1]]) == 1.0:
+            along_a = int(np.argmax(np.abs(a)))
+            along_b = int(np.argmax(np.abs(b)))
+            places = along_a, along_b
+            if abs(a[along_a]) == 1.0 and abs(b[along_b]) == 1.0:
                 self._turn_circle(
                     out[i : i + 1], frame, (first, second, third), places
                 )

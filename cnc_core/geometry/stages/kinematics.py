@@ -1,12 +1,13 @@
 """The stage behind the waist's last geometry: rows of the tool tip become rows
 of the machine axes.
 
-A motion goes on as an element (what the PLC sees: the programmed contour) and
-as pieces: a straight line of the axes where the rotary axes rest, else quintics
-by path length of the tip, halved until the tip leaves its programmed path by at
-most ``TOLERANCE``.  The path parameter of the pieces is the tip's path length,
-so the feed is the tip's; the engine bounds it by the axes' limits through the
-exact derivatives of the pieces.
+A motion goes on as an element and as pieces.  The element is the programmed
+contour, which the PLC sees.  Where the rotary axes rest, the piece is a straight
+line of the axes.  Else the pieces are quintics by path length of the tip.  They
+are halved until the tip leaves its programmed path by at most ``TOLERANCE``.
+The path parameter of the pieces is the tip's path length, so the feed is the
+tip's.  The engine bounds the feed by the axes' limits, through the exact
+derivatives of the pieces.
 """
 
 from __future__ import annotations
@@ -35,10 +36,11 @@ from cnc_core.blocks.pool import joined
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.kinematics.chain import SingularMachine
 from cnc_core.kinematics.machine import Kinematics, LengthCorrection
+from cnc_core.units import FloatArray
 
 from ..shapes.polynomial import derivative
 from .parameter_feed import fastest, stretches
-from .paths import FloatArray, IntArray, Paths
+from .paths import IntArray, Paths
 from .pieces import (
     NotCarried,
     Pieces,

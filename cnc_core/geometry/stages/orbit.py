@@ -32,10 +32,10 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.errors import ERRORS, CncError, Place
+from cnc_core.units import FloatArray
 
 from .stage import RefusedRow
 
-Array = npt.NDArray[np.float64]
 TANGENTIAL = 1e-6  # rad
 SAME_MM = 1e-9
 CONCAVE, CORNER_OF_ARC, NOTHING_LEFT = 50918, 907121, 907122
@@ -46,7 +46,7 @@ class _Element:
     its corners cut off.
     """
 
-    def __init__(self, row: Any, start: Array, end: Array) -> None:
+    def __init__(self, row: Any, start: FloatArray, end: FloatArray) -> None:
         self.row = row
         self.arc = int(row["type"]) == CIRCULAR
         self.start, self.end = start, end
@@ -78,7 +78,8 @@ class _Element:
         """Counter-clockwise about the origin: positive."""
         if self.arc:
             return float(self.row["angle"])
-        return float(self.start[0] * self.end[1] - self.start[1] * self.end[0])
+        begin, end = self.start, self.end
+        return float(begin[0] * end[1] - begin[1] * end[0])
 
 
 class Orbit:
@@ -88,7 +89,7 @@ class Orbit:
 
     def __init__(
         self,
-        start: Array,
+        start: FloatArray,
         main: tuple[int, int, int],
         place: Callable[[int, int], Place],
     ) -> None:
@@ -124,7 +125,7 @@ class Orbit:
         self._finish(out)
         return _batch(out, np.empty(0))
 
-    def resync(self, position: Array) -> None:
+    def resync(self, position: FloatArray) -> None:
         self._position[:] = position
         self._open.clear()
 
@@ -161,11 +162,12 @@ class Orbit:
         elif not self._in_loop and len(self._open) > 1:
             self._release(out)
 
-    def _flat(self, row: Any, start: Array) -> bool:
+    def _flat(self, row: Any, start: FloatArray) -> bool:
         """The motion belongs to a contour in the plane of the first two main axes."""
         x, y, _ = self._main
         others = [a for a in range(self._axes) if a not in (x, y)]
-        moved = np.abs(row["end"][others] - start[others]).max(initial=0.0)
+        way = row["end"][others] - start[others]
+        moved = np.abs(way).max(initial=0.0)
         if row["flags"] & RAPID or moved > SAME_MM or x < 0 or y < 0:
             return False
         if int(row["type"]) == POLYNOMIAL:
@@ -174,7 +176,7 @@ class Orbit:
             )
         return int(row["type"]) == LINEAR or int(row["plane"]) == 17
 
-    def _element(self, row: Any, start: Array) -> None:
+    def _element(self, row: Any, start: FloatArray) -> None:
         axes = list(self._main[:2])
         made = _Element(row, start[axes], row["end"][axes].copy())
         if self._open:
@@ -263,7 +265,7 @@ class Orbit:
         return self._place(int(row["file"]), int(row["line"]))
 
 
-def _batch(rows: list[Any], pool: npt.NDArray[np.float64]) -> BlockBatch:
+def _batch(rows: list[Any], pool: FloatArray) -> BlockBatch:
     return (
         BlockBatch(np.array(rows, dtype=rows[0].dtype), pool)
         if rows

@@ -1,11 +1,11 @@
 """Polynomials whose feed is that of their parameter: ds/dt = F (flag
 ``BY_PARAMETER``); those of a tool tip see ``kinematics.stage``.
 
-What the PLC sees is an element with the curve's length and tangents; what is
-driven is a piece that runs with the parameter as its path length, so that S
-takes S / F however fast the curve moves under it.  The planner's horizon and
-grid are made for mm: where a unit of the parameter is far from a mm it counts
-for a power of two of them.
+The PLC sees an element with the curve's length and tangents.  The machine
+drives a piece that runs with the parameter as its path length.  So S takes S / F
+however fast the curve moves under it.  The planner's horizon and grid are made
+for mm.  A unit of the parameter that is far from a mm counts for a power of two
+of them.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.pool import coefficients
+from cnc_core.units import FloatArray
 
 from ..shapes.polynomial import derivative, normalised
 
-FloatArray = npt.NDArray[np.float64]
 GRID = np.linspace(0.0, 1.0, 33)
 
 

@@ -39,8 +39,8 @@ from cnc_core.blocks import (
     motion_planes,
 )
 from cnc_core.blocks.pool import joined
+from cnc_core.units import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
 PATH = 0
 ALL_AXES = 1
@@ -147,7 +147,8 @@ class PathMode:
             & ((batch.rows["flags"] & ELEMENT) == 0)
         )
         if len(moving):
-            self._last = batch.rows["end"][moving[-1], : self._count].copy()
+            last = batch.rows["end"][moving[-1]]
+            self._last = last[: self._count].copy()
         return batch
 
     def _rows(self, batch: BlockBatch) -> BlockBatch:
@@ -338,7 +339,8 @@ class PathMode:
         settings = self._settings
         axes = list(settings.axes)
         a, b = before[:, axes], after[:, axes]
-        flat = (np.hypot(*a.T) > SMALL) & (np.hypot(*b.T) > SMALL)
+        sizes = np.hypot(*a.T), np.hypot(*b.T)
+        flat = (sizes[0] > SMALL) & (sizes[1] > SMALL)
         turn = np.abs(
             np.arctan2(
                 a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)
@@ -406,5 +408,6 @@ class PathMode:
             (outof, row["end"][axes]),
         ):
             radius = place - row["center"]
-            way[axes] = float(row["angle"]) * np.array([-radius[1], radius[0]])
+            normal = np.array([-radius[1], radius[0]])
+            way[axes] = float(row["angle"]) * normal
         return into, outof

@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from cnc_core.blocks import BY_LENGTH, CIRCULAR, POLYNOMIAL, motion_planes
 from cnc_core.blocks.pool import coefficients
+from cnc_core.units import FloatArray
 
 from ..shapes.polynomial import ORDER, derivative, normalised, value
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 STANDS = 1e-9  # as in c_ext/curve/curve.c
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -52,7 +52,8 @@ class Paths:
         """Axes that the length of each polynomial is measured over; none where
         its parameter runs with the length.
         """
-        moving = np.abs(self.coef[:, :, 1:]).sum(axis=2) > STANDS
+        size = np.abs(self.coef[:, :, 1:])
+        moving = size.sum(axis=2) > STANDS
         main = np.zeros(self.axes, dtype=bool)
         main[[i for i in self.main if i >= 0]] = True
         over_main = moving & main
@@ -137,7 +138,8 @@ class Paths:
         out = np.empty((len(index), 3, self.axes))
         out[:, 0] = value(coef, u)
         out[:, 1] = d1 / np.sqrt(speed2)[:, None]
-        out[:, 2] = (d2 - d1 * (along / speed2)[:, None]) / speed2[:, None]
+        across = d2 - d1 * (along / speed2)[:, None]
+        out[:, 2] = across / speed2[:, None]
         return out
 
     def lengths(

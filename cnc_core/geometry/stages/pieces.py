@@ -1,11 +1,11 @@
 """Motions carried into other coordinates: what the PLC sees stays as
 programmed, what is driven are quintic pieces.
 
-A *carrier* maps a motion's positions with their derivatives by path length;
-between two points a quintic that meets both takes its place, halved until it
-misses the carried motion by no more than a tolerance.  Pieces run with the
-programmed path length (flag ``BY_LENGTH``), so feed, distances and look-ahead
-stay those of the programmed contour.
+A *carrier* maps a motion's positions with their derivatives by path length.
+Between two points a quintic that meets both takes its place.  The quintic is
+halved until it misses the carried motion by no more than a tolerance.  Pieces
+run with the programmed path length (flag ``BY_LENGTH``).  So feed, distances
+and look-ahead stay those of the programmed contour.
 """
 
 from __future__ import annotations
@@ -27,9 +27,10 @@ from cnc_core.blocks import (
     TANGENTS,
     BlockBatch,
 )
+from cnc_core.units import FloatArray
 
 from ..shapes.polynomial import quintics
-from .paths import FloatArray, IntArray, Paths
+from .paths import IntArray, Paths
 
 # of a piece, where the miss is measured; its shape is (x (1 - x))^3 to first
 # order
@@ -132,7 +133,12 @@ def _tried(
     )
     most = float(worst[good].max(initial=0.0))
     return Pieces(
-        index[good], u0[good], length[good], coef[good], b[good, 0], most
+        index[good],
+        u0[good],
+        length[good],
+        coef[good],
+        b[good, 0],
+        most,
     ), good
 
 

@@ -34,12 +34,13 @@ from cnc_core.blocks.profile_columns import (
 )
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.kinematics.machine import Kinematics
+from cnc_core.units import FloatArray
 
 from ..profiles.curves import Intervals
 from ..profiles.given import of_bspline, of_polynomials
 from ..profiles.limits import AxisDynamics, ProfileLimits
 from ..profiles.machine import machine_of
-from ..profiles.points import FloatArray, Points
+from ..profiles.points import Points
 from ..profiles.reading import OpenProfile
 from ..profiles.rows import line_row, rows_of
 from ..profiles.time_filter import TimeFilter
@@ -312,9 +313,15 @@ class Profiles:
         self._check_limits(spec, made, intervals)
         index = made.index
         batch = rows_of(
-            made.coef, made.span, self._degrees(profile, intervals, made), self._main, line=intervals.line[index],
-            n=intervals.number[index], count=spec.count, file=spec.file,
-        )  # fmt: skip
+            made.coef,
+            made.span,
+            self._degrees(profile, intervals, made),
+            self._main,
+            line=intervals.line[index],
+            n=intervals.number[index],
+            count=spec.count,
+            file=spec.file,
+        )
         self._set_feed(profile, intervals, made, batch.rows)
         rows = batch.rows
         last = np.append(np.diff(index) != 0, True)
@@ -537,7 +544,10 @@ class Profiles:
                 reach = _reach(coef[i, 0], float(made.span[i]))
                 if reach[0] < low - 1e-9 or reach[1] > high + 1e-9:
                     worst = reach[0] if reach[0] < low - 1e-9 else reach[1]
-                    text = f"axis {axis.name} would reach {worst:g}, the setup allows {low:g} to {high:g}"
+                    text = (
+                        f"axis {axis.name} would reach {worst:g}, the setup "
+                        f"allows {low:g} to {high:g}"
+                    )
                     place = self._place(
                         spec.file, int(intervals.line[made.index[i]])
                     )

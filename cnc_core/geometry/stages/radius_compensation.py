@@ -24,10 +24,10 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.errors import ERRORS, CncError, Place
+from cnc_core.units import FloatArray
 
 from .stage import RefusedRow
 
-FloatArray = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
 Report = Callable[[CncError], None]
 
@@ -112,8 +112,14 @@ class RadiusCompensation:
                 NC_BLOCK,
             )
             error = lib.nc_offset_push(
-                self._state, _pointer(rows), len(rows), taken, _pointer(out), len(out), made
-            )  # fmt: skip
+                self._state,
+                _pointer(rows),
+                len(rows),
+                taken,
+                _pointer(out),
+                len(out),
+                made,
+            )
             parts.append(out[: made[0]].copy())
             rows = rows[taken[0] :]
             if error:

@@ -26,8 +26,8 @@ from cnc_core.blocks import (
     SMOOTHING,
     BlockBatch,
 )
+from cnc_core.units import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 TURN_MAX = np.radians(120.0)
 CARRIED_SHARE = 0.1
 

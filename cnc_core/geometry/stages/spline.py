@@ -20,7 +20,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks import (
     CIRCULAR,
@@ -31,10 +30,10 @@ from cnc_core.blocks import (
     motion_planes,
 )
 from cnc_core.errors import ERRORS, CncError, Place
+from cnc_core.units import FloatArray
 
 from .stage import RefusedRow
 
-FloatArray = npt.NDArray[np.float64]
 OFF, AKIMA, BSPLINE = 0, 1, 2
 AUTO, TANGENTIAL, USER = 0, 1, 2
 HELD_SEGMENTS = 3  # a segment is final when two more points are known
@@ -95,7 +94,8 @@ def length_of(coef: FloatArray, h: float, axes: list[int]) -> float:
     t = 0.5 * h * (NODES + 1.0)
     order = np.arange(1, coef.shape[1])
     speed = coef[axes, 1:] * order @ t ** (order - 1)[:, None]
-    return float(0.5 * h * (WEIGHTS * np.sqrt((speed**2).sum(axis=0))).sum())
+    size = np.sqrt((speed**2).sum(axis=0))
+    return float(0.5 * h * (WEIGHTS * size).sum())
 
 
 class _Curve:
@@ -404,7 +404,8 @@ class Spline:
             row["end"][: len(coef)] = coef @ end**powers
         self._pool += coef.ravel().tolist()
         self._rows.append(row)
-        way = coef[:, 1:] * powers[1:] @ end ** (powers[1:] - 1)
+        order = powers[1:]
+        way = coef[:, 1:] * order @ end ** (order - 1)
         norm = self._chord(way)
         self._at = row["end"][: len(coef)].copy()
         self._tangent = way / norm if norm > 0 else None

@@ -12,12 +12,10 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Protocol
 
-import numpy as np
-import numpy.typing as npt
-
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
 from cnc_core.blocks.pool import joined
 from cnc_core.errors import CncError
+from cnc_core.units import FloatArray
 
 
 class RefusedRow(Exception):  # noqa: N818 - it is the row that is refused, the error is inside
@@ -45,7 +43,7 @@ class Stage(Protocol):
         """Everything still held back (program end or flush)."""
         ...
 
-    def resync(self, position: npt.NDArray[np.float64]) -> None:
+    def resync(self, position: FloatArray) -> None:
         """The path goes on from ``position`` (axes,), mm or degrees."""
         ...
 
@@ -63,7 +61,7 @@ class DropZeroLength:
     def drain(self) -> BlockBatch:
         return BlockBatch.empty()
 
-    def resync(self, position: npt.NDArray[np.float64]) -> None:
+    def resync(self, position: FloatArray) -> None:
         pass
 
 
@@ -113,6 +111,6 @@ class Pipeline:
             raise RefusedRow(refusal.error, batch, refusal.count)
         return batch
 
-    def resync(self, position: npt.NDArray[np.float64]) -> None:
+    def resync(self, position: FloatArray) -> None:
         for stage in self.stages:
             stage.resync(position)

@@ -111,9 +111,7 @@ def _check_rank(number: int, rank: int, pos: Position) -> None:
         raise StopHere(RANGE, text, pos)
 
 
-def _is_valid(
-    context: Context, nodes: list[tree.Node], pos: Position
-) -> Value:
+def _is_valid(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     count(nodes, 1, 1, "__ISVALIDREF", pos)
     found = expressions.entity(context, nodes[0])
     if isinstance(found, Value) and isinstance(found.type, types.PointerType):
@@ -163,9 +161,17 @@ def _refused(
     raise refuse(name, pos)
 
 
+def _fail(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
+    """An assertion failed; the library alone calls it."""
+    count(nodes, 1, 1, "__FAIL", pos)
+    text = expressions.value(context, nodes[0], types.StringType(255))
+    return Value(types.VOID, f"st_failed({text.text})", calls=True)
+
+
 def _rules() -> dict[str, tuple[Rule, tuple[str, ...]]]:
     found: dict[str, tuple[Rule, tuple[str, ...]]] = {
         "ADR": (_adr, ("IN",)),
+        "__FAIL": (_fail, ("TEXT",)),
         "__ISVALIDREF": (_is_valid, ("REF",)),
         "__QUERYINTERFACE": (_query_interface, ("FROM", "TO")),
         "__QUERYPOINTER": (_query_pointer, ("FROM", "TO")),

@@ -87,10 +87,16 @@ def _two_reals(
     left = real_value(context, nodes[0], name)
     right = real_value(context, nodes[1], name)
     both = types.REAL in (left.base, right.base)
-    goal = types.REAL if both and types.LREAL not in (
-        left.base,
-        right.base,
-    ) else types.LREAL
+    goal = (
+        types.REAL
+        if both
+        and types.LREAL
+        not in (
+            left.base,
+            right.base,
+        )
+        else types.LREAL
+    )
     text = f"(({goal.c}){function}({left.text}, {right.text}))"
     return Value(goal, text, calls=left.calls or right.calls, bits=goal.bits)
 

@@ -116,7 +116,9 @@ def _extreme(
         if value is values[-1] and len(values) == 2:
             text = f"({better} ? {text} : {value.text})"
         else:
-            name_ = context.scalar(meeting) if meeting.scalar else context.pointer()
+            name_ = (
+                context.scalar(meeting) if meeting.scalar else context.pointer()
+            )
             before.append(f"{name_} = {better} ? {text} : {value.text}")
             text = name_
     return _whole(meeting, before, text)

@@ -9,7 +9,7 @@ from ..model import types
 from ..model.classes import STANDARD_NAMES, Class, Routine, Variable
 from ..model.world import unknown
 from ..syntax import tree
-from . import convert, expressions, places, store
+from . import assertions, convert, expressions, places, store
 from .context import Context
 from .value import PropertyRef, RoutineRef, Value, address, at, constant
 
@@ -56,9 +56,7 @@ def prototype(routine: Routine) -> str:
     return f"{result_type(routine)} {routine.c}({inside}) ST_HIDDEN;"
 
 
-def target(
-    context: Context, base: RoutineRef, self_text: str
-) -> str:
+def target(context: Context, base: RoutineRef, self_text: str) -> str:
     """The C expression that is called."""
     routine = base.routine
     if base.interface is not None:
@@ -87,10 +85,9 @@ def _through_interface(
 
 
 # -- functions and methods
-def call_routine(
-    context: Context, base: RoutineRef, node: tree.Call
-) -> Value:
+def call_routine(context: Context, base: RoutineRef, node: tree.Call) -> Value:
     """A call whose arguments stand in brackets."""
+    base = assertions.chosen(context, base, node)
     routine = base.routine
     _check_callable(context, base, node.pos)
     given = matched(routine.parameters, node.arguments, routine.label)
@@ -111,6 +108,8 @@ def _call(
     pos: Position,
 ) -> Value:
     routine, pieces = base.routine, Pieces()
+    if assertions.is_one(routine):
+        pieces.before.append(assertions.site(context, pos))
     self_text = _instance(context, base, pieces, pos)
     if self_text:
         pieces.arguments.append(self_text)
@@ -167,9 +166,7 @@ def _inputs(
     return found
 
 
-def input_value(
-    context: Context, variable: Variable, node: tree.Node
-) -> Value:
+def input_value(context: Context, variable: Variable, node: tree.Node) -> Value:
     """An argument as the parameter's type; references bind to a place."""
     type_ = variable.type
     if isinstance(type_, types.PointerType) and type_.reference:
@@ -194,8 +191,7 @@ def _omitted(
     if variable.type.scalar:
         return constant(variable.type, 0)
     if isinstance(variable.type, types.StringType):
-        empty = expressions.text_literal(context, "", variable.type.wide, pos)
-        return empty
+        return expressions.text_literal(context, "", variable.type.wide, pos)
     text = f"{routine.label} needs {variable.name}"
     raise StopHere(ARGUMENT, text, pos)
 
@@ -235,9 +231,7 @@ def _argument(
         _output(context, variable, argument, pieces)
 
 
-def in_out(
-    context: Context, variable: Variable, node: tree.Node
-) -> list[str]:
+def in_out(context: Context, variable: Variable, node: tree.Node) -> list[str]:
     """The address of an argument that is read and written; open arrays with bounds."""
     found = expressions.value(context, node)
     read_only = variable.read_only
@@ -266,9 +260,7 @@ def _copied(
     return f"({name} = {found.text}, (st_ptr)&{name})"
 
 
-def _open(
-    found: Value, type_: types.OpenArray, pos: Position
-) -> list[str]:
+def _open(found: Value, type_: types.OpenArray, pos: Position) -> list[str]:
     if isinstance(found.type, types.OpenArray):
         return [found.text, *found.bounds]
     actual = found.type
@@ -296,13 +288,14 @@ def _check_same(
             return
         text = f"{actual} is shorter than {type_} of the VAR_IN_OUT"
         raise StopHere(ARGUMENT, text, pos)
-    if isinstance(actual, types.ClassType) and isinstance(
-        type_, types.ClassType
+    if (
+        isinstance(actual, types.ClassType)
+        and isinstance(type_, types.ClassType)
+        and actual.cls.is_a(type_.cls)
     ):
-        if actual.cls.is_a(type_.cls):
-            return
+        return
     a, b = types.plain(actual), types.plain(type_)
-    if isinstance(a, types.Elementary) and isinstance(b, types.Elementary):
+    if isinstance(a, types.Elementary) and isinstance(b, types.Elementary):  # noqa: SIM102
         if a.size == b.size and a.whole and b.whole:
             context.warn(f"{actual} is used as {type_}", pos)
             return
@@ -370,7 +363,7 @@ def matched(
 ) -> dict[str, tree.Argument]:
     """Arguments by the parameter's name in capitals."""
     names = {v.name.upper(): v for v in parameters}
-    inputs = [v for v in parameters]
+    inputs = list(parameters)
     found: dict[str, tree.Argument] = {}
     place = 0
     for argument in arguments:
@@ -412,9 +405,7 @@ def _check_named(
 
 
 # -- properties
-def get_property(
-    context: Context, found: PropertyRef, pos: Position
-) -> Value:
+def get_property(context: Context, found: PropertyRef, pos: Position) -> Value:
     """Call the getter."""
     routine = found.cls.method(f"GET__{found.name}")
     if routine is None:
@@ -452,9 +443,7 @@ def _accessor(found: PropertyRef, routine: Routine) -> RoutineRef:
 
 
 # -- instances
-def call_instance(
-    context: Context, base: Value, node: tree.Call
-) -> Value:
+def call_instance(context: Context, base: Value, node: tree.Call) -> Value:
     """``fb(IN := a, Q => b)``: inputs, body, outputs; lines of their own."""
     assert isinstance(base.type, types.ClassType)
     cls = base.type.cls
@@ -504,12 +493,10 @@ def _give(
         context.put(f"*(st_ptr *)({where}) = {texts[0]};")
 
 
-def _body_call(
-    context: Context, base: Value, cls: Class, instance: str
-) -> str:
+def _body_call(context: Context, base: Value, cls: Class, instance: str) -> str:
     body = cls.body
     assert body is not None
-    exact = base.exact or "st_" not in base.text and base.text != "self"
+    exact = base.exact or ("st_" not in base.text and base.text != "self")
     if exact:
         name = context.prototype(body.c, f"void {body.c}(st_ptr) ST_HIDDEN;")
         return f"{name}({instance})"

@@ -112,9 +112,7 @@ class Context:
     # -- values
     def keep(self, value: Value) -> tuple[str, Value]:
         """(assignment, value): computed once, used often."""
-        name = (
-            self.scalar(value.type) if value.type.scalar else self.pointer()
-        )
+        name = self.scalar(value.type) if value.type.scalar else self.pointer()
         found = value.with_text(name)
         found.calls = False
         return f"{name} = {value.text}", found

@@ -33,16 +33,15 @@ def convert_named(
     return to_number(context, value, goal, pos)
 
 
-def _as_source(
+def _as_source(  # noqa: PLR0911
     context: Context, source: str, value: Value, pos: Position
 ) -> Value:
     if source in ("", "ANY", "ENUM"):
         return value
     if source in ("STRING", "WSTRING"):
         wide = source == "WSTRING"
-        if isinstance(value.type, types.StringType):
-            if value.type.wide == wide:
-                return value
+        if isinstance(value.type, types.StringType) and value.type.wide == wide:
+            return value
         raise convert.mismatch(value.type, types.StringType(80, wide), pos)
     wanted = types.ELEMENTARY[source]
     base = value.base
@@ -114,9 +113,7 @@ def _between_times(
     return found
 
 
-def truncated(
-    value: Value, goal: types.Elementary, pos: Position
-) -> Value:
+def truncated(value: Value, goal: types.Elementary, pos: Position) -> Value:
     """A real without its fraction."""
     base = value.base
     if not isinstance(base, types.Elementary) or base.family not in (
@@ -135,9 +132,7 @@ def truncated(
 
 
 # -- texts
-def to_text(
-    context: Context, value: Value, wide: bool, pos: Position
-) -> Value:
+def to_text(context: Context, value: Value, wide: bool, pos: Position) -> Value:
     """Any elementary value as TwinCAT writes it."""
     if isinstance(value.type, types.StringType):
         return _between_texts(context, value, wide)
@@ -176,9 +171,7 @@ def _between_texts(context: Context, value: Value, wide: bool) -> Value:
     return Value(result, f"({text}, {buffer})", calls=value.calls)
 
 
-def from_text(
-    context: Context, value: Value, goal: types.Elementary
-) -> Value:
+def from_text(context: Context, value: Value, goal: types.Elementary) -> Value:
     """The number, time or date at the beginning of a text; 0 without one."""
     assert isinstance(value.type, types.StringType)
     if value.type.wide:

@@ -123,9 +123,7 @@ def implicit(
     raise mismatch(value.type, target, pos)
 
 
-def mismatch(
-    source: types.Type, target: types.Type, pos: Position
-) -> StopHere:
+def mismatch(source: types.Type, target: types.Type, pos: Position) -> StopHere:
     """The error of a conversion that does not exist."""
     text = f"{source} does not convert to {target}"
     base, goal = types.plain(source), types.plain(target)
@@ -256,7 +254,7 @@ def _in_subrange(
     return value
 
 
-def check_number(
+def check_number(  # noqa: PLR0911
     context: Context,
     value: Value,
     source: types.Elementary,
@@ -275,7 +273,7 @@ def check_number(
     if base.whole and source.whole:
         _check_whole(context, value, source, base, pos)
         return
-    if base.family == source.family == "time":
+    if base.family == source.family == "time":  # noqa: SIM102
         if base.bits >= source.bits or value.constant is not None:
             return
     if value.weak and value.constant in (0, 1) and base.family == "bool":
@@ -295,7 +293,7 @@ def _check_whole(
     if value.constant is not None:
         fits = base.low <= value.constant <= base.high
         bits = (1 << base.bits) - 1
-        if not fits and not (value.weak and 0 <= value.constant <= bits):
+        if not fits and not (value.exact and 0 <= value.constant <= bits):
             if value.weak:
                 text = f"{value.constant} does not fit {base}"
                 text += f", which holds {base.low}..{base.high}"
@@ -305,9 +303,10 @@ def _check_whole(
     width = value.bits or source.bits
     if width > base.bits:
         raise mismatch(value.type, base, pos)
-    if source.bits > base.bits or source.signed != base.signed:
-        if source.bits >= base.bits:
-            context.warn(f"{source} to {base} may change the value", pos)
+    if (
+        source.bits > base.bits or source.signed != base.signed
+    ) and source.bits >= base.bits:
+        context.warn(f"{source} to {base} may change the value", pos)
 
 
 def text_constant(value: Value, target: types.Type) -> str:

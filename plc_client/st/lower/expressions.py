@@ -68,11 +68,15 @@ def _literal(context: Context, node: tree.Literal) -> Value:
         number = literals.whole(text, pos)
         if number > types.ULINT.high:
             raise StopHere(TYPE, f"{text} has more than 64 bits", pos)
-        return constant(literals.whole_type(number), number, True)
+        found = constant(literals.whole_type(number), number, True)
+        found.exact = node.kind == "BASED"
+        return found
     if node.kind == "REAL":
         return constant(types.LREAL, float(text.replace("_", "")), True)
     if node.kind in ("STRING", "WSTRING"):
-        return text_literal(context, literals.text_of(text), text[0] == '"', pos)
+        return text_literal(
+            context, literals.text_of(text), text[0] == '"', pos
+        )
     return _typed_literal(context, text, pos)
 
 
@@ -81,7 +85,7 @@ def text_literal(
 ) -> Value:
     """A text as C data, every character as a number or a letter."""
     if wide:
-        codes = [c for c in text.encode("utf-16-le")]
+        codes = list(text.encode("utf-16-le"))
         pairs = zip(codes[::2], codes[1::2], strict=True)
         numbers = ", ".join(str(low + 256 * high) for low, high in pairs)
         name = f"w{context.number()}"
@@ -170,7 +174,9 @@ def _called(context: Context, node: tree.Node) -> Entity:
 def _call(context: Context, node: tree.Call) -> Entity:
     base = _called(context, node.base)
     if isinstance(base, TypeRef):
-        raise StopHere(TYPE, f"{base.type} is a type; declare a variable of it", node.pos)
+        raise StopHere(
+            TYPE, f"{base.type} is a type; declare a variable of it", node.pos
+        )
     if isinstance(base, BuiltinRef):
         return builtins.call(context, base.name, node)
     if isinstance(base, PropertyRef):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ..errors import RANGE, TYPE, StopHere
 from ..model import types
-from ..syntax import tree
 from ..model.world import unknown
+from ..syntax import tree
 from . import calls, convert, expressions, names, store
 from .context import Context
 from .value import RoutineRef, Value, address, at, constant
@@ -52,15 +52,11 @@ def struct_name(type_: types.StructType) -> str:
     return f"T_{type_.name.upper()}"
 
 
-def _put(
-    context: Context, type_: types.Type, where: str, value: Value
-) -> None:
+def _put(context: Context, type_: types.Type, where: str, value: Value) -> None:
     context.put(f"*({types.c_type(type_)} *)({where}) = {value.text};")
 
 
-def _elements(
-    context: Context, type_: types.ArrayType, where: str
-) -> None:
+def _elements(context: Context, type_: types.ArrayType, where: str) -> None:
     size, count = type_.element.size, type_.count
     if count < LOOP_FROM:
         for k in range(count):

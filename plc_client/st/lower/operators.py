@@ -8,6 +8,7 @@ from typing import Any
 
 from ..errors import RANGE, TYPE, Position, StopHere
 from ..model import types
+from ..model.literals import whole_type
 from . import convert
 from .context import Context
 from .value import Value, constant
@@ -89,7 +90,7 @@ def _folded(base: types.Elementary, value: Any, weak: bool) -> Value:
     if base.family == "real":
         return constant(base, float(value), weak)
     if weak:
-        return constant(convert.whole_type(value), value, True)
+        return constant(whole_type(value), value, True)
     if base.signed or value >= 0:
         return constant(base, base.wrap(value))
     signed = convert.wider(base, types.SINT)
@@ -198,14 +199,10 @@ def _boolean(
         text = f"({left.text} {sign * 2} {right.text})"
         calls = left.calls or right.calls
         return Value(types.BOOL, text, calls=calls, bits=8)
-    return _joined(
-        context, left, right, types.BOOL, f"({{0}} {sign} {{1}})"
-    )
+    return _joined(context, left, right, types.BOOL, f"({{0}} {sign} {{1}})")
 
 
-def _unfit(
-    operator: str, left: Value, right: Value, pos: Position
-) -> StopHere:
+def _unfit(operator: str, left: Value, right: Value, pos: Position) -> StopHere:
     text = f"{operator} does not work on {left.type} and {right.type}"
     return StopHere(TYPE, f"{text}; convert one of them", pos)
 
@@ -228,12 +225,10 @@ def compare(
         folded = _FOLD[operator](left.constant, right.constant)
         return constant(types.BOOL, folded)
     left, right = convert.cast(left, meeting), convert.cast(right, meeting)
-    return _joined(
-        context, left, right, types.BOOL, f"({{0}} {sign} {{1}})"
-    )
+    return _joined(context, left, right, types.BOOL, f"({{0}} {sign} {{1}})")
 
 
-def _same_family(left: Value, right: Value) -> types.Elementary | None:
+def _same_family(left: Value, right: Value) -> types.Elementary | None:  # noqa: PLR0911
     a, b = left.base, right.base
     if not isinstance(a, types.Elementary):
         return None
@@ -399,7 +394,7 @@ def _pointer(
 
 
 # -- times and dates
-def _timed(
+def _timed(  # noqa: PLR0911
     context: Context, operator: str, left: Value, right: Value, pos: Position
 ) -> Value | None:
     """Operations with times and dates; None when there are none."""
@@ -468,9 +463,7 @@ def _distance(
     return _joined(context, left, right, target, pattern)
 
 
-def _moved(
-    context: Context, operator: str, left: Value, right: Value
-) -> Value:
+def _moved(context: Context, operator: str, left: Value, right: Value) -> Value:
     base = left.base
     assert isinstance(base, types.Elementary)
     right = right.with_text(counts(right, base))

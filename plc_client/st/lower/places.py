@@ -70,8 +70,7 @@ def dereference(context: Context, found: Value, pos: Position) -> Value:
     if type_.target is None:
         raise StopHere(TYPE, "the pointer has no type; assign it to one", pos)
     if found.text == "self":
-        result = at(type_.target, "self")
-        return result
+        return at(type_.target, "self")
     place, name = context.here(pos), _text(found.spelled)
     if found.trusted:
         pointer = f"st_set({found.text}, {place}, {name})"
@@ -85,9 +84,7 @@ def dereference(context: Context, found: Value, pos: Position) -> Value:
 
 
 # -- members
-def member(
-    context: Context, base: Entity, name: str, pos: Position
-) -> Entity:
+def member(context: Context, base: Entity, name: str, pos: Position) -> Entity:
     """``base.name``."""
     if isinstance(base, NamespaceRef):
         return names.in_list(context, base.list, name, pos)
@@ -197,7 +194,7 @@ def _of_instance(
     pos: Position,
 ) -> Entity:
     cls = type_.cls
-    static = base.exact or "st_" not in base.text and base.text != "self"
+    static = base.exact or ("st_" not in base.text and base.text != "self")
     found = names.member_of(context, cls, base.text, key, pos, static)
     if found is None:
         known = [v.name for v in cls.instance_variables()] + cls.slots()
@@ -225,7 +222,7 @@ def _check_access(
         text = f"{routine.label} is PRIVATE"
         raise StopHere(NAME, text, pos)
     owner = routine.owner
-    if routine.access == "PROTECTED" and owner is not None:
+    if routine.access == "PROTECTED" and owner is not None:  # noqa: SIM102
         if cls is None or owner not in cls.ancestors():
             raise StopHere(NAME, f"{routine.label} is PROTECTED", pos)
 
@@ -307,9 +304,7 @@ def _element(
     return _part(base, inner, where, calls)
 
 
-def _part(
-    base: Value, type_: types.Type, where: str, calls: bool
-) -> Value:
+def _part(base: Value, type_: types.Type, where: str, calls: bool) -> Value:
     result = at(type_, where, base.writable)
     result.calls, result.trusted = calls, base.trusted
     result.spelled = f"{base.spelled}[]"
@@ -342,10 +337,9 @@ def _open_element(
         low, high = base.bounds[2 * k : 2 * k + 2]
         place = context.here(node.pos)
         part = f"st_index({found.text}, {low}, {high}, {place})"
-        if offset:
-            offset = f"({offset}) * ({high} - {low} + 1) + {part}"
-        else:
-            offset = part
+        offset = (
+            f"({offset}) * ({high} - {low} + 1) + {part}" if offset else part
+        )
     size = type_.element.size
     where = f"({base.text} + ({offset}) * {size})"
     return _part(base, type_.element, where, calls)

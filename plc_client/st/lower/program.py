@@ -49,9 +49,7 @@ class Lowering:
             self._guard(cls.origin, cls.name, lambda c=cls: self._check(c))
         for cls in list(world.classes.values()):
             if cls.kind != "interface":
-                self._guard(
-                    cls.origin, cls.name, lambda c=cls: self._class(c)
-                )
+                self._guard(cls.origin, cls.name, lambda c=cls: self._class(c))
         for function in list(world.functions.values()):
             assert function.origin is not None
             self._guard(
@@ -149,9 +147,7 @@ class Lowering:
             if holder.origin is None:
                 continue
             variables = [
-                v
-                for v in holder.variables.values()
-                if v.storage == "global"
+                v for v in holder.variables.values() if v.storage == "global"
             ]
             text = routines.list_text(
                 self._world, key, variables, holder.origin
@@ -227,9 +223,7 @@ def _main(world: World, found: Program) -> str:
     starts = _objects(world, found)
     inside = ", ".join(map(str, starts))
     lines.append(f"const uint32_t st_objects[] ST_HIDDEN = {{{inside}}};")
-    lines.append(
-        f"const uint32_t st_object_count ST_HIDDEN = {len(starts)};"
-    )
+    lines.append(f"const uint32_t st_object_count ST_HIDDEN = {len(starts)};")
     lines += _interfaces(world)
     lines += _start(world, found)
     return "\n".join(lines) + "\n"

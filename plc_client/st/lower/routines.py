@@ -43,7 +43,9 @@ def finish(
 
 def _label(label: str) -> str:
     """Names hold letters, digits and _ alone; the rest is left out."""
-    return "".join(c for c in label if c.isascii() and (c.isalnum() or c in "_."))
+    return "".join(
+        c for c in label if c.isascii() and (c.isalnum() or c in "_.")
+    )
 
 
 def routine(world: World, found: Routine, into: CText) -> None:
@@ -75,9 +77,7 @@ def _leaving(context: Context, found: Routine) -> str:
     return f"{label} return;"
 
 
-def _parameters(
-    context: Context, found: Routine, locals_: list[str]
-) -> str:
+def _parameters(context: Context, found: Routine, locals_: list[str]) -> str:
     parts = [] if found.owner is None else ["st_ptr self"]
     if found.owner is not None:
         locals_.append("(void)self;")
@@ -148,9 +148,7 @@ def _locals(context: Context, found: Routine, locals_: list[str]) -> None:
             _local(context, variable, locals_)
 
 
-def _local(
-    context: Context, variable: Variable, locals_: list[str]
-) -> None:
+def _local(context: Context, variable: Variable, locals_: list[str]) -> None:
     name, type_ = variable.c, variable.type
     if variable.constant is not None:
         return
@@ -183,9 +181,7 @@ def class_text(world: World, cls: Class) -> CText:
 def _constructor(world: World, cls: Class, into: CText) -> None:
     """Initial values of an instance in memory of zeros."""
     name = f"I_{cls.name.upper()}"
-    context = Context(
-        world, cls.origin, cls.name, cls.pou.pos[0], None, cls
-    )
+    context = Context(world, cls.origin, cls.name, cls.pou.pos[0], None, cls)
     if cls.base is not None:
         base = f"I_{cls.base.name.upper()}"
         context.prototype(base, f"void {base}(st_ptr) ST_HIDDEN;")
@@ -213,7 +209,7 @@ def _descriptor(cls: Class, into: CText) -> None:
         lines.append(f"static void *const m_{key}[] = {{{inside}}};")
     tables = []
     for interface in cls.all_interfaces():
-        tables.append(_interface_table(cls, interface, into, lines))
+        tables.append(_interface_table(cls, interface, into, lines))  # noqa: PERF401
     inside = ", ".join([*tables, "{0, 0}"])
     lines.append(f"static const st_interface_of i_{key}[] = {{{inside}}};")
     body = "0"
@@ -238,15 +234,11 @@ def _interface_table(
     cls: Class, interface: Class, into: CText, lines: list[str]
 ) -> str:
     name = f"N_{interface.name.upper()}"
-    into.prototypes.setdefault(
-        name, f"extern const char {name}[] ST_HIDDEN;"
-    )
+    into.prototypes.setdefault(name, f"extern const char {name}[] ST_HIDDEN;")
     wanted = interface.interface_methods()
     entries = [_entry(into, cls.method(n)) for n in wanted] or ["0"]
     table = f"t_{cls.name.upper()}_{len(lines)}"
-    lines.append(
-        f"static void *const {table}[] = {{{', '.join(entries)}}};"
-    )
+    lines.append(f"static void *const {table}[] = {{{', '.join(entries)}}};")
     return f"{{{name}, {table}}}"
 
 

@@ -44,9 +44,7 @@ def _refer(context: Context, node: tree.Assign) -> None:
     found = expressions.entity(context, node.targets[0])
     if isinstance(found, PropertyRef):
         bound = store.bound(context, _reference(found.type, node), node.value)
-        context.put(
-            calls.set_property(context, found, bound, node.pos) + ";"
-        )
+        context.put(calls.set_property(context, found, bound, node.pos) + ";")
         return
     if not isinstance(found, Value):
         raise StopHere(TYPE, "REF= needs a reference", node.pos)
@@ -153,9 +151,7 @@ def _label(
     taken: list[tuple[int, int]],
 ) -> None:
     low = _label_value(context, low_node, value)
-    high = low if high_node is None else _label_value(
-        context, high_node, value
-    )
+    high = low if high_node is None else _label_value(context, high_node, value)
     if high < low:
         text = f"the range {low}..{high} is empty"
         raise StopHere(RANGE, text, low_node.pos)
@@ -200,9 +196,7 @@ def _for(context: Context, node: tree.For) -> None:
     _for_lines(context, node, place, (first, last, step), names, wide)
 
 
-def _limit(
-    context: Context, node: tree.Node, wide: types.Elementary
-) -> Value:
+def _limit(context: Context, node: tree.Node, wide: types.Elementary) -> Value:
     found = expressions.value(context, node)
     base = found.base
     if not isinstance(base, types.Elementary) or not base.whole:

@@ -10,9 +10,7 @@ from .context import Context
 from .value import PropertyRef, Value
 
 
-def text(
-    context: Context, node: tree.Node, value: Value, pos: Position
-) -> str:
+def text(context: Context, node: tree.Node, value: Value, pos: Position) -> str:
     """C text that stores a value where a node of the source says."""
     found = expressions.entity(context, node)
     if isinstance(found, PropertyRef):
@@ -92,12 +90,10 @@ def _text(place: Value, type_: types.StringType, value: Value) -> str:
     return f"{function}({place.place}, {type_.length}, {value.text})"
 
 
-def bound(
-    context: Context, type_: types.PointerType, node: tree.Node
-) -> Value:
+def bound(context: Context, type_: types.PointerType, node: tree.Node) -> Value:
     """The address of a place for a reference of this type."""
     raw = expressions.entity(context, node)
-    if isinstance(raw, Value) and isinstance(raw.type, types.PointerType):
+    if isinstance(raw, Value) and isinstance(raw.type, types.PointerType):  # noqa: SIM102
         if raw.type.reference or raw.constant == 0:
             found = raw.with_text(raw.text)
             found.type = type_
@@ -123,15 +119,18 @@ def _check_target(
     wanted = type_.target
     if actual is None or wanted is None or types.same(actual, wanted):
         return
-    if isinstance(actual, types.ClassType) and isinstance(
-        wanted, types.ClassType
+    if (
+        isinstance(actual, types.ClassType)
+        and isinstance(wanted, types.ClassType)
+        and actual.cls.is_a(wanted.cls)
     ):
-        if actual.cls.is_a(wanted.cls):
-            return
-    if isinstance(actual, types.StringType) and isinstance(
-        wanted, types.StringType
+        return
+    if (
+        isinstance(actual, types.StringType)
+        and isinstance(wanted, types.StringType)
+        and actual.wide == wanted.wide
+        and actual.length >= wanted.length
     ):
-        if actual.wide == wanted.wide and actual.length >= wanted.length:
-            return
+        return
     text = f"{type_} cannot refer to {actual}"
     raise StopHere(TYPE, text, pos)

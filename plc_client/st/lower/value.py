@@ -135,8 +135,8 @@ def c_real(base: types.Elementary, value: float) -> str:
     """A REAL or LREAL, exactly."""
     if base.bits == 32:
         value = round_to_real(value)
-    if value != value:
-        return f"(({base.c})__builtin_nan(\"\"))"
+    if value != value:  # noqa: PLR0124
+        return f'(({base.c})__builtin_nan(""))'
     if value in (float("inf"), float("-inf")):
         sign = "-" if value < 0 else ""
         return f"(({base.c}){sign}__builtin_inf())"
@@ -175,9 +175,7 @@ def at(type_: types.Type, address: str, writable: bool = True) -> Value:
     """The value at an address."""
     text = load(type_, address) if type_.scalar else address
     bits = getattr(types.plain(type_), "bits", 0)
-    return Value(
-        type_, text, place=address, writable=writable, bits=bits
-    )
+    return Value(type_, text, place=address, writable=writable, bits=bits)
 
 
 def address(base: str, offset: int) -> str:

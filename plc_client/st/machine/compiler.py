@@ -1,4 +1,4 @@
-"""The machine's C compiler behind a cache by content; objects of one program are linked together."""
+"""The machine's C compiler behind a cache by content."""
 
 from __future__ import annotations
 
@@ -15,10 +15,16 @@ from pathlib import Path
 
 from ...task import PlcError
 
-FLAGS = (
-    "-std=gnu11 -fPIC -fwrapv -fno-strict-aliasing -ffp-contract=off"
-    " -fno-asynchronous-unwind-tables -fvisibility=hidden -w"
-).split()
+FLAGS = [
+    "-std=gnu11",
+    "-fPIC",
+    "-fwrapv",
+    "-fno-strict-aliasing",
+    "-ffp-contract=off",
+    "-fno-asynchronous-unwind-tables",
+    "-fvisibility=hidden",
+    "-w",
+]
 SMALL = 20_000
 """Lines of C up to which a program is optimised fully."""
 _RUNTIME = ("st_state.c", "st_numbers.c", "st_texts.c")

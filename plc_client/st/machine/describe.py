@@ -28,7 +28,7 @@ class _Table:
             self.rows[self._known[key]] = self._row(type_)
         return self._known[key]
 
-    def _row(self, type_: types.Type) -> list[Any]:
+    def _row(self, type_: types.Type) -> list[Any]:  # noqa: PLR0911
         if isinstance(type_, types.StringType):
             return ["s", type_.length, type_.wide]
         if isinstance(type_, types.ArrayType):
@@ -68,7 +68,10 @@ def describe(world: World, program: Any, options: Any) -> dict[str, Any]:
     for key in program.entries:
         cls = world.classes[key]
         type_ = types.ClassType(cls)
-        roots[cls.name] = {"type": table.number(type_), "at": offsets[f"P_{key}"]}
+        roots[cls.name] = {
+            "type": table.number(type_),
+            "at": offsets[f"P_{key}"],
+        }
     lists = {
         holder.name: _list(holder.variables.values(), offsets, table)
         for key, holder in world.lists.items()
@@ -146,7 +149,7 @@ def _retained(world: World, offsets: dict[str, int]) -> list[Any]:
     found: list[Any] = []
     for holder in world.lists.values():
         for variable in holder.variables.values():
-            if variable.constant is None and variable.storage == "global":
+            if variable.constant is None and variable.storage == "global":  # noqa: SIM102
                 if variable.pending is None:
                     at = offsets[variable.area] + variable.offset
                     path = f"{holder.name}.{variable.name}"
@@ -160,9 +163,7 @@ def _retained(world: World, offsets: dict[str, int]) -> list[Any]:
     return found
 
 
-def _retain(
-    found: list[Any], path: str, variable: Variable, at: int
-) -> None:
+def _retain(found: list[Any], path: str, variable: Variable, at: int) -> None:
     type_ = variable.type
     if variable.retain and not isinstance(type_, types.ClassType):
         kind = [path, at, type_.size, variable.retain, str(type_)]

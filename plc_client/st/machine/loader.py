@@ -12,7 +12,7 @@ from typing import Any
 from hli._sync import ffi, lib
 
 from ...task import PlcError
-from ..build import Built
+from ..options import Built
 from .symbols import ListView, Memory
 
 
@@ -27,7 +27,7 @@ class _Trap(ctypes.Structure):
     ]
 
 
-class StTrap(PlcError):
+class StTrap(PlcError):  # noqa: N818 (the word of the trade)
     """A program did what it must not: the text names POU, line and values."""
 
 
@@ -72,13 +72,13 @@ class StProgram:
 
     def __init__(self, built: Built) -> None:
         self.description: dict[str, Any] = built.description
-        self._library = _own_copy(built.library)
-        self._library.st_where.restype = ctypes.c_void_p
-        guarded = self._library.st_guarded
+        self.library = _own_copy(built.library)
+        self.library.st_where.restype = ctypes.c_void_p
+        guarded = self.library.st_guarded
         guarded.argtypes = [ctypes.c_void_p, ctypes.c_int64]
         self._guarded = guarded
-        self._trap = _Trap.in_dll(self._library, "st_trap")
-        self.address: int = self._library.st_where()
+        self._trap = _Trap.in_dll(self.library, "st_trap")
+        self.address: int = self.library.st_where()
         rows = self.description["types"]
         size = self.description["memory"]
         statics = self.description["statics"]
@@ -87,7 +87,7 @@ class StProgram:
 
     def entry(self, name: str) -> int:
         """Address of a program's function."""
-        function = getattr(self._library, f"st_program_{name.upper()}")
+        function = getattr(self.library, f"st_program_{name.upper()}")
         return ctypes.cast(function, ctypes.c_void_p).value or 0
 
     def _attach(self, address: int, size: int) -> None:
@@ -95,7 +95,7 @@ class StProgram:
             int(ffi.cast("uintptr_t", ffi.addressof(lib, name)))
             for name in ("hs_load_u8", "hs_store_u8")
         ]
-        attach = self._library.st_attach
+        attach = self.library.st_attach
         attach.argtypes = [
             ctypes.c_void_p,
             ctypes.c_int64,
@@ -113,7 +113,7 @@ class StProgram:
 
     def start(self, now_ns: int = 0) -> None:
         """All variables get their initial values; the HLI's pointers are set."""
-        start = ctypes.cast(self._library.st_start, ctypes.c_void_p).value
+        start = ctypes.cast(self.library.st_start, ctypes.c_void_p).value
         self.run(start or 0, now_ns)
         self._set_pointers()
 
@@ -142,7 +142,7 @@ class StProgram:
     def allow(self, seconds: float) -> None:
         """Wall time one call may spend in loops; 0 sets no limit."""
         ns = round(seconds * 1e9) if seconds > 0 else 1 << 62
-        self._library.st_allow(ctypes.c_int64(ns))
+        self.library.st_allow(ctypes.c_int64(ns))
 
     def run(self, entry: int, now_ns: int) -> None:
         """Call an entry.  StTrap: the program was stopped."""
@@ -172,4 +172,6 @@ class StProgram:
         for known, rows in self.description["lists"].items():
             if known.upper() == key:
                 return ListView(self.memory, known, rows)
-        raise KeyError(f"no program {name}; there are {', '.join(self.names())}")
+        raise KeyError(
+            f"no program {name}; there are {', '.join(self.names())}"
+        )

@@ -57,7 +57,10 @@ class Retained:
         if not self._rows or not self._started:
             return
         content = {
-            path: [kind, bytes(self._program.memory.bytes[at : at + size]).hex()]
+            path: [
+                kind,
+                bytes(self._program.memory.bytes[at : at + size]).hex(),
+            ]
             for path, at, size, _, kind in self._rows
         }
         self._file.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Variables of a running program by their TwinCAT paths; they are read and written in its memory."""
+"""Variables of a running program by their TwinCAT paths, in its own memory."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Memory:
     def __init__(
         self, address: int, size: int, rows: list[Any], statics: Any = None
     ) -> None:
-        self.bytes = (ctypes.c_char * max(size, 1)).from_address(address)
+        self.bytes: Any = (ctypes.c_char * max(size, 1)).from_address(address)
         self.rows = rows
         self.statics: dict[str, Any] = statics or {}
 
@@ -102,7 +102,9 @@ class Memory:
         names = {name.upper(): number for name, number in row[3].items()}
         key = value.rpartition(".")[2].upper()
         if key not in names:
-            raise ValueError(f"{path} has no {value}; it has {', '.join(row[3])}")
+            raise ValueError(
+                f"{path} has no {value}; it has {', '.join(row[3])}"
+            )
         self._write_number(ELEMENTARY[row[1]], at, names[key], -1, path)
 
     def _write_number(
@@ -142,7 +144,11 @@ class StructView:
     def _member(self, name: str) -> tuple[str, list[Any]]:
         rows = self._row[3]
         if name in rows:
-            return name, [rows[name][0], self._at + rows[name][1], rows[name][2]]
+            return name, [
+                rows[name][0],
+                self._at + rows[name][1],
+                rows[name][2],
+            ]
         upper = name.upper()
         for known, row in rows.items():
             if known.upper() == upper:
@@ -253,7 +259,9 @@ class ListView:
     def __init__(self, memory: Memory, name: str, rows: Any) -> None:
         object.__setattr__(self, "_memory", memory)
         object.__setattr__(self, "_name", name)
-        object.__setattr__(self, "_rows", {k.upper(): (k, v) for k, v in rows.items()})
+        object.__setattr__(
+            self, "_rows", {k.upper(): (k, v) for k, v in rows.items()}
+        )
 
     def _row(self, name: str) -> tuple[str, Any]:
         found = self._rows.get(name.upper())
@@ -282,5 +290,7 @@ class ListView:
 def unknown_symbol(path: str, name: str, known: list[str]) -> SymbolError:
     """The error for a path that begins with nothing known."""
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    hint = f"; did you mean {near[0]}?" if near else f"; known: {', '.join(known)}"
+    hint = (
+        f"; did you mean {near[0]}?" if near else f"; known: {', '.join(known)}"
+    )
     return SymbolError(f"symbol {path!r}: {name} is unknown{hint}")

@@ -9,7 +9,8 @@ from typing import Any
 
 from ... import clock
 from ...task import PlcError, task
-from ..build import Built, Options, build, sources_of
+from ..build import build, sources_of
+from ..options import Built, Options
 from .loader import StProgram, StTrap
 from .retain import Retained
 
@@ -92,7 +93,11 @@ class StTask:
     def st_views(self) -> dict[str, Any]:
         """Programs and lists of globals by their names."""
         program = self._st_shared.program
-        return {name: program[name] for name in program.names() if "HLI_" not in name}
+        return {
+            name: program[name]
+            for name in program.names()
+            if "HLI_" not in name
+        }
 
     @property
     def st_program(self) -> StProgram:
@@ -127,7 +132,7 @@ def load_st(path: str | Path, options: Options | None = None) -> list[type]:
     found = []
     for row in built.description["tasks"]:
         for name in row["programs"]:
-            found.append(_class(shared, row, name))
+            found.append(_class(shared, row, name))  # noqa: PERF401
     if not found:
         raise PlcError(f"{path}: no PROGRAM found; a task runs programs")
     return found

@@ -9,7 +9,6 @@ from ..errors import CLASS, Origin, StopHere
 from ..syntax import tree
 from .types import POINTER_SIZE, Member, PointerType, StructType, Type
 
-
 STANDARD_NAMES = {
     "R": "RESET",
     "LD": "LOAD",
@@ -72,7 +71,11 @@ class Routine:
     @property
     def label(self) -> str:
         """The name for reports: ``FB.Method``."""
-        return f"{self.owner.name}.{self.name}" if self.owner else self.name
+        if self.owner is None:
+            return self.name
+        if self.pou.kind == "body":
+            return self.owner.name
+        return f"{self.owner.name}.{self.name}"
 
     def of(self, *sections: str) -> list[Variable]:
         """Variables of these sections in order."""
@@ -195,7 +198,9 @@ class Class:
         """The bytes of an instance: the class's address, then the variables."""
         if self._layout is None:
             if self._laying:
-                text = f"{self.name} contains itself; use POINTER TO {self.name}"
+                text = (
+                    f"{self.name} contains itself; use POINTER TO {self.name}"
+                )
                 raise StopHere(CLASS, text, self.pou.pos)
             self._laying = True
             try:

@@ -66,7 +66,7 @@ class Collector:
             self._world.classes,
             self._world.functions,
         ):
-            table.pop(key, None)  # type: ignore[attr-defined]
+            table.pop(key, None)
 
     def _typedef(self, unit: Unit, definition: tree.TypeDef) -> None:
         if not self._free(unit.origin, definition.name, definition.pos):
@@ -141,9 +141,7 @@ class Collector:
             else:
                 self._method(cls, child, origin)
         if pou.kind != "interface":
-            body = tree.Pou(
-                pou.pos, "body", pou.name, pou.modifiers
-            )
+            body = tree.Pou(pou.pos, "body", pou.name, pou.modifiers)
             body.statements = pou.statements
             cls.body = Routine(
                 pou.name, body, types.VOID, cls, origin=unit.origin
@@ -225,9 +223,7 @@ def _connect(world: World, cls: Class) -> None:
             text = f"{cls.base.name} is FINAL"
             cls.base = None
             raise StopHere(CLASS, text, pou.pos)
-    cls.interfaces = [
-        _find(world, cls, n, "interface") for n in pou.implements
-    ]
+    cls.interfaces = [_find(world, cls, n, "interface") for n in pou.implements]
 
 
 def _find(world: World, cls: Class, name: str, kind: str) -> Class:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 from ..errors import (
     CLASS,
@@ -222,9 +223,7 @@ class Declarations:
             raise StopHere(RANGE, f"{found} is too large", node.pos)
         return found
 
-    def _pointer(
-        self, context: Context, node: tree.PointerType
-    ) -> types.Type:
+    def _pointer(self, context: Context, node: tree.PointerType) -> types.Type:
         named = node.target
         if isinstance(named, tree.NamedType):
             key = named.name.upper()
@@ -338,9 +337,7 @@ class Declarations:
 
     def _add_set_value(self, routine: Routine) -> None:
         name = routine.name.removeprefix("SET__")
-        found = Variable(
-            name, routine.result, "VAR_INPUT", storage="local"
-        )
+        found = Variable(name, routine.result, "VAR_INPUT", storage="local")
         found.c = f"v_{name.upper()}"
         routine.variables[name.upper()] = found
         routine.result = types.VOID
@@ -380,7 +377,7 @@ class Declarations:
         if key in into and into[key].section != "RESULT":
             text = f"{declaration.name} is declared twice"
             raise StopHere(TWICE, text, declaration.pos)
-        if isinstance(holder, Class) and holder.base is not None:
+        if isinstance(holder, Class) and holder.base is not None:  # noqa: SIM102
             if holder.base.variable(key) is not None:
                 text = f"{declaration.name} is declared in {holder.base.name}"
                 raise StopHere(TWICE, text, declaration.pos)
@@ -435,9 +432,7 @@ class Declarations:
             if owner._layout is not None:
                 owner._layout = None
         elif section == "VAR_STAT" or (
-            found.read_only
-            and section == "VAR"
-            and found.constant is None
+            found.read_only and section == "VAR" and found.constant is None
         ):
             self._static(context, found, f"S_{routine.c}")
         elif section in ("VAR_IN_OUT", "VAR_OUTPUT"):
@@ -559,7 +554,7 @@ def _retained(declaration: tree.Decl) -> str:
     return ""
 
 
-def _broken(declaration: tree.Decl) -> object:
+def _broken(declaration: tree.Decl) -> Callable[[], None]:
     def again() -> None:
         raise Cascade(declaration.pos)
 

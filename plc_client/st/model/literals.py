@@ -21,9 +21,7 @@ _UNIT_NS = {
     "ns": 1,
 }
 _SPECIAL = {"L": "\n", "N": "\n", "P": "\f", "R": "\r", "T": "\t"}
-_ESCAPE = re.compile(
-    r"\$([0-9A-F]{4})|\$([0-9A-F]{2})|\$(.)", re.I | re.S
-)
+_ESCAPE = re.compile(r"\$([0-9A-F]{4})|\$([0-9A-F]{2})|\$(.)", re.I | re.S)
 _DURATION = {"T": "TIME", "TIME": "TIME", "LT": "LTIME", "LTIME": "LTIME"}
 _DATES = {
     "D": "DATE",

@@ -322,11 +322,11 @@ class LazyPointer(PointerType):
         object.__setattr__(self, "reference", reference)
 
     @property
-    def target(self) -> Type:  # type: ignore[override]
+    def target(self) -> Type:
         return self._world.type_named(self._key, (1, 1))  # type: ignore[attr-defined,no-any-return]
 
     @property
-    def name(self) -> str:
+    def name(self) -> str:  # type: ignore[override]
         word = "REFERENCE TO" if self.reference else "POINTER TO"
         return f"{word} {self._key}"  # type: ignore[attr-defined]
 
@@ -390,7 +390,7 @@ def c_type(type_: Type) -> str:
     return base.c if isinstance(base, Elementary) else "st_ptr"
 
 
-def same(left: Type, right: Type) -> bool:
+def same(left: Type, right: Type) -> bool:  # noqa: PLR0911
     """Whether two types hold the same in the same way."""
     if left is right:
         return True
@@ -403,7 +403,7 @@ def same(left: Type, right: Type) -> bool:
             return True
         return same(left.target, right.target)
     if isinstance(left, (ClassType, InterfaceType)):
-        return type(left) is type(right) and left.cls is right.cls  # type: ignore[attr-defined]
+        return type(left) is type(right) and left.cls is right.cls
     if isinstance(left, Subrange) and isinstance(right, Subrange):
         return (left.base, left.low, left.high) == (
             right.base,

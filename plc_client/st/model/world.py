@@ -1,4 +1,4 @@
-"""All names of a program: types, POUs, lists of globals; each is resolved when it is first needed."""
+"""All names of a program; each is resolved when it is first needed."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from ..errors import NAME, TWICE, Log, Origin, Position, StopHere
 from ..syntax import tree
 from . import types
 from .classes import Class, Routine, Variable
+from .types import Type
 
 
 class Cascade(StopHere):
@@ -40,22 +41,32 @@ class World:
     log: Log
     short_circuit: bool = False
     typedefs: dict[str, tree.TypeDef] = field(default_factory=dict)
-    types: dict[str, types.Type] = field(default_factory=dict)
+    types: dict[str, Type] = field(default_factory=dict)
     classes: dict[str, Class] = field(default_factory=dict)
     functions: dict[str, Routine] = field(default_factory=dict)
     lists: dict[str, VariableList] = field(default_factory=dict)
     globals: dict[str, Variable] = field(default_factory=dict)
     enumerators: dict[str, str] = field(default_factory=dict)
     configurations: list[tree.Configuration] = field(default_factory=list)
-    resolve_type: Callable[[tree.TypeDef], types.Type] | None = None
+    resolve_type: Callable[[tree.TypeDef], Type] | None = None
     declare: Callable[[Class | Routine], None] | None = None
     library_names: frozenset[str] = frozenset(
-        """STANDARD TC2_STANDARD TC2_SYSTEM TC2_UTILITIES TC2_MATH UTIL
-        TC2_MC2 TC3_MODULE __SYSTEM HLI""".split()
+        [
+            "STANDARD",
+            "TC2_STANDARD",
+            "TC2_SYSTEM",
+            "TC2_UTILITIES",
+            "TC2_MATH",
+            "UTIL",
+            "TC2_MC2",
+            "TC3_MODULE",
+            "__SYSTEM",
+            "HLI",
+        ]
     )
     _open: list[str] = field(default_factory=list)
 
-    def type_named(self, name: str, pos: Position) -> types.Type:
+    def type_named(self, name: str, pos: Position) -> Type:
         """The type of a name.  StopHere: unknown, or wrong where it stands."""
         key = name.upper().rpartition(".")[2]
         found = self.find_type(key, pos)
@@ -65,7 +76,7 @@ class World:
             raise unknown("type", name, known, pos)
         return found
 
-    def find_type(self, key: str, pos: Position) -> types.Type | None:
+    def find_type(self, key: str, pos: Position) -> Type | None:
         """The same, or None."""
         elementary = types.ELEMENTARY.get(key)
         if elementary is not None:
@@ -83,7 +94,7 @@ class World:
             self.declare(cls)
         return self.types.setdefault(key, types.ClassType(cls))
 
-    def _type_of(self, key: str, pos: Position) -> types.Type:
+    def _type_of(self, key: str, pos: Position) -> Type:
         definition = self.typedefs[key]
         if key in self._open:
             text = f"{definition.name} contains itself; use POINTER TO"
@@ -105,9 +116,7 @@ class World:
         return found
 
 
-def unknown(
-    what: str, name: str, known: list[str], pos: Position
-) -> StopHere:
+def unknown(what: str, name: str, known: list[str], pos: Position) -> StopHere:
     """The error for a name that is not there; it tells the nearest one."""
     near = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.7)
     hint = f"did you mean {near[0]}?" if near else "declare it"

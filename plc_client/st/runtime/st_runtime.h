@@ -59,6 +59,9 @@ ST_COLD void st_trap_divide(const char *pou, int line, double dividend);
 ST_COLD void st_trap_stack(const char *pou);
 ST_COLD void st_trap_abstract(void);
 void st_loop_spent(const char *pou, int line) ST_HIDDEN;
+void st_failed(st_ptr text) ST_HIDDEN;
+extern const char *st_site_pou ST_HIDDEN; /* the call of an assertion that runs */
+extern int st_site_line ST_HIDDEN;
 st_ptr st_move(st_ptr pointer, st_i64 by, const char *pou, int line) ST_HIDDEN;
 
 #define ST_LOOP(pou, line)                                                                         \

@@ -100,6 +100,30 @@ void st_loop_spent(const char *pou, int line) {
     leave(TRAP_LOOP, pou, line, "");
 }
 
+/* -- assertions of tests */
+#define FAILURES 20
+
+typedef struct {
+    int32_t line;
+    char pou[128];
+    char text[256];
+} st_failure;
+
+ST_API st_failure st_failures[FAILURES];
+ST_API int32_t st_failure_count;
+const char *st_site_pou = "";
+int st_site_line;
+
+void st_failed(st_ptr text) {
+    if (st_failure_count < FAILURES) {
+        st_failure *failure = &st_failures[st_failure_count];
+        failure->line = st_site_line;
+        snprintf(failure->pou, sizeof failure->pou, "%s", st_site_pou);
+        snprintf(failure->text, sizeof failure->text, "%s", (const char *)text);
+    }
+    st_failure_count++;
+}
+
 /* -- classes */
 void *st_interface(st_ptr self, const char *interface, int slot) {
     const st_class *cls = *(const st_class *const *)(const void *)self;

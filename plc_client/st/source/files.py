@@ -6,11 +6,12 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from ... import task
+from ...task import is_st
 from ..errors import FILE, Log, Origin, Problem, StopHere
 from .text import clean
 from .units import Unit, split
 
+__all__ = ["files_of", "is_st", "units_of"]
 SUFFIXES = (".st", ".tcpou", ".tcdut", ".tcgvl", ".tcio", ".xml")
 """Files that hold Structured Text."""
 PROJECT = ".plcproj"
@@ -19,11 +20,6 @@ _NAMES = re.compile(
     r"(?:(?:PUBLIC|INTERNAL|ABSTRACT|FINAL)\s+)*([A-Za-z_]\w*)",
     re.I,
 )
-
-
-def is_st(path: str | Path) -> bool:
-    """Whether a path names a PLC program in Structured Text."""
-    return task.is_st(path)
 
 
 def files_of(path: Path, log: Log) -> list[Path]:

@@ -133,7 +133,7 @@ class _Writer:
         words = [_SECTIONS[element.name]]
         for attribute in ("constant", "retain", "persistent"):
             if element.attributes.get(attribute) == "true":
-                words.append(attribute.upper())
+                words.append(attribute.upper())  # noqa: PERF401
         rows = [self._variable(v) for v in element.all("variable")]
         return f"{' '.join(words)} {' '.join(rows)} END_VAR"
 
@@ -165,7 +165,7 @@ class _Writer:
         joined = ", ".join(inner)
         return f"[{joined}]" if element.name == "arrayValue" else f"({joined})"
 
-    def _type(self, element: Element) -> str:
+    def _type(self, element: Element) -> str:  # noqa: PLR0911
         name, attributes = element.name, element.attributes
         if name == "derived":
             return attributes["name"]

@@ -31,7 +31,7 @@ class Conditions:
 
     def take(self, text: str, place: Position) -> bool:
         """Whether the pragma belongs to conditional compilation."""
-        word = text.split("(")[0].strip().upper()
+        word = text.split("(", maxsplit=1)[0].strip().upper()
         match = _CONDITION.match(text)
         if match:
             self._condition(match[1].upper(), match[2], place)
@@ -100,7 +100,9 @@ class _Expression:
             at = match.end()
 
     def _wrong(self, text: str) -> StopHere:
-        return StopHere(TEXT, f"condition {text!r}: use defined (NAME)", self._place)
+        return StopHere(
+            TEXT, f"condition {text!r}: use defined (NAME)", self._place
+        )
 
     def value(self) -> bool:
         value = self._or()

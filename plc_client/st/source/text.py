@@ -18,9 +18,7 @@ _INTERESTING = re.compile(
 )
 _NESTING = re.compile(r"\(\*|\*\)")
 _NOT_NEWLINE = re.compile(r"[^\n]")
-_ATTRIBUTE = re.compile(
-    r"attribute\s+'([^']*)'(?:\s*:=\s*'([^']*)')?", re.I
-)
+_ATTRIBUTE = re.compile(r"attribute\s+'([^']*)'(?:\s*:=\s*'([^']*)')?", re.I)
 
 
 @dataclass(frozen=True)
@@ -66,9 +64,7 @@ class _Cleaner:
         return CleanText("".join(self._parts), self._attributes)
 
     def _keep(self, text: str) -> None:
-        self._parts.append(
-            text if self._conditions.active else blanked(text)
-        )
+        self._parts.append(text if self._conditions.active else blanked(text))
 
     def _one(self, match: re.Match[str]) -> int:
         start, token = match.start(), match[0]

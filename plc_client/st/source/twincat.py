@@ -105,7 +105,9 @@ class _Texts:
         self.log = log
         self._defines, self._declared = tuple(defines), declared
 
-    def unit(self, kind: str, element: Element | None, role: str) -> Unit | None:
+    def unit(
+        self, kind: str, element: Element | None, role: str
+    ) -> Unit | None:
         """The clean text of an element."""
         if element is None:
             return None
@@ -223,11 +225,17 @@ def project_files(path: Path, log: Log) -> list[Path]:
     names = []
     for group in root.all("ItemGroup"):
         for item in group.all("Compile"):
-            names.append(item.attributes.get("Include", ""))
+            names.append(item.attributes.get("Include", ""))  # noqa: PERF401
     found = []
     for name in names:
         file = path.parent / name.replace("\\", "/")
-        if file.suffix.lower() not in (".tcpou", ".tcdut", ".tcgvl", ".tcio", ".st"):
+        if file.suffix.lower() not in (
+            ".tcpou",
+            ".tcdut",
+            ".tcgvl",
+            ".tcio",
+            ".st",
+        ):
             continue
         if not file.is_file():
             text = f"{name} of the project is not there"

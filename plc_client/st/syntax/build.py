@@ -126,9 +126,7 @@ class ExpressionBuilder(Transformer[Any, Any]):
         text = part.value.upper()
         if not text.startswith("%"):
             return tree.Member(self.place(part), base, part.value)
-        return tree.Bit(
-            self.place(part), base, int(text[2:]), _WIDTHS[text[1]]
-        )
+        return tree.Bit(self.place(part), base, int(text[2:]), _WIDTHS[text[1]])
 
     def dereference(self, base: tree.Node, token: Token) -> tree.Node:
         return tree.Deref(self.place(token), base)
@@ -273,7 +271,7 @@ class Builder(ExpressionBuilder, StatementBuilder, UnitBuilder):
         """The text begins at this line and column of its file."""
         self.line, self.column = line - 1, column - 1
 
-    def place(self, token: Token) -> Position:  # type: ignore[override]
+    def place(self, token: Token) -> Position:
         line, column = token.line or 1, token.column or 1
         if line == 1:
             column += self.column

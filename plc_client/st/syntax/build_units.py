@@ -191,7 +191,9 @@ class UnitBuilder(Transformer[Any, Any]):
         return tree.Pou(name[1], "action", name[0], frozenset())
 
     def _head(self, kind: str, items: Any) -> tree.Pou:
-        name = next(i for i in items if isinstance(i, Token) and i.type == "NAME")
+        name = next(
+            i for i in items if isinstance(i, Token) and i.type == "NAME"
+        )
         pairs = [i for i in items if isinstance(i, tuple)]
         modifiers = frozenset(v for k, v in pairs if k == "modifier")
         result = [i for i in items if isinstance(i, tree.Node)]

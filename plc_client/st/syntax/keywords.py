@@ -25,10 +25,21 @@ QUALIFIERS = frozenset({"CONSTANT", "RETAIN", "PERSISTENT", "NON_RETAIN"})
 _MODIFIERS = """PUBLIC PRIVATE PROTECTED INTERNAL ABSTRACT FINAL OVERRIDE"""
 MODIFIERS = frozenset(_MODIFIERS.split())
 _HEADS = frozenset(
-    "PROGRAM FUNCTION FUNCTION_BLOCK METHOD PROPERTY INTERFACE TYPE MODIFIER".split()
+    [
+        "PROGRAM",
+        "FUNCTION",
+        "FUNCTION_BLOCK",
+        "METHOD",
+        "PROPERTY",
+        "INTERFACE",
+        "TYPE",
+        "MODIFIER",
+    ]
 )
 _CONFIGURATION = frozenset({"TASK", "ON"})
-_NOT_IN_EXPRESSIONS = frozenset({"ACTION", "METHOD", "PROPERTY", "TYPE", "WITH", "RESOURCE"})
+_NOT_IN_EXPRESSIONS = frozenset(
+    {"ACTION", "METHOD", "PROPERTY", "TYPE", "WITH", "RESOURCE"}
+)
 
 
 class Keywords:

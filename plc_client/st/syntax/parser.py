@@ -44,7 +44,7 @@ def _parser() -> tuple[Lark, Builder]:
         parser="lalr",
         lexer="contextual",
         transformer=builder,
-        postlex=Keywords(),  # type: ignore[arg-type]
+        postlex=Keywords(),
         maybe_placeholders=False,
         start=["unit", "head", "body", "accessor"],
     )
@@ -78,7 +78,7 @@ def _run(lark: Lark, unit: Unit, failed: _Recovery) -> Any:
     return None if failed.count else tree
 
 
-class _GiveUp(Exception):
+class _GiveUp(Exception):  # noqa: N818
     pass
 
 
@@ -130,7 +130,7 @@ class _Recovery:
             return self._unknown_character(error)
         token: Token = error.token  # type: ignore[attr-defined]
         accepts: set[str] = set(getattr(error, "accepts", None) or ())
-        accepts |= set(getattr(error, "expected", None) or ())
+        accepts = accepts or set(getattr(error, "expected", None) or ())
         if token.type == "$END":
             text, pos = "the text ends too early", self._last_place()
         else:
@@ -148,9 +148,10 @@ class _Recovery:
     def _last_place(self) -> Position:
         lines = self._origin.lines
         number = self._origin.first_line + len(lines) - 1
-        while number > self._origin.first_line and not lines[
-            number - self._origin.first_line
-        ].strip():
+        while (
+            number > self._origin.first_line
+            and not lines[number - self._origin.first_line].strip()
+        ):
             number -= 1
         return number, max(len(self._origin.source_line(number)), 1)
 

@@ -19,8 +19,8 @@ from hli._sync import ffi, lib
 
 import hli
 from hli import bench, layout
+from hli.areas import Areas
 from hli.handshake import BUSY, REFUSED, ContourUnit, snapshot, word_pointer
-from hli.view import Areas
 from support.fake_cnc import elements, unique_name
 
 pytestmark = pytest.mark.sanitize("hli")
@@ -29,7 +29,7 @@ WRITER = """
 import sys, hli
 from hli._sync import lib
 from hli.handshake import word_pointer
-from hli.view import Areas
+from hli.areas import Areas
 areas = Areas(hli.attach(sys.argv[1]))
 state, seq = areas.gpCh[0].bahn_state, word_pointer(areas.root, "channel_seq")
 raw, n = state._c, 0
@@ -50,7 +50,7 @@ import signal, sys, hli
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from hli._sync import lib
 from hli.handshake import word_pointer
-from hli.view import Areas
+from hli.areas import Areas
 areas = Areas(hli.attach(sys.argv[1]))
 print("waiting", flush=True)
 try:

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import pytest
 
 import hli
+from hli.areas import Areas
 from hli.symbol import SymbolError
-from hli.view import Areas
 from support.fake_cnc import unique_name
 
 

@@ -7,7 +7,8 @@ import pytest
 
 import hli
 from hli import HliNotConfigured, layout
-from hli.view import BLOCK_DTYPE, Areas, overlay
+from hli.areas import Areas
+from hli.view import BLOCK_DTYPE, overlay
 from support.fake_cnc import unique_name
 
 pytestmark = pytest.mark.sanitize("hli")

@@ -7,7 +7,8 @@ import pytest
 
 import hli
 from hli import layout
-from hli.view import Areas, overlay
+from hli.areas import Areas
+from hli.view import overlay
 from plc_client import AcknowledgeAll, AutoContinue, FeedControl
 from support.fake_cnc import unique_name
 

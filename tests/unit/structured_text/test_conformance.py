@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from plc_client.st import build
-from plc_client.st.build import Options
 from plc_client.st.machine.loader import StProgram
+from plc_client.st.options import Options
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "st"
 SNIPPETS = sorted(GOLDEN.glob("*.st"))

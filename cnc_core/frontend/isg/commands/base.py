@@ -1,4 +1,4 @@
-"""What all # commands share: brackets, keys, axis words."""
+"""Common parts of all # commands: brackets, keys, axis words."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ Run = Callable[[], Items]
 class CommandBase:
     """One # command being compiled; the stream stands behind ``#``.
 
-    ``_drain``: everything before it has to be executed first.  ``_behind``:
-    what follows its block. ``_last``: it comes behind the words of its block.
+    ``_drain``: everything before it has to be executed first.
+    ``_behind``: the action behind its block.
+    ``_last``: it comes behind the words of its block.
     """
 
     def __init__(
@@ -69,8 +70,9 @@ class CommandBase:
     def _keys(
         self, known: Mapping[str, bool | None]
     ) -> dict[str, Formula | None]:
-        """``[KEY KEY=value KEY value]``; ``known``: whether a key has a value,
-        None: it may have one.
+        """``[KEY KEY=value KEY value]``.
+
+        ``known``: whether a key has a value.  None: it may have one.
         """
         stream, found = self._stream, {}
         opened = self._formulas.open()

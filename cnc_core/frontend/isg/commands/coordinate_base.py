@@ -1,5 +1,5 @@
-"""What the commands of coordinates share: brackets of values, and the row that
-tells the stages.
+"""Common parts of the commands of coordinates: brackets of values, and their
+row.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""Chamfers and roundings as the program asks for them: G301, G302, #CHF, #CHR,
-#RND, #FRC.
+"""Commands of chamfers and roundings: #CHF, #CHR, #RND, #FRC.
 
-The geometry is ``cnc_core.geometry.stages.corner``; a ``CORNER`` row stands
+The geometry is ``cnc_core.geometry.stages.corner``. A ``CORNER`` row stands
 behind the block that the corner ends.
 """
 

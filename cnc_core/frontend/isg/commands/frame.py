@@ -18,7 +18,7 @@ ID_MAX = 2**31 - 1
 
 
 class FrameCommands(CoordinateBase):
-    """What turns and shifts; each gives the row that tells the stages."""
+    """Commands that turn and shift; each gives the row for the stages."""
 
     def _frame_commands(self) -> Commands:
         return (

@@ -16,7 +16,7 @@ TRAFO_WORDS = ("OFF", "ON", "NONE", "DEFAULT")
 
 
 class KinematicCommands(CoordinateBase):
-    """What stands between the tip and the axes."""
+    """Commands of everything between the tool's tip and the axes."""
 
     def _kinematic_commands(self) -> Commands:
         return (
@@ -39,8 +39,9 @@ class KinematicCommands(CoordinateBase):
     # machine coordinates
 
     def _mcs_on(self) -> Run:
-        """Transformations and offsets off; EX TOOL: also the offsets of tools
-        selected meanwhile.
+        """Transformations and offsets off.
+
+        EX TOOL: also the offsets of tools selected meanwhile.
         """
         ex_tool = False
         if self._stream.accept("["):
@@ -72,8 +73,9 @@ class KinematicCommands(CoordinateBase):
     # kinematics
 
     def _kin_id(self) -> Run:
-        """``#KIN ID [n]``: the transformation that #TRAFO ON switches on;
-        without a number that of the start.
+        """``#KIN ID [n]``: the transformation that #TRAFO ON switches on.
+
+        Without a number: the transformation of the start.
         """
         spaces, start = self._state.spaces, self._start
         fields = self._bracket() if self._stream.is_op("[") else []
@@ -249,8 +251,9 @@ class KinematicCommands(CoordinateBase):
         return list
 
     def _tool_ori_cs(self) -> Run:
-        """The tool into the Z axis of the coordinate system; the nearest
-        position of the rotary axes.
+        """Turn the tool into the Z axis of the coordinate system.
+
+        The rotary axes take their nearest position.
         """
         spaces, start = self._state.spaces, self._start
 

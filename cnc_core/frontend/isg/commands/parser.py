@@ -1,7 +1,7 @@
-"""# commands, compiled: parsed once, executed each time their block comes.
+"""The # commands, compiled: parsed once, executed each time their block comes.
 
-``cnc_core.frontend.isg.commands.parser.table`` says which there are; what is
-not executed is stored or refused by name.
+``cnc_core.frontend.isg.commands.table`` lists them all.  A command that is not
+executed is stored or refused by name.
 """
 
 from __future__ import annotations
@@ -51,9 +51,8 @@ FIRST_WORDS = frozenset(name.split()[0] for name in table.TABLE)
 class Command(NamedTuple):
     """A compiled command.
 
-    ``drain``: everything before is executed first.  ``behind``: what follows
-    its block.
-
+    ``drain``: everything before is executed first.
+    ``behind``: the action behind its block.
     ``last``: it comes behind the words of its block, wherever it stands.
     """
 

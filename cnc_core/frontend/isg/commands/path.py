@@ -410,10 +410,9 @@ class PathCommands(CommandBase):
     # limits of the path
 
     def _vector_limit(self) -> Run:
-        """``ON [VEL=..
+        """``ON [VEL=.. ACC=.. ..]``, ``ON ALL``.
 
-        ACC=.. ..]``, ``ON ALL``; VEL in mm/min, accelerations mm/min^2, jerks
-        mm/min^3.
+        VEL in mm/min, accelerations in mm/min^2, jerks in mm/min^3.
         """
         dynamics = self._state.channel.dynamics
         if self._stream.accept_name("ALL"):

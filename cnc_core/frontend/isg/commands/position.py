@@ -174,8 +174,9 @@ class PositionCommands(CommandBase):
         return run
 
     def _tangfeed(self) -> Run:
-        """``#TANGFEED [RMIN=..]``: arcs below this radius are driven slower, as
-        their radius is to it; 0: off.
+        """``#TANGFEED [RMIN=..]``: arcs below this radius are driven slower.
+
+        The feed falls in proportion to the radius.  0: off.
         """
         keys = self._keys({"RMIN": True}) if self._stream.is_op("[") else {}
         if self._stream.accept_name("RMIN"):  # the old form: RMIN [..]

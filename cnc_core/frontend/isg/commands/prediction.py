@@ -1,5 +1,6 @@
-"""#CHANNEL SET [ESA_TIME0=..]: times at which the path speed to come is told
-(FCT_CALC_STATE_AT_T).
+"""#CHANNEL SET [ESA_TIME0=..]: times of the predicted path speed.
+
+The prediction is FCT_CALC_STATE_AT_T.
 """
 
 from __future__ import annotations

@@ -1,5 +1,6 @@
-"""Splines as the program asks for them: #SPLINE, #AKIMA, G150, G151; the
-geometry is ``cnc_core.geometry.stages.spline``.
+"""Commands of splines: #SPLINE, #AKIMA.
+
+The geometry is ``cnc_core.geometry.stages.spline``.
 """
 
 from __future__ import annotations

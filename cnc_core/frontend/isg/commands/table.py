@@ -1,9 +1,10 @@
-"""Every # command of the manual by name, and what becomes of it.
+"""Every # command of the manual by name, and its effect.
 
 ``docs/reference/isg.md`` prints the same table.
 
-WORKS: executed.  STORED: accepted and kept, without effect on the rows, said
-once in a warning.  REFUSED: an error.
+WORKS: executed.
+STORED: accepted and kept, without effect on the rows, with one warning.
+REFUSED: an error.
 """
 
 from __future__ import annotations

@@ -111,8 +111,9 @@ class TimeCommands(CommandBase):
         return run
 
     def _wait(self) -> Run:
-        """``#WAIT [ID=..]`` uses up one signal; in one channel nobody else
-        could send it.
+        """``#WAIT [ID=..]`` uses up one signal.
+
+        No other channel could send it.
         """
         number, _ = self._signal_keys("WAIT")
         signals = self._state.signals

@@ -1,4 +1,6 @@
-"""What the calculation cycles share: points 1..10 in @P50.., @P60.., @P70.."""
+"""Common parts of the calculation cycles: points 1..10 in @P50.., @P60..,
+@P70..
+"""
 
 from __future__ import annotations
 

@@ -60,8 +60,9 @@ def check(
 def glance(
     cycle: Cycle, arguments: Mapping[int, Value | None]
 ) -> list[Problem]:
-    """What is wrong with a call that is not executed; None: a value that is not
-    known yet.
+    """Problems of a call that is not executed.
+
+    None: a value that is not known yet.
     """
     known = {p.number: p for p in cycle.parameters}
     problems = [
@@ -85,7 +86,7 @@ def glance(
 
 
 def _number(parameter: Parameter, value: Value) -> float | Problem:
-    """The value in its range, or what is wrong with it."""
+    """The value in its range, or the problem."""
     name = f"@P{parameter.number} ({parameter.text})"
     if isinstance(value, str):
         if value.strip().upper() in parameter.names:

@@ -1,4 +1,4 @@
-"""How a cycle declares its parameters, and what it sees of the channel."""
+"""Declaration of a cycle's parameters, and its view of the channel."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ LENGTH, ANGLE, FEED, SPEED, PLAIN = "length", "degrees", "feed", "rev/min", ""
 class Parameter:
     """One @P of a cycle.
 
-    ``low``, ``high``: allowed range; ``above``: ``low`` itself is not allowed.
-    ``whole``: whole numbers only. ``names``: texts that stand for numbers, in
-    capitals.  ``default``: None if what it is depends on the call.
+    ``low``, ``high``: allowed range.  ``above``: ``low`` itself is not allowed.
+    ``whole``: whole numbers only.
+    ``names``: texts that stand for numbers, in capitals.
+    ``default``: None if the default depends on the call.
     """
 
     number: int
@@ -55,7 +56,10 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Problem:
-    """What is wrong with a call.  ``number``: the parameter it is about, 0: none."""
+    """A problem of a call.
+
+    ``number``: the parameter concerned.  0: none.
+    """
 
     code: int
     text: str
@@ -63,11 +67,11 @@ class Problem:
 
 
 class Given:
-    """The parameters of one call: numbers, checked against their declarations;
-    ``@P`` absent: its default.
+    """The parameters of one call: numbers, checked against their declarations.
 
-    ``programmed``: those that the call names, the wrong ones too; ``in``: those
-    that have a right value.
+    A missing ``@P`` has its default.
+    ``programmed``: parameters that the call names, wrong ones included.
+    ``in``: the parameter has a right value.
     """
 
     def __init__(
@@ -97,11 +101,13 @@ class Given:
 class Surroundings:
     """The channel as a cycle sees it; lengths in programmed units.
 
-    ``axes``: names of the three main axes, None where the machine has none.
-    ``position``: of them, programmed. ``tool_radius``: of the active tool data.
-    ``feed``: F in force, 0 for none.  ``trafo``: a complete kinematic
-    transformation is active.  ``absolute``: G90.  ``programs``: texts of the
-    channel's lists (``hscs.*``).
+    ``axes``: names of the three main axes.  None: the machine has no such axis.
+    ``position``: their programmed position.
+    ``tool_radius``: of the active tool data.
+    ``feed``: F in force, 0 for none.
+    ``trafo``: a complete kinematic transformation is active.
+    ``absolute``: G90.
+    ``programs``: texts of the channel's lists (``hscs.*``).
     """
 
     axes: tuple[str | None, str | None, str | None]
@@ -117,8 +123,8 @@ class Surroundings:
 
 @dataclass
 class Work:
-    """What a cycle does: a program in the dialect's language, V.CYC variables
-    by name, files, warnings.
+    """The result of a cycle: a program, V.CYC variables by name, files,
+    warnings.
     """
 
     lines: list[str] = field(default_factory=list)

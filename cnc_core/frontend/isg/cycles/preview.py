@@ -1,9 +1,8 @@
-"""A dry run ahead of a program that calls cycles: wrong calls are refused
-before any axis moves.
+"""A dry run ahead of a program: wrong cycle calls are refused before axes move.
 
 The program is executed without a machine, as ``check`` does it, within bounds.
-Only what concerns cycles counts, and nothing counts behind the first other
-error or in a program that has read what only the machine knows.
+Only errors of cycles count. Nothing counts behind the first other error, nor in
+a program that has read a value of the machine.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ CODES = frozenset({13320, 21381, 22178, *range(907101, 907109)})
 
 
 class Reader(Protocol):
-    """The front end, as far as the dry run needs it."""
+    """The part of a front end that the dry run needs."""
 
     errors: list[CncError]
     idle_blocks_max: int
@@ -40,8 +39,9 @@ class Reader(Protocol):
 
 
 class DryPort(OfflinePort):
-    """A machine that is not there; ``asked``: the program wanted to know
-    something of it.
+    """A machine that is not there.
+
+    ``asked``: the program has read a value of the machine.
     """
 
     def __init__(self, position: FloatArray, skip_levels: int) -> None:
@@ -66,8 +66,9 @@ class DryPort(OfflinePort):
 
 
 def calls_cycles(path: Path) -> bool:
-    """The text of the program, or of a file that it calls, calls a cycle; of
-    very long ones their beginning counts.
+    """The program, or a file that it calls, calls a cycle.
+
+    Very long texts are searched in their beginning only.
     """
     waiting, seen = [path], {path}
     while waiting and len(seen) <= FILES_MAX:

@@ -82,8 +82,9 @@ class CycleRunner:
     # checks
 
     def checked(self, cycle: Cycle, call: Call) -> tuple[Given, Surroundings]:
-        """Parameters and surroundings of a call; a CncError with all others in
-        ``also`` if anything is wrong.
+        """Parameters and surroundings of a call.
+
+        Raises one CncError with all others in ``also``.
         """
         around = self.surroundings()
         given, problems = check(cycle, call.arguments or {}, around)
@@ -132,8 +133,9 @@ class CycleRunner:
     # execution
 
     def start(self, cycle: Cycle, call: Call) -> ProgramFile | None:
-        """Check and begin: outputs and files are written; the program to
-        execute, None if there is none.
+        """Check a call and begin it: outputs and files are written.
+
+        Returns the program to execute, None if there is none.
         """
         given, around = self.checked(cycle, call)
         try:
@@ -154,8 +156,9 @@ class CycleRunner:
     def start_pattern(
         self, call: Call, find: Callable[[], None]
     ) -> ProgramFile:
-        """The program that executes a cycle at the places of a pattern;
-        ``find`` fails if it does not exist.
+        """The program that executes a cycle at the places of a pattern.
+
+        ``find`` fails if the cycle does not exist.
         """
         identity, state = call.pattern, self._state
         assert identity is not None
@@ -188,8 +191,9 @@ class CycleRunner:
         )
 
     def made(self, name: str, lines: list[str]) -> ProgramFile:
-        """A program that stands in no file, beside the calling one; its name
-        says where it was called.
+        """A program without a file, beside the calling one.
+
+        Its name says where it was called.
         """
         flow = self._state.flow
         busy = [level.file for level in flow.levels]
@@ -224,8 +228,9 @@ class CycleRunner:
                 variable.place([], call.offset)
 
     def _put_out(self, name: str, value: float) -> None:
-        """A V.CYC variable, if the program has declared it; vectors also as
-        arrays or by their old names.
+        """Write a V.CYC variable that the program has declared.
+
+        A vector may be an array, or variables of the old names.
         """
         cycle = self._state.store.cycle
         variable = cycle.get(name)

@@ -136,8 +136,9 @@ class Control:
             raise error
 
     def check_closing(self) -> None:
-        """A program level ends inside of its statements: every one has to be
-        closed further down all the same.
+        """Check a program level that ends inside statements.
+
+        Each of them has to be closed further down.
         """
         if not self._nest:
             return
@@ -435,8 +436,9 @@ class Control:
     def _find_label(
         self, target: str | int, behind: Mark, offset: int
     ) -> tuple[Mark, list[tuple[str, Mark]]]:
-        """Further down first, then from the beginning of the level; the
-        statements that are open there.
+        """Search further down first, then from the beginning of the level.
+
+        Returns the statements that are open there too.
         """
         open_here = [(frame.kind, frame.head) for frame in self._nest]
         ahead = self._targets(target, behind, list(open_here), 1)

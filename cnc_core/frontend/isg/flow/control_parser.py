@@ -21,8 +21,9 @@ TRUE_FROM = 0.5  # $IF, $WHILE, $UNTIL
 def parse(
     control: Control, stream: TokenStream, formulas: Formulas, mark: Mark
 ) -> Run:
-    """The statement at the stream, which stands behind ``$``; ``mark``: where
-    its block begins.
+    """The statement at the stream, which stands behind ``$``.
+
+    ``mark``: the place where its block begins.
     """
     token = stream.current
     word = token.text.upper() if token.kind is Kind.NAME else ""

@@ -65,8 +65,10 @@ class ProgramLevels(BlockReader):
     # % lines
 
     def _program_line(self, stream: TokenStream) -> Run:
-        """``%NAME`` opens the main program of a file, ``%L NAME`` a local
-        subprogram; any other ends the level.
+        """A % line.
+
+        ``%NAME`` opens the main program of a file, ``%L NAME`` a local
+        subprogram. Any other % line ends the level.
         """
         offset, mark = stream.next().offset, self.mark
         name = stream.text[offset + 1 :].strip()
@@ -244,7 +246,7 @@ class ProgramLevels(BlockReader):
             raise fail(907021, "#VAR without #ENDVAR", 0)
 
     def _check_nesting(self, check: Callable[[], None]) -> None:
-        """Report what is open at the end of a level, which ends all the same."""
+        """Report open statements at the end of a level; the level ends."""
         try:
             check()
         except CncError as error:

@@ -85,7 +85,7 @@ class Searcher:
         self, state: ProgramState, skip_mask: Callable[[], int]
     ) -> None:
         self._flow, self._skip_mask = state.flow, skip_mask
-        # what is skipped is shown to it (check)
+        # receives the skipped blocks (check)
         self.visit: Callable[[BlockText, Head], None] | None = None
 
     def skipped(self, begin: Mark) -> Iterator[Found]:
@@ -98,8 +98,9 @@ class Searcher:
             self.visit(found.text, found.head)
 
     def check_closed(self, begin: Mark) -> None:
-        """Go through text that nobody executes; an error if its statements do
-        not nest, or stay open.
+        """Go through text that is not executed.
+
+        Raises an error if its statements do not nest, or stay open.
         """
         inner, opened = [""], [Place()]
         wrong: CncError | None = None
@@ -199,7 +200,7 @@ def middle_of(head: Head) -> str | None:
 
 
 def unclosed(kind: str) -> CncError:
-    """The error of a statement without its end; its place is yet to be found."""
+    """The error of a statement without its end; the caller adds the place."""
     return (
         fail(20590, "#IF without #ENDIF", 0)
         if kind == "#IF"
@@ -208,8 +209,9 @@ def unclosed(kind: str) -> CncError:
 
 
 def follow(inner: list[str], found: Found) -> None:
-    """Follow one statement in the list of those that are open; an end that fits
-    none of them is an error.
+    """Follow one statement in the list of open ones.
+
+    An end that fits none of them is an error.
     """
     opener, closer = opener_of(found.head), closer_of(found.head)
     if opener:

@@ -1,5 +1,5 @@
-"""Subprogram calls: ``L``, ``LL``, ``L CYCLE``, G80 and the like; finding what
-they call.
+"""Subprogram calls (``L``, ``LL``, ``L CYCLE``, G80 ..) and the search for
+programs.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ MODAL = {
 
 @dataclass
 class LevelData:
-    """What the dialect keeps with a program level.
+    """Data that the dialect keeps with a program level.
 
-    ``named``: its %NAME line has been read.  ``saved``: modal state that a
-    cycle gives back.
+    ``named``: its %NAME line has been read.
+    ``saved``: modal state that a cycle gives back.
     """
 
     local: bool = False
@@ -180,8 +180,8 @@ class CallParser:
         offsets: dict[int, int],
         offset: int,
     ) -> None:
-        """The call stands where the program does not come by: what can be said
-        about it all the same.
+        """Check a call that the program does not reach, as far as its values
+        are known.
         """
         try:
             cycle = (
@@ -265,10 +265,11 @@ class Finder:
         self._places: dict[tuple[str, Path], Path | None] = {}
 
     def level(self, call: Call) -> Level | None:
-        """The program level that a call opens, None if it is over at once.
+        """The program level that a call opens, None if the call is over at
+        once.
 
-        CncError 907030 if there is no such subprogram; what is wrong with a
-        cycle's parameters.
+        CncError 907030: no such subprogram. Wrong parameters of a cycle have
+        errors of their own.
         """
         if call.pattern is not None:
             return self._made(
@@ -347,7 +348,9 @@ class Finder:
         return self._state.flow.file_of(found)
 
     def _found(self, call: Call) -> Path | None:
-        """Where the file stands; looked up once for a name and a calling folder."""
+        """The place of the file, looked up once for a name and a calling
+        folder.
+        """
         key = call.name, self._state.flow.file.path.parent
         if key not in self._places:
             self._places[key] = self._look_up(call)

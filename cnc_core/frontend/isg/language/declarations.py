@@ -22,8 +22,9 @@ Run = Callable[[], None]
 
 
 class DeclarationParser:
-    """Compiles ``V.L.A : REAL64 = 5``, ``P10[3] = [1, 2, 3]``; the type is
-    REAL64 or follows from the value.
+    """Compiles ``V.L.A : REAL64 = 5``, ``P10[3] = [1, 2, 3]``.
+
+    The type is REAL64 or follows from the value.
     """
 
     def __init__(

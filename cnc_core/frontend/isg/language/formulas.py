@@ -29,7 +29,7 @@ SYSTEM = ("G", "A")
 class Formulas(FormulaParser):
     """Compiles the expressions of one block.
 
-    ``drain``: one of them reads what the channel has to drain for.
+    ``drain``: one of them reads a value for which the channel has to drain.
     """
 
     def __init__(
@@ -206,8 +206,9 @@ class Formulas(FormulaParser):
         return lambda: float(exists())
 
     def _sizeof(self, offset: int) -> Formula:
-        """Elements of an array's dimension, the first one if none is named; 1
-        for a single value.
+        """Elements of an array's dimension, the first one if none is named.
+
+        A single value has 1.
         """
         stream, opened = self._stream, self.open()
         find = self._variable_itself(offset)

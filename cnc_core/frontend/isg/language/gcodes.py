@@ -1,5 +1,5 @@
-"""The G functions of the dialect: groups, what they do to the motion words,
-what is accepted and what is refused.
+"""The G functions of the dialect: groups, motion words, accepted and refused
+codes.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ EFFECTS: dict[int, Callable[[MotionWords], None]] = {
     360: _flag("exact_stop", True),
 }
 
-# What the C scanner reads too.
+# The C scanner reads these too.
 PLAIN = frozenset({*range(4), 17, 18, 19, 90, 91})
 
 # Tool radius compensation: cnc_core.frontend.base.compensation.
@@ -120,10 +120,10 @@ EXECUTED |= SPINDLE | frozenset(
     {*SOFT_LIMITS, *MIRRORS, *FEED_MODES, 68, 69, 74, 164, 165, 351}
 )
 
-# Initial states, and what is always so here: they change nothing.
+# Initial states and constant states of this kernel: they change nothing.
 INITIAL = frozenset({8, 9, 12, 117, 135, 140, 163, 202, 900})
 
-# Accepted and kept, without effect on the rows; said once in a warning.
+# Accepted and kept, without effect on the rows, with one warning.
 STORED = frozenset(
     {
         *(13, 901),

@@ -14,8 +14,9 @@ WIDTH_MAX = 200
 
 
 def formatted(text: str, values: Sequence[Value], offset: int) -> str:
-    """``%d``, ``%f`` (6 decimals unless said otherwise), ``%s`` and ``%%``;
-    20726 if a value is missing.
+    """Fill ``%d``, ``%f`` (6 decimals unless given), ``%s`` and ``%%``.
+
+    Error 20726: a value is missing.
     """
     rest = list(values)
 

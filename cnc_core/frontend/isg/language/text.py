@@ -1,4 +1,4 @@
-"""Tokens of the dialect, and what a block is without parsing it (for searches).
+"""Tokens of the dialect, and the head of a block for searches.
 
 A variable is one token: ``V.`` and its name, up to the first bracket.
 """
@@ -36,8 +36,9 @@ COMMENTS = re.compile(rb"[#\\]")
 
 
 class Head(NamedTuple):
-    """What stands at the beginning of a block: skip level (-1 none), N, label,
-    sign, its word and the next one.
+    """The beginning of a block.
+
+    Skip level (-1 none), N, label, sign, its word and the next one.
     """
 
     skip: int

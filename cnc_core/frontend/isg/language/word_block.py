@@ -62,7 +62,7 @@ class WordBlock:
     words: bool = False  # there is a word that is no assignment
 
     def evaluate(self) -> Words:
-        """What the block says now."""
+        """The words with their present values."""
         template = self.template
         motion = MotionWords(
             offset=template.offset,

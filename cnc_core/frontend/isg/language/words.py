@@ -96,8 +96,9 @@ class WordParser:
             raise self._refused_sign()
 
     def _cycle_word(self, offset: int) -> None:
-        """``@X @Y @Z`` axes and ``@I @J @K`` centre words of the plane in
-        force, ``@S``: what cycles are written in.
+        """Words of cycles, in the plane in force.
+
+        ``@X @Y @Z`` axes, ``@I @J @K`` centre words, ``@S``.
         """
         letter = self._stream.take_letters(1).text
         self.block.words = True

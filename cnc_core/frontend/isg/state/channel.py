@@ -1,4 +1,4 @@
-"""What words and commands change: spindle, tool, feed mode, contour, limits."""
+"""Channel state: spindle, tool, feed mode, contour, limits."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Contouring and smoothing as the program asks for them: G61, G261, #CONTOUR
-MODE, #HSC, #FILTER; rows for the stages.
+"""Contouring and smoothing in the program: G61, G261, #CONTOUR MODE, #HSC,
+#FILTER.
 
 The geometry is behind the waist (``cnc_core.geometry.stages.contouring``,
 ``cnc_core.geometry.stages.smoothing``).
@@ -27,9 +27,10 @@ FILTER_TOLERANCE_MM = 0.01  # #FILTER ON without AX_DEV (R)
 
 @dataclass(frozen=True)
 class ContourMode:
-    """``name``: DEV, DIST ..; lengths mm, other axes in degrees, shares 0..1;
-    negative distances are not given.
+    """A contour mode.
 
+    ``name``: DEV, DIST .. Lengths are in mm, other axes in degrees, shares
+    0..1. A negative distance is not given.
     ``interim``: programmed coordinates of the interim point by channel axis.
     """
 
@@ -153,8 +154,9 @@ class Contouring:
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Of #HSC or #FILTER: mm, degrees; 0: as configured.  ``max_angle``
-    degrees, ``max_length`` mm, 0: no limit.
+    """Tolerances of #HSC or #FILTER, mm, degrees.  0: as configured.
+
+    ``max_angle``: degrees.  ``max_length``: mm.  0: no limit.
     """
 
     path: float = 0.2
@@ -165,7 +167,9 @@ class Tolerances:
 
 class Smooth:
     """#HSC and #FILTER: chains of blocks become smooth curves within a
-    tolerance; #HSC goes before #FILTER.
+    tolerance.
+
+    #HSC goes before #FILTER.
     """
 
     def __init__(self, modal: Modal) -> None:
@@ -180,7 +184,7 @@ class Smooth:
         return self._rows(n)
 
     def switch_filter(self, deviation_mm: float | None, n: int) -> list[Row]:
-        """``deviation_mm``: AX_DEV, 0 where it is not given; None switches off."""
+        """``deviation_mm``: AX_DEV, 0 if it is not given.  None switches off."""
         self.filter = None
         if deviation_mm is not None:
             tolerance = deviation_mm or FILTER_TOLERANCE_MM

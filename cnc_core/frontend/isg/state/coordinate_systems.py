@@ -1,5 +1,5 @@
-"""Coordinate systems of a program: how their values turn them, what is stored,
-what is in force.
+"""Coordinate systems of a program: rotation by values, stored ones, active
+ones.
 """
 
 from __future__ import annotations
@@ -34,8 +34,9 @@ class Order:
 def frame_of(
     values: Sequence[float], unit_mm: float, order: Order = Order()
 ) -> Frame:
-    """v1 v2 v3 (programmed units), f1 f2 f3 (degrees, about X, Y, Z); as a rule
-    Z, then the new Y, then the new X.
+    """v1 v2 v3 in programmed units, f1 f2 f3 in degrees about X, Y, Z.
+
+    As a rule the rotation is about Z, then the new Y, then the new X.
     """
     v, rotation = np.zeros(6), np.eye(3)
     v[: len(values)] = values
@@ -103,7 +104,7 @@ class Systems:
         return number
 
     def find(self, number: int | None, offset: int) -> int:
-        """A stored one; None: that defined last."""
+        """A stored number.  None: the one defined last."""
         number = self.last if number is None else number
         if number is None or number not in self.stored:
             which = "" if number is None else f"{number} "

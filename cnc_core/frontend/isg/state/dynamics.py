@@ -30,9 +30,9 @@ PROFILES = {"STEP": 0, "TRAPEZ": 1, "SIN2": 2, "HSC": 3}
 
 @dataclass(frozen=True)
 class Weight:
-    """What a G function weights.
+    """The quantity that a G function weights.
 
-    ``ramp``: percent of the ramp time, so that more is slower.
+    ``ramp``: percent of the ramp time: more is slower.
     """
 
     name: str
@@ -84,7 +84,7 @@ MINUTES = {
 
 
 class Dynamics:
-    """Modal state of one channel; every change gives the rows that tell the engine."""
+    """Modal state of one channel; every change gives rows for the engine."""
 
     def __init__(self, modal: Modal, axes: int, warn: Warn) -> None:
         self._modal, self._axes, self._warn = modal, axes, warn
@@ -102,8 +102,9 @@ class Dynamics:
         self.profile = "HSC"
 
     def weigh(self, code: int, values: dict[int, float], offset: int) -> None:
-        """Percent by channel axis; of the G functions for all axes every axis
-        has the same.
+        """Percent by channel axis.
+
+        A G function for all axes gives the same value to each.
         """
         weight = WEIGHTS[code]
         for axis, percent in values.items():
@@ -132,7 +133,7 @@ class Dynamics:
         self.rapid_factor = factor
 
     def rows(self, n: int) -> list[Row]:
-        """What has changed since the last call."""
+        """Rows of the changes since the last call."""
         rows = []
         for key, names in PARTS.items():
             shares = np.minimum.reduce([self._weights[name] for name in names])

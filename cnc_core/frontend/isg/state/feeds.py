@@ -15,9 +15,10 @@ TIME, PER_MINUTE, PER_TURN, SHARE = 93, 94, 95, 194
 
 
 class Feeds:
-    """F words and what they make of a motion's feed.
+    """F words, and the feed of motions.
 
-    G94 is the scanner's own mode; in the others the rows get their feed here.
+    G94 is the scanner's own mode. In the other modes the rows get their feed
+    here.
     """
 
     def __init__(self, machine: ProgramMachine, modal: Modal) -> None:
@@ -141,8 +142,9 @@ class Feeds:
         row["feed"] = min(feed * self.factor, self.limit_mm_s or np.inf)
 
     def _largest(self, row: Row, start: np.ndarray) -> float:
-        """Largest path velocity that no axis limits; on circles that of every
-        direction of the plane.
+        """Largest path velocity within the axis limits.
+
+        On circles every direction of the plane has to keep them.
         """
         velocity = self._machine.velocity
         if velocity is None:

@@ -32,7 +32,7 @@ def place_functions(
 ) -> tuple[list[Row], list[Row]]:
     """Rows ahead of a block's motion, and its motion with the function in it.
 
-    A straight motion is parted where the probe trips; where it does not, the
+    A straight motion is parted where the probe trips. Without a trip the
     function stands behind the motion.
     """
     mine = [row for row in before if measures(row, machine)]

@@ -1,9 +1,8 @@
-"""What lies between programmed and machine coordinates: zero offsets, G92,
-#PSET, mirroring, diameter.
+"""Offsets between programmed and machine coordinates.
 
-A programmed value is mirrored first, then #PSET, G92, the zero offset and the
-tool length are added.  All offsets act on an axis from its next absolute word
-on; #PSET acts at once.
+A programmed value is mirrored first. Then #PSET, G92, the zero offset and the
+tool length are added. #PSET acts at once. All other offsets act on an axis from
+its next absolute word on.
 """
 
 from __future__ import annotations
@@ -189,7 +188,7 @@ class Offsets:
     # coordinate systems and machine coordinates take offsets over and give them back
 
     def put_away(self, axes: Iterable[int]) -> Selected:
-        """The offsets of some axes begin at 0; what they were."""
+        """Begin the offsets of some axes at 0; returns the offsets before."""
         before = Selected(
             self.number,
             self.active.copy(),
@@ -222,7 +221,7 @@ class Offsets:
                 self._modal.set_offset_of(axis)
 
     def enter_machine(self, *, ex_tool: bool) -> None:
-        """#MCS ON: no offset acts; those selected inside last until #MCS OFF."""
+        """#MCS ON: no offset acts. Offsets selected inside last until #MCS OFF."""
         self._tool_off, self._ex_tool = True, ex_tool
         self._outside = self.put_away(range(self._axes))
 

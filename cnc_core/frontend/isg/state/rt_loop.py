@@ -1,9 +1,11 @@
 """Real-time loops: ``#RT WHILE [[MODULO]]`` .. ``#RT ENDWHILE``.
 
 The interpolator repeats the loop as long as V.RTG.LOOP.ENABLED is TRUE at its
-end (the PLC sets it by ``bahn_mc_control.rt_loop_enable``); there is always one
-pass.  Only motion blocks and look-ahead markers may stand inside, the loop has
-to end where it begins, loops do not nest (look-ahead specification, section 8).
+end. The PLC sets it by ``bahn_mc_control.rt_loop_enable``. There is always one
+pass.
+
+Only motion blocks and look-ahead markers may stand inside. The loop has to end
+where it begins, and loops do not nest (look-ahead specification, section 8).
 """
 
 from __future__ import annotations
@@ -76,8 +78,9 @@ class RealTimeLoop:
         return self._modal.row(RT_LOOP_END, self._modal.n)
 
     def check(self, items: Sequence[Row | Wait], ended: bool) -> None:
-        """Refuse what may not stand inside a loop; ``items`` are those of the
-        block just read.
+        """Refuse rows that may not stand inside a loop.
+
+        ``items``: of the block just read.
         """
         opened = self._open
         if opened is None:

@@ -1,12 +1,12 @@
-"""What lies around the offsets: contour rotation, coordinate systems, machine
-coordinates, kinematic transformation.
+"""Coordinates around the offsets: rotation, coordinate systems, transformation.
 
-Programmed value first: mirroring, contour rotation, #PSET, G92 and zero offset
-as they were selected inside, the #CS in force from the inside out (each of them
-where the offsets in force at its selection had put the workpiece), #ACS, tool
-length, kinematic transformation.  The stages do the geometry; here the state is
-kept, and a ``COORDINATES`` row is made whenever it has changed.  The axes do
-not move by it.
+A programmed value passes, in this order: mirroring, contour rotation, #PSET,
+G92 and zero offset as selected inside, each #CS in force from the inside out,
+#ACS, tool length, kinematic transformation. Each #CS stands where the offsets
+at its selection had put the workpiece.
+
+The stages do the geometry. The state is kept here, and a ``COORDINATES`` row is
+made whenever it has changed. The axes do not move by it.
 """
 
 from __future__ import annotations
@@ -83,8 +83,9 @@ class Spaces:
     # what is in force
 
     def wanted(self) -> Coordinates:
-        """Coordinates as the state wants them; the offsets are told whether the
-        tool length is theirs.
+        """The coordinates of the present state.
+
+        The offsets learn whether the tool length belongs to them.
         """
         if self.mcs:
             self._offsets.length_elsewhere = False
@@ -151,8 +152,9 @@ class Spaces:
         self.watches_plane = length or self.rotation is not None
 
     def rows(self, n: int) -> list[Row]:
-        """The row that tells the stages, if they have to know; the modal
-        position goes into the new coordinates.
+        """The row for the stages, if the coordinates have changed.
+
+        The modal position goes into the new coordinates.
         """
         if not self.due:
             return []
@@ -247,7 +249,7 @@ class Spaces:
         )
 
     def switch_off(self, systems: Systems, *, every: bool = False) -> None:
-        """The last one, or all; what has been programmed inside them goes with them."""
+        """End the last one, or all. Selections made inside them end too."""
         while systems.stack:
             active = systems.stack.pop()
             self._offsets.bring_back(active.offsets)
@@ -296,7 +298,10 @@ class Spaces:
         self._refresh_named(name, offset)
 
     def delete_named(self, *, every: bool) -> None:
-        """The topmost one, or all; if it was in force, the new topmost one is."""
+        """End the topmost one, or all.
+
+        If it was in force, the new topmost one is.
+        """
         if not self.named:
             return
         del self.named[0 if every else -1 :]

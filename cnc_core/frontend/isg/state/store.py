@@ -47,8 +47,9 @@ Setter = Callable[[Value], None]
 
 
 class Reference(NamedTuple):
-    """A variable compiled: how it is read and written (None: read only), and
-    whether the channel drains first.
+    """A compiled variable: how to read and to write it.
+
+    Without a writer it is read only.  ``drain``: the channel drains first.
     """
 
     name: str
@@ -373,8 +374,9 @@ class Store:
     def declare(
         self, family: str, name: str, variable: Variable, offset: int
     ) -> None:
-        """A #VAR line; ``family`` is empty for P parameters.  A name is
-        declared once in its scope.
+        """A #VAR line; a name is declared once in its scope.
+
+        ``family``: empty for P parameters.
         """
         if not family:
             self._declare_parameter(int(name), variable)

@@ -1,5 +1,6 @@
-"""System variables V.G and V.A: what they read and write.  Names that are not
-in the tables are refused by name.
+"""System variables V.G and V.A.
+
+Names that are not in the tables are refused by name.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from .state import ProgramState
 from .store import Reference, Setter
 
 Plain = Callable[[ProgramState], Value]
-# how it is read and written; None: there is no such variable
+# how to read and to write it; None: there is no such variable
 Access = tuple[Formula, Setter | None] | None
 TIMERS = 128
 # machining states of the high-speed settings (``hscs.*`` of the channel)

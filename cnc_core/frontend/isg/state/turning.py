@@ -106,9 +106,7 @@ class Turning:
     def speed(
         self, codes: dict[str, int], word: float | None, offset: int
     ) -> float | None:
-        """What an S word and G96, G97, G196 make of the spindle; rev/min if
-        that has changed.
-        """
+        """Take an S word and G96, G97, G196; rev/min if the speed has changed."""
         before = self.rev_min
         if "G196" in codes:
             if word is None:
@@ -129,8 +127,9 @@ class Turning:
         return self.rev_min if self.rev_min != before else None
 
     def follow(self) -> bool:
-        """The speed that gives the cutting speed at the present diameter;
-        whether it has changed.
+        """Take the speed of the cutting speed at the present diameter.
+
+        Returns whether it has changed.
         """
         if not self.constant or self.cutting_m_min <= 0:
             return False

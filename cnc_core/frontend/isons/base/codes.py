@@ -4,6 +4,7 @@ from __future__ import annotations
 
 MOTIONS = (0, 1, 2, 3)
 PLANES = (17, 18, 19)
+PATH_MODES = (63, 64, 65, 67, 68, 75)
 # modal functions without words of their own; the groups exclude each other
 # within a block
 GROUPS: tuple[tuple[int, ...], ...] = (
@@ -13,7 +14,7 @@ GROUPS: tuple[tuple[int, ...], ...] = (
     (20, 21),
     (10, 11),
     (60, 61),
-    (63, 64, 65, 67, 68, 75),
+    PATH_MODES,
     (98, 53, 99),
     (96, 97),
     (104, 105),
@@ -30,9 +31,7 @@ GROUPS: tuple[tuple[int, ...], ...] = (
     (43, 44, 45, 46),
 )
 # modes and filters of the path
-PATH_FUNCTIONS = frozenset(
-    {49, 63, 64, 65, 66, 67, 68, 69, 72, 73, 74, 75, 106}
-)
+PATH_FUNCTIONS = frozenset({49, 66, 69, 72, 73, 74, 106, *PATH_MODES})
 # functions that put rows or waits out by themselves
 ROWS = frozenset(
     {
@@ -85,7 +84,7 @@ TAKERS = frozenset(
         95,
         1051,
     }
-    | {49, 66, 68, 69, 71, 72, 73, 74, 100, 102, 103, 106}
+    | {49, 66, 68, 69, *range(71, 75), 100, 102, 103, 106}
 )
 SINGLE = frozenset({62, 83, 101, 940})
 GROUP_OF = {code: group for group in GROUPS for code in group}

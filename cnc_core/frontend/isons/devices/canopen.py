@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from cnc_core.frontend.base.lexer import fail
 
+Objects = dict[tuple[int, int], int]  # values by index and subindex
 BYTES = (1, 2, 4)
 
 
 class Nodes:
     """Objects of all nodes by (index, subindex); values are signed integers."""
 
-    def __init__(self, nodes: dict[int, dict[tuple[int, int], int]]) -> None:
+    def __init__(self, nodes: dict[int, Objects]) -> None:
         self._nodes = {
             number: dict(objects) for number, objects in nodes.items()
         }
 
     def _object(
         self, address: tuple[float, ...], offset: int
-    ) -> tuple[dict[tuple[int, int], int], tuple[int, int]]:
+    ) -> tuple[Objects, tuple[int, int]]:
         """The node's objects and the key of this one."""
         if any(value != int(value) for value in address):
             raise fail(
@@ -54,7 +55,8 @@ class Nodes:
         """SDO_DL; the value has to fit its length."""
         objects, key = self._object(address, offset)
         bits = 8 * int(address[3])
-        if value != int(value) or not -(1 << (bits - 1)) <= value < 1 << bits:
+        lowest, beyond = -(1 << (bits - 1)), 1 << bits
+        if value != int(value) or not lowest <= value < beyond:
             raise fail(
                 900012,
                 f"SDO_DL: {value:g} is no integer of {bits // 8} bytes",

@@ -145,7 +145,8 @@ def _by_drive(
     base = method - WITHOUT_INDEX if method > WITHOUT_INDEX else method
     if base not in range(1, 7):
         raise NoMethodError(
-            f"RZERO_MODE {DRIVE + METHOD * method}: the simulated drive has no homing method {method}"
+            f"RZERO_MODE {DRIVE + METHOD * method}: the simulated drive has "
+            f"no homing method {method}"
         )
     if base in AT_LIMIT:
         direction = 1 if base == 2 else -1

@@ -87,7 +87,8 @@ class Endless:
         program = self._program
         if self._jumps == self._keep_at:
             self._keep_at *= 2
-            self._near, self._far = self._state(), self._rest()
+            self._near = self._state()
+            self._far = self._rest()
             self._kept = (self.rows, self.motions, program.waits_passed)
             return False
         live = program.answers and (

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
+from cnc_core.errors import ERRORS, CncError
+from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.port import ChannelPort
 
 
@@ -36,3 +38,27 @@ class RunFiles:
     def write(self, name: str, text: str) -> None:
         self._written.add(name)
         self._port.write_file(name, text)
+
+
+def numbers_of(name: str, text: str, offset: int) -> list[float]:
+    """One number a line."""
+    try:
+        return [float(line) for line in text.split()]
+    except ValueError as error:
+        raise fail(909107, f"LOAD_VAR {name}: {error}", offset) from None
+
+
+def inside(name: str, offset: int) -> str:
+    """A file name that stays in the folder of the run."""
+    path = PurePosixPath(name.replace("\\", "/"))
+    if (
+        not name.strip()
+        or path.is_absolute()
+        or ".." in path.parts
+        or ":" in name
+        or "\0" in name
+    ):
+        raise CncError(907053, f"{name!r}: {ERRORS[907053]}").at(
+            fail(907053, "", offset).place
+        )
+    return str(path)

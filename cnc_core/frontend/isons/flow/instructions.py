@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from pathlib import PurePosixPath
 
 from cnc_core.blocks import DWELL
-from cnc_core.errors import ERRORS, CncError
+from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
@@ -23,6 +22,7 @@ from ..language.formulas import (
 )
 from ..operator.dialogs import Dialogs
 from . import levels
+from .files import inside, numbers_of
 from .program import Program
 
 Items = Sequence[Row | Wait]
@@ -232,7 +232,10 @@ class Instructions:
             if seconds > 0 and now - begun >= seconds - 1e-9:
                 waits.pop(mark.position)
                 if alarm:
-                    text = f"alarm {alarm:g}: WAIT_INPUT {number:g} {state:g}: not within {seconds:g} s"
+                    text = (
+                        f"alarm {alarm:g}: WAIT_INPUT {number:g} {state:g}: "
+                        f"not within {seconds:g} s"
+                    )
                     raise fail(909131, text, self._start)
                 return ()
             self._program.flow.jump(mark)
@@ -322,7 +325,7 @@ class Instructions:
                 raise fail(
                     901001, f"LOAD_VAR: file not found: {name}", self._start
                 )
-            self._program.store.list = _numbers(name, text, self._start)
+            self._program.store.list = numbers_of(name, text, self._start)
             return ()
 
         return run
@@ -410,7 +413,10 @@ class Instructions:
             macros, number = self._program.macros, value()
             macros.set_event(name, number, self._start)
             if number >= 0 and macros.find("M", int(number)) is None:
-                text = f"OPT {name}: macro M{number:g} not found beside the program or in the macro folder"
+                text = (
+                    f"OPT {name}: macro M{number:g} not found beside the "
+                    "program or in the macro folder"
+                )
                 self._program.warn(909124, text, self._start)
             return ()
 
@@ -533,30 +539,6 @@ class Instructions:
         return self._simple(
             lambda: self._program.system.positioners.stop(number(), self._start)
         )
-
-
-def _numbers(name: str, text: str, offset: int) -> list[float]:
-    """One number a line."""
-    try:
-        return [float(line) for line in text.split()]
-    except ValueError as error:
-        raise fail(909107, f"LOAD_VAR {name}: {error}", offset) from None
-
-
-def inside(name: str, offset: int) -> str:
-    """A file name that stays in the folder of the run."""
-    path = PurePosixPath(name.replace("\\", "/"))
-    if (
-        not name.strip()
-        or path.is_absolute()
-        or ".." in path.parts
-        or ":" in name
-        or "\0" in name
-    ):
-        raise CncError(907053, f"{name!r}: {ERRORS[907053]}").at(
-            fail(907053, "", offset).place
-        )
-    return str(path)
 
 
 Make = Callable[[Instructions], Run]

@@ -7,10 +7,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks import EVENT, EVENT_OVERRIDE, BlockBatch, M, S, T
 from cnc_core.frontend.base.scanner import Row
+from cnc_core.units import FloatArray
 
 from ..motion.direct import way
 from .program import Program
@@ -32,7 +32,7 @@ class Search:
         # functions of the stretch that was searched, by what they replace
         self._last: dict[int, Row] = {}
         # level, place behind a macro
-        self._return_to: tuple[int, npt.NDArray[np.float64]] | None = None
+        self._return_to: tuple[int, FloatArray] | None = None
 
     def search(self, line: int, passes: int, marker: str, value: float) -> None:
         """Execute without a machine until the place is reached (``found``);
@@ -127,7 +127,7 @@ class Search:
         program.system.run_type, program.store.watched = NORMAL, None
         program.scan_plain_lines(True)
 
-    def take_up(self, start: npt.NDArray[np.float64]) -> None:
+    def take_up(self, start: FloatArray) -> None:
         """The place has been found: functions again, the macro M_GOBLOCK, then
         the way from ``start`` to it.
         """
@@ -148,7 +148,7 @@ class Search:
         else:
             self.go_to(place)
 
-    def go_to(self, place: npt.NDArray[np.float64]) -> None:
+    def go_to(self, place: FloatArray) -> None:
         """To where the program goes on, at VRIPOSO."""
         program = self._program
         program.channel.counter = None

@@ -11,13 +11,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks import CIRCULAR, LINEAR, POLYNOMIAL, RAPID
 from cnc_core.frontend.base.scanner import Row
+from cnc_core.units import FloatArray
 
 SAME_MM = 1e-9
-Array = npt.NDArray[np.float64]
 
 
 @dataclass
@@ -40,7 +39,7 @@ class Corners:
     19 (0: no arcs there), ``reversed``.
     """
 
-    def __init__(self, axes: int, position: Array) -> None:
+    def __init__(self, axes: int, position: FloatArray) -> None:
         self._axes = axes
         self.fillet, self.bevel = Corner(), Corner()
         self.plane = (0, 1)
@@ -55,7 +54,7 @@ class Corners:
     def active(self) -> bool:
         return self.fillet.active or self.bevel.active or self._held is not None
 
-    def follow(self, position: Array) -> None:
+    def follow(self, position: FloatArray) -> None:
         """Motions went by elsewhere."""
         if self._held is None:
             self._last = position.copy()
@@ -83,9 +82,10 @@ class Corners:
             return out
         return [*out, row]
 
-    def _usable(self, row: Row, start: Array) -> bool:
+    def _usable(self, row: Row, start: FloatArray) -> bool:
         """A feed line that moves axes of the plane only."""
-        if not self.code or row["type"][0] != LINEAR or row["flags"][0] & RAPID:
+        rapid = row["flags"][0] & RAPID
+        if not self.code or row["type"][0] != LINEAR or rapid:
             return False
         moved = np.abs(row["end"][0][: self._axes] - start) > SAME_MM
         others = [i for i in range(self._axes) if i not in self.plane]
@@ -93,7 +93,9 @@ class Corners:
             moved[list(self.plane)].any() and not moved[others].any(),
         )
 
-    def _serve(self, row: Row, corner: Array) -> tuple[list[Row], Array]:
+    def _serve(
+        self, row: Row, corner: FloatArray
+    ) -> tuple[list[Row], FloatArray]:
         """The corner between the row held back and this one: rows, and where
         this one begins now.
         """
@@ -138,7 +140,12 @@ class Corners:
         return [*self.flush(), element], second
 
     def _make_arc(
-        self, row: Row, start: Array, u: Array, turn: float, radius: float
+        self,
+        row: Row,
+        start: FloatArray,
+        u: FloatArray,
+        turn: float,
+        radius: float,
     ) -> None:
         side = math.copysign(radius, turn)
         centre = start + side * np.array([-u[1], u[0]])

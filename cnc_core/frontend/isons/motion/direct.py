@@ -17,6 +17,7 @@ from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.probe import trip
 from cnc_core.frontend.base.scanner import MotionWords, Row
 from cnc_core.frontend.port import Wait
+from cnc_core.units import FloatArray
 
 from ..base.homing_modes import ABSOLUTE
 from ..base.machine import HomingSensors
@@ -25,7 +26,7 @@ from ..base.text import AXIS_LETTERS
 from ..base.words import Words
 from ..devices.homing import NoMethodError, NoSensorError, Speeds, search
 from .motions import in_machine_coordinates, place_of, targets
-from .state import Array, ChannelState
+from .state import ChannelState
 
 PER_MINUTE = 60.0
 COMMAND_MAX = 2**31
@@ -88,15 +89,14 @@ def probe(channel: ChannelState, words: Words, offset: int) -> list[Row | Wait]:
 
 def way(
     channel: ChannelState,
-    place: Array,
+    place: FloatArray,
     speed_mm_min: float,
     n: int,
     offset: int,
 ) -> list[Row]:
     """A straight motion to a machine position, with a stop at its end."""
-    words = MotionWords(
-        axis={i: float(value) for i, value in enumerate(place)}, n=n, motion=1
-    )
+    targets = {i: float(value) for i, value in enumerate(place)}
+    words = MotionWords(axis=targets, n=n, motion=1)
     rows = in_machine_coordinates(channel, words, offset)
     for row in rows:
         row["feed"] = speed_mm_min / PER_MINUTE
@@ -165,6 +165,9 @@ def _home_axis(
 
 def _encoder(sensors: HomingSensors, letter: str, offset: int) -> float:
     if sensors.absolute is None:
-        text = f"G71 {letter}: {ERRORS[1005]}: the axis has no absolute encoder (absolute of its homing table)"
+        text = (
+            f"G71 {letter}: {ERRORS[1005]}: the axis has no absolute "
+            "encoder (absolute of its homing table)"
+        )
         raise fail(1005, text, offset)
     return sensors.absolute

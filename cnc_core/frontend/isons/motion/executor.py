@@ -251,7 +251,10 @@ class Executor:
             if number in PROGRAM_ENDS:
                 self.ended = True
             elif number not in self.channel.machine.m_functions:
-                text = f"M{number}: no macro of this number, and the cell has no such M function (m_synch)"
+                text = (
+                    f"M{number}: no macro of this number, and the cell has "
+                    "no such M function (m_synch)"
+                )
                 raise fail(900009, text, offset)
             rows += self.channel.emit(
                 self.channel.modal.row(
@@ -276,7 +279,8 @@ class Executor:
 
 
 MODES = frozenset({*codes.MOTIONS, 90, 91, 20, 21, 60, 61})
-DIRECT: dict[int, Callable[[ChannelState, Words, int], list[Row | Wait]]] = {
+Function = Callable[[ChannelState, Words, int], list[Row | Wait]]
+DIRECT: dict[int, Function] = {
     71: home,
     100: command,
     101: lambda channel, words, offset: stop(channel, offset),
@@ -287,6 +291,4 @@ SETTINGS: dict[int, Callable[[Executor, Words, int], None]] = {
     81: Executor._limit,
     47: Executor._entry,
 }
-TRANSFORMS = frozenset(
-    {120, 121, 24, 25, 22, 23, 26, 27, 28, 50, 51, 52, 1051, 1050}
-)
+TRANSFORMS = frozenset({120, 121, *range(22, 29), 50, 51, 52, 1051, 1050})

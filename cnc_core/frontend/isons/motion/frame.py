@@ -12,15 +12,13 @@ import copy
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import FloatArray
 
 from ..base.machine import SLOTS, Head, IsonsCell
-
-Array = npt.NDArray[np.float64]
 
 
 class Layer:
@@ -35,17 +33,17 @@ class Layer:
         }
         self.index = 0
         self.on = True
-        self.value: Array = self.slot(0).copy()
+        self.value: FloatArray = self.slot(0).copy()
 
-    def _array(self, values: dict[str, float]) -> Array:
+    def _array(self, values: dict[str, float]) -> FloatArray:
         return np.array([values.get(name, 0.0) for name in self._names])
 
-    def slot(self, number: int) -> Array:
+    def slot(self, number: int) -> FloatArray:
         """Stored values of a slot, (axes,)."""
         return self._slots.setdefault(number, np.zeros(len(self._names)))
 
     @property
-    def acting(self) -> Array:
+    def acting(self) -> FloatArray:
         return self.value if self.on else np.zeros(len(self._names))
 
     def select(self, number: int) -> None:
@@ -82,9 +80,9 @@ class Frame:
         self.offset = Layer(self.names, cell.offsets)
         count = len(self.names)
         self.head_number, self.head_on = -1, True
-        self.length: Array = np.zeros(count)
-        self.length_extra: Array = np.zeros(count)
-        self.home: Array = np.zeros(count)
+        self.length: FloatArray = np.zeros(count)
+        self.length_extra: FloatArray = np.zeros(count)
+        self.home: FloatArray = np.zeros(count)
         self.length_axis = -1
         self.update()
 
@@ -104,29 +102,29 @@ class Frame:
         return self._heads.get(self.head_number, Head())
 
     @property
-    def sensor(self) -> Array:
+    def sensor(self) -> FloatArray:
         """Sensor offset of the head, (axes,)."""
         return np.array(
             [self.head.sensor.get(name, 0.0) for name in self.names]
         )
 
-    def _head(self) -> Array:
+    def _head(self) -> FloatArray:
         values = [self.head.offset.get(name, 0.0) for name in self.names]
         return np.array(values) if self.head_on else np.zeros(len(self.names))
 
     @property
-    def below(self) -> Array:
+    def below(self) -> FloatArray:
         """Everything but origin and offset."""
         return self._head() + self.length + self.length_extra + self.home
 
     @property
-    def total(self) -> Array:
+    def total(self) -> FloatArray:
         return self.origin.acting + self.offset.acting + self.below
 
     def update(self) -> None:
         self._modal.set_offset(self.total)
 
-    def position_from_home(self) -> Array:
+    def position_from_home(self) -> FloatArray:
         return self._modal.position - self.home
 
     def set_here(self, layer: Layer, axes: Iterable[int], sensor: bool) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import FloatArray
 
 from ..base.parameters import Parameters
 
@@ -44,9 +45,10 @@ class Limits:
         self._secondary[0 if mode % 2 else 1, axis] = mode >= 2
 
     def refresh(self) -> None:
-        self.low, self.high = self._values(0), self._values(1)
+        self.low = self._values(0)
+        self.high = self._values(1)
 
-    def _values(self, end: int) -> npt.NDArray[np.float64]:
+    def _values(self, end: int) -> FloatArray:
         found = np.array(self._cell[end], dtype=np.float64)
         for i, axis in enumerate(self._names):
             for secondary in (False, True):

@@ -8,11 +8,12 @@ import numpy.typing as npt
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import MotionWords, Row
+from cnc_core.units import FloatArray
 
 from ..base.text import AXIS_LETTERS
 from ..base.words import Words
 from .rotary import target_of
-from .state import Array, ChannelState
+from .state import ChannelState
 
 
 def motion(channel: ChannelState, words: Words) -> list[Row]:
@@ -80,7 +81,7 @@ def targets(
 
 def place_of(
     channel: ChannelState, given: dict[int, tuple[float, bool]]
-) -> Array:
+) -> FloatArray:
     """(axes,) machine position that axis words lead to, through
     transformations, origins and offsets.
     """
@@ -94,9 +95,9 @@ def place_of(
 def transformed(
     channel: ChannelState,
     given: dict[int, tuple[float, bool]],
-    now: Array,
-    frame: Array,
-) -> tuple[Array, npt.NDArray[np.bool_]]:
+    now: FloatArray,
+    frame: FloatArray,
+) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
     """(axes,) machine position of axis words seen from ``now`` in the
     transformed system, and (axes,) which move.
     """
@@ -178,8 +179,9 @@ def through_transformations(
     )
     now = transform.backward(modal.position - frame)
     place, moved = transformed(channel, given, now, frame)
+    moving = np.flatnonzero(moved)
     words = MotionWords(
-        axis={int(i): float(place[i]) for i in np.flatnonzero(moved)},
+        axis={int(i): float(place[i]) for i in moving},
         n=n,
         motion=modal.motion,
     )
@@ -205,8 +207,8 @@ def arc_words(
     words: MotionWords,
     centre: dict[str, float],
     radius: float | None,
-    now: Array,
-    frame: Array,
+    now: FloatArray,
+    frame: FloatArray,
     offset: int,
 ) -> None:
     """Centre and radius of an arc in machine coordinates."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from cnc_core.frontend.base.lexer import fail
+from cnc_core.units import FloatArray
 
 from ..base.text import AXIS_LETTERS
 from ..base.words import Words
 from .frame import Layer, check_slot
-from .state import Array, ChannelState
+from .state import ChannelState
 
 FIXED_ORIGINS = {55: "Y", 56: "Z", 57: "XY", 58: "YZ", 59: "XZ"}
 
@@ -61,7 +62,11 @@ def some_axes(
 
 
 def some_values(
-    channel: ChannelState, words: Words, current: Array, code: int, offset: int
+    channel: ChannelState,
+    words: Words,
+    current: FloatArray,
+    code: int,
+    offset: int,
 ) -> dict[int, float]:
     """As ``_given``, at least one."""
     values = channel.given(words, current)

@@ -25,6 +25,7 @@ from cnc_core.errors import CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import FloatArray
 
 from ..base.parameters import Parameters
 from .arcs_at_corners import Corners
@@ -35,7 +36,6 @@ PERPENDICULAR = 138
 MITRE, ARC = 25, 26
 MITRE_DEGREES = 45.0
 SAME_MM = TOLERANCE_MM = 1e-9
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -46,14 +46,14 @@ class Bounds:
 
     slowest: float
     fastest: float
-    low: Array | None = None
-    high: Array | None = None
+    low: FloatArray | None = None
+    high: FloatArray | None = None
 
     def check(
         self,
         rows: npt.NDArray[Any],
         names: Sequence[str],
-        start: Array,
+        start: FloatArray,
         main: tuple[int, int, int],
     ) -> tuple[int, str] | None:
         """Bound the feeds; the first row beyond a limit in force, and what is
@@ -95,8 +95,8 @@ class Bounds:
 
 
 def _reach(
-    rows: npt.NDArray[Any], start: Array, main: tuple[int, int, int]
-) -> tuple[Array, Array]:
+    rows: npt.NDArray[Any], start: FloatArray, main: tuple[int, int, int]
+) -> tuple[FloatArray, FloatArray]:
     """(low, high), each (n, axes), of lines and arcs one behind the other."""
     ends = rows["end"][:, : len(start)]
     low, high = ends.copy(), ends.copy()
@@ -168,12 +168,12 @@ class Output:
             self._last = modal.position
             self.corners.follow(self._last)
 
-    def moved_to(self, position: Array) -> None:
+    def moved_to(self, position: FloatArray) -> None:
         """The axes stand elsewhere."""
         self._last = position.copy()
         self.corners.follow(position)
 
-    def stopped(self, position: Array) -> None:
+    def stopped(self, position: FloatArray) -> None:
         """The axes have been stopped: nothing is held, compensated or rounded
         any more.
         """

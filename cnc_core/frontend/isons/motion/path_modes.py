@@ -24,8 +24,22 @@ from ..base.text import AXIS_LETTERS
 DEFAULT = 64
 NO_AXIS = 255
 # what F counts along, and the corner test (path_mode.py)
-FEED_ALONG = {63: 1, 64: 2, 65: 1, 67: 3, 68: 4, 75: 5}
-CORNER_TEST = {63: 0, 64: 1, 65: 2, 67: 1, 68: 4, 75: 3}
+FEED_ALONG = {
+    63: 1,
+    64: 2,
+    65: 1,
+    67: 3,
+    68: 4,
+    75: 5,
+}
+CORNER_TEST = {
+    63: 0,
+    64: 1,
+    65: 2,
+    67: 1,
+    68: 4,
+    75: 3,
+}
 THRESHOLDS = 2
 DEPTH_OFF = 20  # G69 up to this switches the filters off
 FILTERS = 6

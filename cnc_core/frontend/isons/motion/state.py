@@ -6,13 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-import numpy.typing as npt
-
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, MotionWords, Row
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import FloatArray
 
 from ..base.machine import IsonsCell, ToolTable
 from ..base.parameters import Parameters
@@ -24,7 +22,6 @@ from .path_modes import PathModes
 from .tip import Tip
 from .transform import Transform
 
-Array = npt.NDArray[np.float64]
 # number, value, relative, place in the block
 PositionerOffset = Callable[[float, float, bool, int], None]
 PLANE_AXES = {
@@ -76,7 +73,7 @@ class ChannelState:
         self.without_tools_told = False
         self.tool_instead: int | None = None  # of the next T (RESUME_T)
         # the value of $_C while a restart leads there
-        self.counter: Array | None = None
+        self.counter: FloatArray | None = None
         self.completed = False  # the program has come to its end
         self.positioner_offset: PositionerOffset = lambda *_: None
         self.speed_copied: Callable[[float], None] = lambda _: None
@@ -226,7 +223,7 @@ class ChannelState:
             for letter, offset in words.block.named.items()
         ]
 
-    def given(self, words: Words, current: Array) -> dict[int, float]:
+    def given(self, words: Words, current: FloatArray) -> dict[int, float]:
         """Values by axis, mm or degrees.
 
         The words are X to W, and DX to DW, which count from ``current``.

@@ -8,13 +8,14 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.machine import External
 from cnc_core.frontend.port import ChannelPort
+from cnc_core.units import FloatArray
 
 from ..base.machine import GENERICS, INPUTS, M_PARAMETERS, OUTPUTS
 from ..base.text import AXIS_LETTERS
 from ..devices.clock import Clock
 from ..devices.positioners import Positioners
 from .output import OFF
-from .state import Array, ChannelState
+from .state import ChannelState
 
 AXES = len(AXIS_LETTERS)
 FROM_HOME = 100
@@ -174,12 +175,12 @@ class System:
 
     # values
 
-    def _of_axis(self, values: Array, index: int) -> float:
+    def _of_axis(self, values: FloatArray, index: int) -> float:
         """Of the axis with this letter; 0 where the machine has none."""
         axis = self._channel.axes.get(AXIS_LETTERS[index])
         return 0.0 if axis is None else float(values[axis])
 
-    def _position(self, place: Array, index: int) -> float:
+    def _position(self, place: FloatArray, index: int) -> float:
         frame = self._channel.frame
         from_home = place - frame.home
         if index >= FROM_HOME:

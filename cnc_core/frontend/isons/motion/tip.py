@@ -6,11 +6,9 @@ The words of G103, G104 and G105 are read in ``tip_words.py``.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.frontend.machine import ProgramMachine, TipMachine
-
-Array = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
 
 
 class Tip:
@@ -32,7 +30,7 @@ class Tip:
         number = self._machine.kin_id
         return None if number is None else self._machine.kinematics.get(number)
 
-    def programmed(self, axes: Array) -> Array:
+    def programmed(self, axes: FloatArray) -> FloatArray:
         """(axes,) what is programmed where the axes stand."""
         machine = self.machine
         if not self.on or machine is None:

@@ -7,9 +7,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
+
 SAME = 1e-12
 
 
@@ -60,8 +60,8 @@ class Transform:
     def rebuild(self) -> None:
         """Compute the map again after a change."""
         before = self.before_scaling()
-        scale: Array = np.eye(self._axes)
-        scale_shift: Array = np.zeros(self._axes)
+        scale: FloatArray = np.eye(self._axes)
+        scale_shift: FloatArray = np.zeros(self._axes)
         if self.scaling.on:
             for axis, ratio in self.scaling.ratio.items():
                 scale[axis, axis] = ratio
@@ -69,18 +69,17 @@ class Transform:
                     1.0 - ratio
                 )
         turn, turn_shift = self._turn()
-        self.matrix: Array = turn @ scale @ before
-        self.shift: Array = turn @ scale_shift + turn_shift
-        self._identity = bool(
-            (self.matrix == np.eye(self._axes)).all() and not self.shift.any()
-        )
-        self._inverse: Array = np.asarray(
+        self.matrix: FloatArray = turn @ scale @ before
+        self.shift: FloatArray = turn @ scale_shift + turn_shift
+        unchanged = (self.matrix == np.eye(self._axes)).all()
+        self._identity = bool(unchanged and not self.shift.any())
+        self._inverse: FloatArray = np.asarray(
             np.linalg.inv(self.matrix), dtype=np.float64
         )
 
-    def before_scaling(self) -> Array:
+    def before_scaling(self) -> FloatArray:
         """Swaps, then mirrors."""
-        swap: Array = np.eye(self._axes)
+        swap: FloatArray = np.eye(self._axes)
         pairs = [
             self.named_swap if self.named_swap_on else None,
             self.plane_swap,
@@ -88,14 +87,14 @@ class Transform:
         for pair in pairs:
             if pair is not None:
                 swap[list(pair)] = swap[list(pair)[::-1]]
-        mirror: Array = np.eye(self._axes)
+        mirror: FloatArray = np.eye(self._axes)
         for axis in self.mirrored:
             mirror[axis, axis] = -1.0
         return np.asarray(mirror @ swap)
 
-    def _turn(self) -> tuple[Array, Array]:
-        turn: Array = np.eye(self._axes)
-        shift: Array = np.zeros(self._axes)
+    def _turn(self) -> tuple[FloatArray, FloatArray]:
+        turn: FloatArray = np.eye(self._axes)
+        shift: FloatArray = np.zeros(self._axes)
         if not self.rotation.on or self.rotation.degrees % 360.0 == 0.0:
             return turn, shift
         first, second = self.plane
@@ -107,10 +106,10 @@ class Transform:
         centre[second] = self.rotation.second
         return turn, centre - turn @ centre
 
-    def forward(self, point: Array) -> Array:
+    def forward(self, point: FloatArray) -> FloatArray:
         return np.asarray(self.matrix @ point + self.shift)
 
-    def backward(self, place: Array) -> Array:
+    def backward(self, place: FloatArray) -> FloatArray:
         return np.asarray(self._inverse @ (place - self.shift))
 
     def similarity(self, first: int, second: int) -> tuple[float, bool] | None:

@@ -267,7 +267,10 @@ class Forms:
     def _ask(self, question: Question, offset: int) -> Answer:
         answer = self._port.ask(question)
         if answer is None:
-            text = f"{question.title or 'form'}: {ERRORS[909152]}; answers come from a terminal or from --answers"
+            text = (
+                f"{question.title or 'form'}: {ERRORS[909152]}; answers "
+                "come from a terminal or from --answers"
+            )
             raise fail(909152, text, offset)
         return answer
 

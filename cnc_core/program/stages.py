@@ -1,0 +1,76 @@
+"""Filters of a program in their order, and what stages take from the cell."""
+
+from __future__ import annotations
+
+from ..config import SYNCH, CellConfig, synch_value
+from ..geometry.filters.feed_control import FeedControl
+from ..geometry.filters.low_pass import LowPass
+from ..geometry.filters.noise import FineNoise, Noise
+from ..geometry.filters.run_filter import RunFilter
+from ..geometry.filters.short_segments import ShortSegments
+from ..geometry.filters.spline_filter import SplineFilter
+from ..geometry.stages.contouring import (
+    AHEAD,
+    BEHIND,
+    ContourMachine,
+)
+from ..geometry.stages.smoothing import SmoothingMachine
+
+FILTERS: tuple[type[RunFilter], ...] = (
+    Noise,
+    SplineFilter,
+    FineNoise,
+    ShortSegments,
+    LowPass,
+    FeedControl,
+)
+
+
+def smoothing_machine(cell: CellConfig) -> SmoothingMachine:
+    rotary = [axis.kind == "rotary" for axis in cell.axes.values()]
+    linear = [
+        axis for axis in cell.axes.values() if axis.kind == "linear"
+    ] or list(cell.axes.values())
+    return SmoothingMachine(
+        main=cell.main_axes,
+        rotary=sum(1 << i for i, is_rotary in enumerate(rotary) if is_rotary),
+        accel=min(axis.a_max_mm_s2 for axis in linear),
+        feed=min(axis.v_max_mm_s for axis in linear),
+    )
+
+
+def _waits(cell: CellConfig) -> dict[tuple[str, int], int]:
+    """Functions for which the channel stands, and where."""
+    behind = SYNCH["MVS_SNS"] | SYNCH["MNS_SNS"]
+    ahead = (
+        SYNCH["MVS_SVS"]
+        | SYNCH["MVS_SLM"]
+        | SYNCH["MEP_SVS"]
+        | SYNCH["MET_SVS"]
+    )
+    names: dict[tuple[str, int], str] = {
+        ("M", number): name for number, name in cell.m_functions.items()
+    }
+    names |= {
+        ("H", int(number)): name
+        for number, name in cell.channel.h_synch.items()
+    }
+    names[("T", 0)] = cell.channel.tool_synch
+    for spindle in list(cell.spindles.values())[:1]:
+        names |= {
+            ("M", number) if number else ("S", 0): name
+            for number, name in spindle.functions.items()
+        }
+    found = {}
+    for key, name in names.items():
+        value = synch_value(name)
+        if value & (ahead | behind):
+            found[key] = BEHIND if value & behind else AHEAD
+    return found
+
+
+def contour_machine(cell: CellConfig) -> ContourMachine:
+    smoothing = smoothing_machine(cell)
+    return ContourMachine(
+        cell.main_axes, smoothing.accel, smoothing.feed, _waits(cell)
+    )

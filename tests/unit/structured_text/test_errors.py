@@ -1,0 +1,71 @@
+"""Wrong sources are told with file, line, column, reason and what to do."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_client.st.build import check
+from plc_client.st.errors import REFUSED
+
+CASES = [
+    ("x := nowhere;", "name nowhere is unknown", 6),
+    ("x := 1", "; is expected", 1),
+    ("x := 'text';", "STRING(4) does not convert to INT", 6),
+    ("x := 1.5;", "LREAL does not convert to INT; use LREAL_TO_INT", 6),
+    ("x := d;", "DINT does not convert to INT; use DINT_TO_INT", 6),
+    ("x := 40000;", "40000 does not fit INT", 6),
+    ("a[7] := 1;", "index 7 is outside of 0..3", 3),
+    ("x.16 := TRUE;", "INT has no part 16", 3),
+    ("IF x THEN x := 1; END_IF", "a condition is BOOL, not INT", 4),
+    ("N := 3;", "cannot be written", 1),
+    ("CASE x OF 1, 1: x := 2; END_CASE", "the label 1 stands twice", 14),
+    ("EXIT;", "EXIT stands outside of a loop", 1),
+    ("fb(nope := 1);", "parameter of R_TRIG: nope is unknown", 4),
+    ("gpCh[12]^.head.channel_nr := 1;", "index 12 is outside of 0..11", 6),
+    ("gpCh[0]^.bahn_stat.x := 1;", "did you mean BAHN_STATE?", 10),
+    ("x := 1 +;", "is unexpected", 9),
+]
+
+
+@pytest.mark.parametrize(("statement", "text", "column"), CASES)
+def test_error_has_place_reason_and_help(
+    statement: str, text: str, column: int
+) -> None:
+    """The error stands in line 3 of the file, at the column told."""
+    source = (
+        "PROGRAM MAIN\nVAR x : INT; d : DINT; a : ARRAY [0..3] OF INT; fb : R_TRIG;"
+        f" END_VAR VAR CONSTANT N : INT := 1; END_VAR\n{statement}\nEND_PROGRAM\n"
+    )
+    found = check({"bad.st": source}).log.errors
+    assert found, "no error"
+    first = found[0]
+    assert text in str(first)
+    if "expected" not in text and "unexpected" not in text:
+        assert (first.file, first.line, first.column) == ("bad.st", 3, column)
+
+
+def test_several_errors_are_told_at_once() -> None:
+    """Three wrong statements and a wrong declaration give four errors."""
+    source = """PROGRAM MAIN
+VAR a : NOTHING; b : INT; END_VAR
+b := one;
+b := 'x';
+c := 3;
+END_PROGRAM
+"""
+    found = check({"bad.st": source}).log.errors
+    assert [problem.line for problem in found] == [2, 3, 4, 5]
+
+
+def test_refused_constructs_are_named() -> None:
+    """The JSON of a check lists POU and construct of what is not supported."""
+    source = "PROGRAM MAIN\nVAR p : POINTER TO INT; END_VAR\np := __NEW(INT);\nEND_PROGRAM\n"
+    found = check({"new.st": source})
+    assert found.log.errors[0].code == REFUSED
+    row = found.as_json()["refused"][0]
+    assert row == {
+        "pou": "MAIN",
+        "construct": "__NEW",
+        "file": "new.st",
+        "line": 3,
+    }
