@@ -2,4 +2,9 @@
 
 from setuptools import setup
 
-setup(cffi_modules=["c_ext/build_ffi.py:engine_ffi", "c_ext/build_ffi.py:sync_ffi"])
+setup(
+    cffi_modules=[
+        "c_ext/build_ffi.py:engine_ffi",
+        "c_ext/build_ffi.py:sync_ffi",
+    ]
+)
