@@ -126,8 +126,8 @@ def spec_of(cls: type) -> TaskSpec:
 
 
 def load_tasks(path: str, qualname: str | None = None) -> list[type]:
-    """The task classes of a Python file in the order of their text, or the one named
-    (decorated or not).
+    """The task classes of a Python file in the order of their text, or the one
+    named (decorated or not).
 
     Raises PlcError: the file is missing, fails at import, or holds no such
     task.
