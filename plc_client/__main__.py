@@ -25,7 +25,8 @@ from .guard import Guard
 from .online import UNFIT, Forces, TaskSymbol, Watch, parse_force
 from .orders import Orders
 from .scan import Ending, Program, Scanner, report
-from .task import PlcError, load_tasks
+from .sources import load_tasks
+from .task import PlcError
 
 _RETRY_S = 0.05
 _FIRST_ATTACH_S = 30.0  # with --once: a CNC that starts at the same time

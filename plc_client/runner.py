@@ -27,7 +27,8 @@ from .online import check, views_of
 from .pace import CyclePacer
 from .program import Program, task_statistics
 from .scan import Scanner
-from .task import PlcError, load_tasks
+from .sources import load_tasks
+from .task import PlcError
 
 LIMIT_S = 3600.0
 """Cell time after which ``run_until`` gives up."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib
 import importlib.util
 import sys
 import sysconfig
@@ -127,14 +126,12 @@ def spec_of(cls: type) -> TaskSpec:
 
 
 def load_tasks(path: str, qualname: str | None = None) -> list[type]:
-    """The task classes of a file in the order of their text, or the one named
-    (decorated or not).
+    """The task classes of a Python file in the order of their text, or the one
+    named (decorated or not).
 
     Raises PlcError: the file is missing, fails at import, or holds no such
     task.
     """
-    if is_st(path) and qualname is None:
-        return _load_st(path)
     module = _import(Path(path))
     if qualname is not None:
         return [_named(module, path, qualname)]
@@ -157,13 +154,6 @@ def is_st(path: str | Path) -> bool:
     """Whether a path names Structured Text: by its suffix, or a folder."""
     found = Path(path)
     return found.is_dir() or found.suffix.lower() in ST_SUFFIXES
-
-
-def _load_st(path: str) -> list[type]:
-    """The compiler stands above this module and is loaded where it is used."""
-    tasks = importlib.import_module(f"{__package__}.st.machine.tasks")
-    found: list[type] = tasks.load_st(path)
-    return found
 
 
 def _named(module: ModuleType, path: str, qualname: str) -> type:

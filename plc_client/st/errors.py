@@ -1,4 +1,7 @@
-"""Errors of ST sources: place, number, reason and what to do; many are collected before anything is raised."""  # noqa: E501
+"""Errors of ST sources: place, number, reason and what to do.
+
+Many errors are collected before one is raised.
+"""
 
 from __future__ import annotations
 

@@ -6,7 +6,6 @@ from ..errors import ARGUMENT, Position, StopHere
 from ..model import types
 from ..model.classes import Routine
 from ..syntax import tree
-from . import expressions
 from .context import HERE, Context
 from .value import RoutineRef
 
@@ -38,7 +37,7 @@ def chosen(context: Context, base: RoutineRef, node: tree.Call) -> RoutineRef:
     if len(values) < 2:
         text = f"{routine.name} needs Expected and Actual"
         raise StopHere(ARGUMENT, text, node.pos)
-    kind = _kind([expressions.value(context, value) for value in values])
+    kind = _kind([context.value(value) for value in values])
     found = routine.owner.method(f"{routine.name}_{kind}".upper())
     if found is None:
         text = f"{routine.name} does not compare {kind}"

@@ -6,9 +6,10 @@ from functools import partial
 
 from ..errors import ARGUMENT, RANGE, TYPE, Position, StopHere, refuse
 from ..model import types
+from ..model.classes import ClassType, InterfaceType
 from ..syntax import tree
-from . import convert, expressions
-from .builtins import Rule, count
+from . import convert
+from .builtin_arguments import Rule, count
 from .context import Context
 from .value import RoutineRef, TypeRef, Value, constant
 
@@ -17,10 +18,10 @@ def _sizeof(
     context: Context, nodes: list[tree.Node], pos: Position, *, name: str
 ) -> Value:
     count(nodes, 1, 1, name, pos)
-    found = expressions.entity(context, nodes[0])
+    found = context.entity(nodes[0])
     type_ = found.type if isinstance(found, TypeRef) else None
     if type_ is None:
-        type_ = expressions.as_value(context, found, pos).type
+        type_ = context.as_value(found, pos).type
     if isinstance(type_, types.OpenArray):
         raise refuse("SIZEOF of ARRAY [*]", pos, "use UPPER_BOUND")
     value = constant(types.UDINT, type_.size)
@@ -30,10 +31,10 @@ def _sizeof(
 
 def _adr(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     count(nodes, 1, 1, "ADR", pos)
-    found = expressions.entity(context, nodes[0])
+    found = context.entity(nodes[0])
     if isinstance(found, RoutineRef):
         raise refuse("ADR of a function", pos)
-    value = expressions.as_value(context, found, pos)
+    value = context.as_value(found, pos)
     if value.bit is not None:
         raise refuse("ADR of a bit", pos, "use the address of its byte")
     place = value.place
@@ -48,7 +49,7 @@ def _adr(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
 
 
 def _address(context: Context, node: tree.Node) -> Value:
-    value = expressions.value(context, node)
+    value = context.value(node)
     if isinstance(value.type, types.PointerType):
         return value
     base = value.base
@@ -58,7 +59,7 @@ def _address(context: Context, node: tree.Node) -> Value:
 
 
 def _whole(context: Context, node: tree.Node) -> Value:
-    value = expressions.value(context, node)
+    value = context.value(node)
     base = value.base
     if isinstance(base, types.Elementary) and base.whole:
         return convert.cast(value, types.LINT)
@@ -89,8 +90,8 @@ def _bound(
     context: Context, nodes: list[tree.Node], pos: Position, *, upper: bool
 ) -> Value:
     count(nodes, 2, 2, "UPPER_BOUND" if upper else "LOWER_BOUND", pos)
-    value = expressions.value(context, nodes[0])
-    number = expressions.value(context, nodes[1])
+    value = context.value(nodes[0])
+    number = context.value(nodes[1])
     if number.constant is None:
         raise StopHere(ARGUMENT, "the dimension is a constant", pos)
     type_ = value.type
@@ -113,7 +114,7 @@ def _check_rank(number: int, rank: int, pos: Position) -> None:
 
 def _is_valid(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     count(nodes, 1, 1, "__ISVALIDREF", pos)
-    found = expressions.entity(context, nodes[0])
+    found = context.entity(nodes[0])
     if isinstance(found, Value) and isinstance(found.type, types.PointerType):
         return Value(types.BOOL, f"({found.text} != 0)", bits=8)
     raise StopHere(TYPE, "__ISVALIDREF needs a reference", pos)
@@ -123,17 +124,17 @@ def _query_interface(
     context: Context, nodes: list[tree.Node], pos: Position
 ) -> Value:
     count(nodes, 2, 2, "__QUERYINTERFACE", pos)
-    source = expressions.value(context, nodes[0])
-    target = expressions.value(context, nodes[1])
-    if not isinstance(target.type, types.InterfaceType):
+    source = context.value(nodes[0])
+    target = context.value(nodes[1])
+    if not isinstance(target.type, InterfaceType):
         raise StopHere(TYPE, "the second argument is an interface", pos)
-    if not isinstance(source.type, (types.InterfaceType, types.ClassType)):
+    if not isinstance(source.type, (InterfaceType, ClassType)):
         text = "the first argument is an interface or an instance"
         raise StopHere(TYPE, text, pos)
     name = f"N_{target.type.cls.name.upper()}"
     context.prototype(name, f"extern const char {name}[] ST_HIDDEN;")
     holder = source.place or source.text
-    if isinstance(source.type, types.InterfaceType):
+    if isinstance(source.type, InterfaceType):
         holder = source.text
     text = f"st_query({holder}, {name}, {target.place})"
     return Value(types.BOOL, text, calls=True, bits=8)
@@ -143,12 +144,12 @@ def _query_pointer(
     context: Context, nodes: list[tree.Node], pos: Position
 ) -> Value:
     count(nodes, 2, 2, "__QUERYPOINTER", pos)
-    source = expressions.value(context, nodes[0])
-    target = expressions.value(context, nodes[1])
+    source = context.value(nodes[0])
+    target = context.value(nodes[1])
     if not isinstance(target.type, types.PointerType) or not target.place:
         raise StopHere(TYPE, "the second argument is a pointer", pos)
     holder = source.place or source.text
-    if isinstance(source.type, types.InterfaceType):
+    if isinstance(source.type, InterfaceType):
         holder = source.text
     where = f"*(st_ptr *)({target.place})"
     text = f"(({where} = {holder}) != 0)"
@@ -164,7 +165,7 @@ def _refused(
 def _fail(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     """An assertion failed; the library alone calls it."""
     count(nodes, 1, 1, "__FAIL", pos)
-    text = expressions.value(context, nodes[0], types.StringType(255))
+    text = context.value(nodes[0], types.StringType(255))
     return Value(types.VOID, f"st_failed({text.text})", calls=True)
 
 

@@ -7,8 +7,8 @@ from functools import partial
 from ..errors import TYPE, Position, StopHere
 from ..model import types
 from ..syntax import tree
-from . import convert, expressions, operators
-from .builtins import Rule, count
+from . import convert, operators
+from .builtin_arguments import Rule, count
 from .context import Context
 from .conversions import truncated
 from .value import Value, constant
@@ -60,7 +60,7 @@ def _real(
 
 def real_value(context: Context, node: tree.Node, name: str) -> Value:
     """A number as REAL or LREAL."""
-    value = expressions.value(context, node)
+    value = context.value(node)
     base = value.base
     if not isinstance(base, types.Elementary) or base.family not in (
         "real",
@@ -103,7 +103,7 @@ def _two_reals(
 
 def _abs(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     count(nodes, 1, 1, "ABS", pos)
-    value = expressions.value(context, nodes[0])
+    value = context.value(nodes[0])
     base = value.base
     if not isinstance(base, types.Elementary) or base.family not in (
         "int",
@@ -124,7 +124,7 @@ def _operator(
     context: Context, nodes: list[tree.Node], pos: Position, *, name: str
 ) -> Value:
     count(nodes, 2, 2 if name not in _MANY else 10_000, name, pos)
-    values = [expressions.value(context, node) for node in nodes]
+    values = [context.value(node) for node in nodes]
     found = values[0]
     for value in values[1:]:
         found = operators.binary(context, _OPERATORS[name], found, value, pos)
@@ -142,7 +142,7 @@ def _expt(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
 
 def _not(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     count(nodes, 1, 1, "NOT", pos)
-    value = expressions.value(context, nodes[0])
+    value = context.value(nodes[0])
     return operators.unary(context, "NOT", value, pos)
 
 
@@ -150,7 +150,7 @@ def _shift(
     context: Context, nodes: list[tree.Node], pos: Position, *, name: str
 ) -> Value:
     count(nodes, 2, 2, name, pos)
-    value = expressions.value(context, nodes[0])
+    value = context.value(nodes[0])
     base = value.base
     if not isinstance(base, types.Elementary) or not base.whole:
         if not (isinstance(base, types.Elementary) and base.family == "bool"):
@@ -160,7 +160,7 @@ def _shift(
     if value.weak:
         base = _literal_width(value)
         value = convert.cast(value, base)
-    number = expressions.value(context, nodes[1])
+    number = context.value(nodes[1])
     places = number.base
     if not isinstance(places, types.Elementary) or not places.whole:
         text = f"{name}: the number of places is whole"
@@ -188,7 +188,7 @@ def _trunc(
     context: Context, nodes: list[tree.Node], pos: Position, *, name: str
 ) -> Value:
     count(nodes, 1, 1, name, pos)
-    value = expressions.value(context, nodes[0])
+    value = context.value(nodes[0])
     goal = types.INT if name == "TRUNC_INT" else types.DINT
     return truncated(value, goal, pos)
 
@@ -202,20 +202,20 @@ def _same_real(
     function: str,
 ) -> Value:
     count(nodes, 1, 1, name, pos)
-    value = expressions.value(context, nodes[0], types.LREAL)
+    value = context.value(nodes[0], types.LREAL)
     return value.with_text(f"{function}({value.text})")
 
 
 def _move(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     count(nodes, 1, 1, "MOVE", pos)
-    found = expressions.value(context, nodes[0])
+    found = context.value(nodes[0])
     found.writable = False
     return found
 
 
 def _lmod(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     count(nodes, 2, 2, "LMOD", pos)
-    values = [expressions.value(context, n, types.LREAL) for n in nodes]
+    values = [context.value(n, types.LREAL) for n in nodes]
     inside = ", ".join(v.text for v in values)
     return Value(types.LREAL, f"fmod({inside})", bits=64)
 

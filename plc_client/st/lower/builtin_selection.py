@@ -7,8 +7,8 @@ from functools import partial, reduce
 from ..errors import TYPE, Position, StopHere
 from ..model import types
 from ..syntax import tree
-from . import convert, expressions
-from .builtins import Rule, count
+from . import convert
+from .builtin_arguments import Rule, count
 from .context import Context
 from .value import Value
 
@@ -64,7 +64,7 @@ def _values(
     context: Context, nodes: list[tree.Node], name: str, pos: Position
 ) -> tuple[types.Type, list[Value]]:
     """The values as one type, each computed once and in order."""
-    values = [expressions.value(context, node) for node in nodes]
+    values = [context.value(node) for node in nodes]
     meeting = _meeting(context, values, name, pos)
     found = []
     for value, node in zip(values, nodes, strict=True):
@@ -149,7 +149,7 @@ def _limit(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
 
 def _sel(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     count(nodes, 3, 3, "SEL", pos)
-    gate = expressions.boolean(context, nodes[0])
+    gate = context.boolean(nodes[0])
     meeting, values = _values(context, nodes[1:], "SEL", pos)
     calls = gate.calls or any(v.calls for v in values)
     before: list[str] = []
@@ -161,7 +161,7 @@ def _sel(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
 
 def _mux(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     count(nodes, 3, 10_000, "MUX", pos)
-    key = expressions.value(context, nodes[0])
+    key = context.value(nodes[0])
     base = key.base
     if not isinstance(base, types.Elementary) or not base.whole:
         raise StopHere(TYPE, "MUX: the selector is whole", nodes[0].pos)

@@ -7,8 +7,7 @@ from functools import partial
 from ..errors import TYPE, Position, StopHere
 from ..model import types
 from ..syntax import tree
-from . import expressions
-from .builtins import Rule, count
+from .builtin_arguments import Rule, count
 from .context import Context
 from .value import Value
 
@@ -19,7 +18,7 @@ LONGEST = 255
 def _text(
     context: Context, node: tree.Node, wide: bool | None, name: str
 ) -> Value:
-    value = expressions.value(context, node)
+    value = context.value(node)
     type_ = value.type
     if isinstance(type_, types.StringType) and wide in (None, type_.wide):
         return value
@@ -28,7 +27,7 @@ def _text(
 
 
 def _number(context: Context, node: tree.Node, name: str) -> Value:
-    value = expressions.value(context, node)
+    value = context.value(node)
     base = value.base
     if isinstance(base, types.Elementary) and base.whole:
         return value

@@ -7,8 +7,8 @@ from functools import partial
 from ..errors import Position
 from ..model import types
 from ..syntax import tree
-from . import convert, expressions, operators
-from .builtins import Rule, count
+from . import convert, operators
+from .builtin_arguments import Rule, count
 from .context import Context
 from .conversions import to_number
 from .value import Value
@@ -48,8 +48,8 @@ def _sum(
 ) -> Value:
     count(nodes, 2, 2, name, pos)
     sign, left, right = _SUMS[name]
-    first = expressions.value(context, nodes[0], types.ELEMENTARY[left])
-    second = expressions.value(context, nodes[1], types.ELEMENTARY[right])
+    first = context.value(nodes[0], types.ELEMENTARY[left])
+    second = context.value(nodes[1], types.ELEMENTARY[right])
     return operators.binary(context, sign, first, second, pos)
 
 
@@ -58,8 +58,8 @@ def _scale(
 ) -> Value:
     count(nodes, 2, 2, name, pos)
     sign, left = _SCALES[name]
-    first = expressions.value(context, nodes[0], types.ELEMENTARY[left])
-    second = expressions.value(context, nodes[1])
+    first = context.value(nodes[0], types.ELEMENTARY[left])
+    second = context.value(nodes[1])
     return operators.binary(context, sign, first, second, pos)
 
 
@@ -68,7 +68,7 @@ def _now(
 ) -> Value:
     """Time since the CNC started, on the cell's clock."""
     if len(nodes) == 1:
-        value = expressions.value(context, nodes[0])
+        value = context.value(nodes[0])
         return to_number(context, value, types.ELEMENTARY[name], pos)
     count(nodes, 0, 0, name, pos)
     if name == "LTIME":
@@ -78,8 +78,8 @@ def _now(
 
 def _join(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     count(nodes, 2, 2, "CONCAT_DATE_TOD", pos)
-    day = expressions.value(context, nodes[0], types.DATE)
-    clock = expressions.value(context, nodes[1], types.TOD)
+    day = context.value(nodes[0], types.DATE)
+    clock = context.value(nodes[1], types.TOD)
     text = f"((st_u32)({day.text} + {clock.text} / 1000u))"
     return Value(types.DT, text, bits=32, calls=day.calls or clock.calls)
 
@@ -94,7 +94,7 @@ def _numbers(
     goal: types.Elementary,
 ) -> Value:
     count(nodes, many, many, name, pos)
-    values = [expressions.value(context, node) for node in nodes]
+    values = [context.value(node) for node in nodes]
     values = [convert.cast(v, types.LINT) for v in values]
     inside = ", ".join(v.text for v in values)
     text = f"(({goal.c})st_{name.lower()}({inside}))"
@@ -105,7 +105,7 @@ def _day_of_week(
     context: Context, nodes: list[tree.Node], pos: Position
 ) -> Value:
     count(nodes, 1, 1, "DAY_OF_WEEK", pos)
-    day = expressions.value(context, nodes[0], types.DATE)
+    day = context.value(nodes[0], types.DATE)
     text = f"((st_u8)(({day.text} / 86400u + 4u) % 7u))"
     return Value(types.USINT, text, bits=8, calls=day.calls)
 

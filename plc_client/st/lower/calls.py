@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 from ..errors import ARGUMENT, CLASS, TARGET, Position, StopHere
 from ..model import types
-from ..model.classes import STANDARD_NAMES, Class, Routine, Variable
+from ..model.classes import STANDARD_NAMES, Class, ClassType, Routine, Variable
 from ..model.world import unknown
 from ..syntax import tree
-from . import assertions, convert, expressions, places, store
+from . import assertions, convert, literal_values, places, store
 from .context import Context
 from .value import PropertyRef, RoutineRef, Value, address, at, constant
 
@@ -171,7 +171,7 @@ def input_value(context: Context, variable: Variable, node: tree.Node) -> Value:
     type_ = variable.type
     if isinstance(type_, types.PointerType) and type_.reference:
         return store.bound(context, type_, node)
-    found = expressions.value(context, node)
+    found = context.value(node)
     if isinstance(type_, types.OpenArray):
         raise StopHere(ARGUMENT, "ARRAY [*] needs VAR_IN_OUT", node.pos)
     if isinstance(type_, types.StringType):
@@ -185,13 +185,13 @@ def _omitted(
     """The initial value of an input that is not given."""
     init = variable.decl.init if variable.decl is not None else None
     if init is not None and variable.type.scalar:
-        return expressions.value(context, init, variable.type)
+        return context.value(init, variable.type)
     if init is not None and isinstance(variable.type, types.StringType):
-        return expressions.value(context, init, variable.type)
+        return context.value(init, variable.type)
     if variable.type.scalar:
         return constant(variable.type, 0)
     if isinstance(variable.type, types.StringType):
-        return expressions.text_literal(context, "", variable.type.wide, pos)
+        return literal_values.text_literal(context, "", variable.type.wide, pos)
     text = f"{routine.label} needs {variable.name}"
     raise StopHere(ARGUMENT, text, pos)
 
@@ -233,7 +233,7 @@ def _argument(
 
 def in_out(context: Context, variable: Variable, node: tree.Node) -> list[str]:
     """The address of an argument that is read and written; open arrays with bounds."""
-    found = expressions.value(context, node)
+    found = context.value(node)
     read_only = variable.read_only
     if not found.place and read_only:
         return [_copied(context, found, variable, node.pos)]
@@ -289,8 +289,8 @@ def _check_same(
         text = f"{actual} is shorter than {type_} of the VAR_IN_OUT"
         raise StopHere(ARGUMENT, text, pos)
     if (
-        isinstance(actual, types.ClassType)
-        and isinstance(type_, types.ClassType)
+        isinstance(actual, ClassType)
+        and isinstance(type_, ClassType)
         and actual.cls.is_a(type_.cls)
     ):
         return
@@ -311,7 +311,7 @@ def _output(
     """An output goes to its variable, or to nowhere."""
     if argument is not None and argument.value is not None:
         node = argument.value
-        found = expressions.value(context, node)
+        found = context.value(node)
         direct = types.same(found.type, variable.type) and found.place
         if direct and found.bit is None and not found.flag:
             store.check_writable(found, node.pos)
@@ -445,7 +445,7 @@ def _accessor(found: PropertyRef, routine: Routine) -> RoutineRef:
 # -- instances
 def call_instance(context: Context, base: Value, node: tree.Call) -> Value:
     """``fb(IN := a, Q => b)``: inputs, body, outputs; lines of their own."""
-    assert isinstance(base.type, types.ClassType)
+    assert isinstance(base.type, ClassType)
     cls = base.type.cls
     if cls.body is None:
         raise StopHere(CLASS, f"{cls.name} cannot be called", node.pos)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
 from ..errors import Origin, Position, StopHere
 from ..model import types
 from ..model.classes import Class, Routine
 from ..model.world import World
-from .value import Value
+from ..syntax import tree
+from .value import Entity, PropertyRef, Value
 
 HERE = "st_here"
 """Name of the C constant that holds the POU's name."""
@@ -24,8 +26,12 @@ class Loop:
 
 
 @dataclass(eq=False)
-class Context:
-    """Where expressions and statements are lowered."""
+class Context(ABC):
+    """Where expressions and statements are lowered.
+
+    The abstract methods are the entries by which lowering calls itself.
+    Modules below ``expressions`` know these entries alone.
+    """
 
     world: World
     origin: Origin
@@ -42,6 +48,33 @@ class Context:
     jumps_out: bool = False
     _free: dict[str, list[str]] = field(default_factory=dict)
     _taken: list[tuple[str, str]] = field(default_factory=list)
+
+    # -- recursion
+    @abstractmethod
+    def value(self, node: tree.Node, wanted: types.Type | None = None) -> Value:
+        """An expression as a value; with ``wanted`` as a value of that type."""
+
+    @abstractmethod
+    def as_value(self, found: Entity, pos: Position) -> Value:
+        """Properties are read, references followed."""
+
+    @abstractmethod
+    def boolean(self, node: tree.Node) -> Value:
+        """A condition."""
+
+    @abstractmethod
+    def entity(self, node: tree.Node) -> Entity:
+        """The meaning of an expression."""
+
+    @abstractmethod
+    def get_property(self, found: PropertyRef, pos: Position) -> Value:
+        """Call the getter."""
+
+    @abstractmethod
+    def set_property(
+        self, found: PropertyRef, new: Value, pos: Position
+    ) -> str:
+        """C text that calls the setter."""
 
     # -- reports
     def warn(self, text: str, pos: Position) -> None:

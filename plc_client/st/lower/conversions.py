@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from ..errors import TYPE, Position, StopHere
 from ..model import types
+from ..model.classes import InterfaceType
 from ..syntax import tree
-from . import convert, expressions
+from . import convert
 from .context import Context
 from .operators import counts
 from .value import Value, constant
@@ -21,7 +22,7 @@ def convert_named(
     context: Context, source: str, target: str, node: tree.Node, pos: Position
 ) -> Value:
     """One conversion; the source's name is checked by an implicit conversion."""
-    value = expressions.value(context, node)
+    value = context.value(node)
     if source == "TRUNC":
         return truncated(value, types.ELEMENTARY[target], pos)
     value = _as_source(context, source, value, pos)
@@ -79,7 +80,7 @@ def to_number(
 ) -> Value:
     """Between numbers, times and dates; durations become counts of their unit."""
     base = value.base
-    if isinstance(value.type, (types.PointerType, types.InterfaceType)):
+    if isinstance(value.type, (types.PointerType, InterfaceType)):
         text = f"(({goal.c})(st_uptr){value.text})"
         found = value.with_text(text)
         found.type, found.bits = goal, goal.bits

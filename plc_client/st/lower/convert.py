@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import RANGE, TYPE, Position, StopHere
 from ..model import types
+from ..model.classes import ClassType, InterfaceType
 from ..model.literals import whole_type
 from .value import Value, c_number, constant, round_to_real
 
@@ -139,7 +140,7 @@ def _address_like(
 ) -> Value | None:
     if isinstance(target, types.PointerType) and not target.reference:
         return _pointer(context, value, target, pos)
-    if isinstance(target, types.InterfaceType):
+    if isinstance(target, InterfaceType):
         return _interface(value, target, pos)
     base = types.plain(target)
     if isinstance(value.type, types.PointerType) and isinstance(
@@ -170,19 +171,17 @@ def _pointer(
     if whole and (base.size == 8 or value.constant is not None):
         found.text = f"((st_ptr)(st_uptr){value.text})"
         return found
-    if isinstance(source, types.InterfaceType):
+    if isinstance(source, InterfaceType):
         return found
     raise mismatch(source, target, pos)
 
 
-def _interface(
-    value: Value, target: types.InterfaceType, pos: Position
-) -> Value:
+def _interface(value: Value, target: InterfaceType, pos: Position) -> Value:
     source = value.type
-    if isinstance(source, types.InterfaceType):
+    if isinstance(source, InterfaceType):
         if source.cls is target.cls or source.cls.is_a(target.cls):
             return value
-    elif isinstance(source, types.ClassType) and value.place:
+    elif isinstance(source, ClassType) and value.place:
         if source.cls.is_a(target.cls):
             found = value.with_text(value.place)
             found.type = target

@@ -5,9 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..errors import CLASS, TYPE, Position, StopHere, refuse
-from ..model import literals, types
+from ..model import types
+from ..model.classes import ClassType
 from ..syntax import tree
-from . import builtins, calls, convert, names, operators, places
+from . import (
+    builtins,
+    calls,
+    convert,
+    literal_values,
+    names,
+    operators,
+    places,
+)
 from .context import Context
 from .value import (
     BuiltinRef,
@@ -16,7 +25,6 @@ from .value import (
     RoutineRef,
     TypeRef,
     Value,
-    constant,
 )
 
 
@@ -58,93 +66,32 @@ def entity(context: Context, node: tree.Node) -> Entity:
     return _RULES[type(node)](context, node)
 
 
+class LoweringContext(Context):
+    """The context of all code that is lowered: its recursive entries."""
+
+    def value(self, node: tree.Node, wanted: types.Type | None = None) -> Value:
+        return value(self, node, wanted)
+
+    def as_value(self, found: Entity, pos: Position) -> Value:
+        return as_value(self, found, pos)
+
+    def boolean(self, node: tree.Node) -> Value:
+        return boolean(self, node)
+
+    def entity(self, node: tree.Node) -> Entity:
+        return entity(self, node)
+
+    def get_property(self, found: PropertyRef, pos: Position) -> Value:
+        return calls.get_property(self, found, pos)
+
+    def set_property(
+        self, found: PropertyRef, new: Value, pos: Position
+    ) -> str:
+        return calls.set_property(self, found, new, pos)
+
+
 def _name(context: Context, node: tree.Name) -> Entity:
     return names.resolve(context, node)
-
-
-def _literal(context: Context, node: tree.Literal) -> Value:
-    text, pos = node.text, node.pos
-    if node.kind in ("INT", "BASED"):
-        number = literals.whole(text, pos)
-        if number > types.ULINT.high:
-            raise StopHere(TYPE, f"{text} has more than 64 bits", pos)
-        found = constant(literals.whole_type(number), number, True)
-        found.exact = node.kind == "BASED"
-        return found
-    if node.kind == "REAL":
-        return constant(types.LREAL, float(text.replace("_", "")), True)
-    if node.kind in ("STRING", "WSTRING"):
-        return text_literal(
-            context, literals.text_of(text), text[0] == '"', pos
-        )
-    return _typed_literal(context, text, pos)
-
-
-def text_literal(
-    context: Context, text: str, wide: bool, pos: Position
-) -> Value:
-    """A text as C data, every character as a number or a letter."""
-    if wide:
-        codes = list(text.encode("utf-16-le"))
-        pairs = zip(codes[::2], codes[1::2], strict=True)
-        numbers = ", ".join(str(low + 256 * high) for low, high in pairs)
-        name = f"w{context.number()}"
-        inside = f"{numbers}, 0" if numbers else "0"
-        context.statics.append(f"static const st_u16 {name}[] = {{{inside}}};")
-        size = len(codes) // 2
-        type_ = types.StringType(size, True)
-        return Value(type_, f"((st_ptr){name})", constant=text)
-    try:
-        data = text.encode("cp1252")
-    except UnicodeEncodeError:
-        data = text.encode("utf-8")
-    escaped = "".join(_escaped(byte) for byte in data)
-    type_ = types.StringType(len(data))
-    return Value(type_, f'((st_ptr)"{escaped}")', constant=text)
-
-
-def _escaped(byte: int) -> str:
-    character = chr(byte)
-    if byte < 128 and (character.isalnum() or character == " "):
-        return character
-    return f"\\{byte:03o}"
-
-
-def _typed_literal(context: Context, text: str, pos: Position) -> Value:
-    prefix, _, rest = text.partition("#")
-    key = prefix.upper()
-    if literals.is_timed(key):
-        return constant(*literals.timed(key, rest, pos))
-    if key in ("STRING", "WSTRING"):
-        inner = literals.text_of(rest)
-        return text_literal(context, inner, key == "WSTRING", pos)
-    type_ = context.world.type_named(prefix, pos)
-    if isinstance(type_, types.EnumType):
-        return enumerator(type_, rest, pos)
-    if type_ is types.BOOL:
-        return constant(type_, int(rest.upper() in ("TRUE", "1")))
-    base = types.plain(type_)
-    if isinstance(base, types.Elementary) and base.family == "real":
-        return constant(type_, float(rest.replace("_", "")))
-    if not isinstance(base, types.Elementary) or not base.whole:
-        raise StopHere(TYPE, f"{prefix}# is no prefix of a literal", pos)
-    number = literals.whole(rest, pos)
-    bits = (1 << base.bits) - 1
-    if not base.low <= number <= base.high and not (
-        "#" in rest and 0 <= number <= bits
-    ):
-        raise StopHere(TYPE, f"{rest} does not fit {prefix}", pos)
-    return constant(type_, base.wrap(number))
-
-
-def enumerator(type_: types.EnumType, name: str, pos: Position) -> Value:
-    """A value of an enumeration by its name."""
-    key = name.upper()
-    if key not in type_.values:
-        known = ", ".join(list(type_.spelled.values())[:8])
-        text = f"{type_} has no {name}; it has {known}"
-        raise StopHere(TYPE, text, pos)
-    return constant(type_, type_.values[key])
 
 
 def _unary(context: Context, node: tree.Unary) -> Value:
@@ -162,7 +109,7 @@ def _called(context: Context, node: tree.Node) -> Entity:
     base = entity(context, node)
     if not isinstance(node, tree.Name) or not isinstance(base, Value):
         return base
-    if isinstance(base.type, (types.ClassType, types.PointerType)):
+    if isinstance(base.type, (ClassType, types.PointerType)):
         return base
     key = node.name.upper()
     routine = context.world.routine(key)
@@ -185,7 +132,7 @@ def _call(context: Context, node: tree.Call) -> Entity:
         return calls.call_routine(context, base, node)
     if isinstance(base, Value):
         base = places.follow(context, base, node.pos)
-        if isinstance(base.type, types.ClassType):
+        if isinstance(base.type, ClassType):
             return calls.call_instance(context, base, node)
         text = f"{base.type} is no function or function block"
         raise StopHere(TYPE, text, node.pos)
@@ -250,7 +197,7 @@ def _array_init(context: Context, node: tree.ArrayInit) -> Value:
 
 _RULES: dict[type, Callable[..., Entity]] = {
     tree.Name: _name,
-    tree.Literal: _literal,
+    tree.Literal: literal_values.literal,
     tree.Unary: _unary,
     tree.Binary: _binary,
     tree.Call: _call,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..errors import RANGE, TYPE, StopHere
 from ..model import types
+from ..model.classes import ClassType
 from ..model.world import unknown
 from ..syntax import tree
 from . import calls, convert, expressions, names, store
@@ -24,7 +25,7 @@ def needed(type_: types.Type) -> bool:
         return needed(type_.element)
     if isinstance(type_, types.StructType):
         return type_.initial is not None
-    return isinstance(type_, types.ClassType)
+    return isinstance(type_, ClassType)
 
 
 def default(context: Context, type_: types.Type, where: str) -> None:
@@ -41,7 +42,7 @@ def default(context: Context, type_: types.Type, where: str) -> None:
         name = struct_name(type_)
         context.prototype(name, f"void {name}(st_ptr) ST_HIDDEN;")
         context.put(f"{name}({where});")
-    elif isinstance(type_, types.ClassType):
+    elif isinstance(type_, ClassType):
         name = f"I_{type_.cls.name.upper()}"
         context.prototype(name, f"void {name}(st_ptr) ST_HIDDEN;")
         context.put(f"{name}({where});")
@@ -78,7 +79,7 @@ def variable(
     """C for one variable; ``declared`` is its written type with FB_init's arguments."""
     default(context, type_, where)
     arguments = getattr(declared, "arguments", None)
-    if isinstance(type_, types.ClassType):
+    if isinstance(type_, ClassType):
         _construct(context, type_, where, arguments or [], declared)
     elif isinstance(type_, types.ArrayType):
         _construct_all(context, type_, where)
@@ -90,7 +91,7 @@ def _construct_all(
     context: Context, type_: types.ArrayType, where: str
 ) -> None:
     element = type_.element
-    if not isinstance(element, types.ClassType):
+    if not isinstance(element, ClassType):
         return
     routine = element.cls.method("FB_INIT")
     if routine is None or len(routine.parameters) > 2:
@@ -105,7 +106,7 @@ def _construct_all(
 
 def _construct(
     context: Context,
-    type_: types.ClassType,
+    type_: ClassType,
     where: str,
     arguments: list[tree.Argument],
     declared: tree.Node | None,
@@ -127,7 +128,7 @@ def _construct(
 
 def _named_inputs(
     context: Context,
-    type_: types.ClassType,
+    type_: ClassType,
     where: str,
     arguments: list[tree.Argument],
 ) -> None:
@@ -181,7 +182,7 @@ def _member(
 ) -> types.Member | Value:
     if isinstance(type_, types.StructType):
         known = type_.members
-    elif isinstance(type_, types.ClassType):
+    elif isinstance(type_, ClassType):
         known = type_.cls.layout().members
         if type_.cls.property_type(name.upper()) is not None:
             return Value(types.VOID, "")
@@ -199,7 +200,7 @@ def _set_property(
     name: str,
     node: tree.Node,
 ) -> None:
-    assert isinstance(type_, types.ClassType)
+    assert isinstance(type_, ClassType)
     found = names.member_of(
         context, type_.cls, where, name.upper(), node.pos, True
     )

@@ -8,6 +8,7 @@ from typing import Any
 
 from ..errors import RANGE, TYPE, Position, StopHere
 from ..model import types
+from ..model.classes import ClassType, InterfaceType
 from ..model.literals import whole_type
 from . import convert
 from .context import Context
@@ -264,7 +265,7 @@ def _texts(
 
 
 def _address(type_: types.Type) -> bool:
-    return isinstance(type_, (types.PointerType, types.InterfaceType))
+    return isinstance(type_, (types.PointerType, InterfaceType))
 
 
 def _addresses(
@@ -276,7 +277,7 @@ def _addresses(
         whole = isinstance(base, types.Elementary) and base.whole
         if _address(value.type) or whole:
             texts.append(f"(st_uptr){value.text}")
-        elif isinstance(value.type, types.ClassType):
+        elif isinstance(value.type, ClassType):
             texts.append(f"(st_uptr){value.place}")
         else:
             raise _unfit(sign, left, right, pos)

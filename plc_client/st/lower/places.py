@@ -6,9 +6,10 @@ import re
 
 from ..errors import NAME, RANGE, TYPE, Position, StopHere
 from ..model import types
+from ..model.classes import ClassType, InterfaceType
 from ..model.world import unknown
 from ..syntax import tree
-from . import expressions, names
+from . import literal_values, names
 from .context import Context
 from .value import (
     Entity,
@@ -63,7 +64,7 @@ def dereference(context: Context, found: Value, pos: Position) -> Value:
     """``pointer^``."""
     type_ = found.type
     if not isinstance(type_, types.PointerType):
-        if isinstance(type_, types.InterfaceType):
+        if isinstance(type_, InterfaceType):
             return found
         text = f"^ needs a pointer, {found.spelled or 'this'} is {type_}"
         raise StopHere(TYPE, text, pos)
@@ -94,7 +95,7 @@ def member(context: Context, base: Entity, name: str, pos: Position) -> Entity:
         return _of_type(context, base.type, name, pos)
     if isinstance(base, (RoutineRef,)):
         return _of_routine(context, base, name, pos)
-    found = expressions.as_value(context, base, pos)
+    found = context.as_value(base, pos)
     return _of_value(context, found, name, pos)
 
 
@@ -109,8 +110,8 @@ def _of_type(
     context: Context, type_: types.Type, name: str, pos: Position
 ) -> Entity:
     if isinstance(type_, types.EnumType):
-        return expressions.enumerator(type_, name, pos)
-    if isinstance(type_, types.ClassType):
+        return literal_values.enumerator(type_, name, pos)
+    if isinstance(type_, ClassType):
         found = type_.cls.variable(name.upper())
         if found is not None and found.storage in ("global", "constant"):
             return names.variable(context, found, "", pos)
@@ -135,9 +136,9 @@ def _of_value(
     type_, key = base.type, name.upper()
     if isinstance(type_, types.StructType):
         return _of_struct(context, base, type_, key, name, pos)
-    if isinstance(type_, types.ClassType):
+    if isinstance(type_, ClassType):
         return _of_instance(context, base, type_, key, name, pos)
-    if isinstance(type_, types.InterfaceType):
+    if isinstance(type_, InterfaceType):
         return _of_interface(context, base, type_, key, name, pos)
     if isinstance(type_, types.PointerType):
         text = f"{base.spelled or 'this'} is a pointer; write ^.{name}"
@@ -188,7 +189,7 @@ def _of_struct(
 def _of_instance(
     context: Context,
     base: Value,
-    type_: types.ClassType,
+    type_: ClassType,
     key: str,
     name: str,
     pos: Position,
@@ -230,7 +231,7 @@ def _check_access(
 def _of_interface(
     context: Context,
     base: Value,
-    type_: types.InterfaceType,
+    type_: InterfaceType,
     key: str,
     name: str,
     pos: Position,
@@ -267,7 +268,7 @@ def index(
 
 
 def _whole(context: Context, node: tree.Node) -> Value:
-    found = expressions.value(context, node)
+    found = context.value(node)
     base = found.base
     if isinstance(base, types.Elementary) and base.whole:
         return found

@@ -12,6 +12,7 @@ from ..model.world import World
 from ..syntax import tree
 from . import calls, initial, statements
 from .context import HERE, Context
+from .expressions import LoweringContext
 
 
 @dataclass
@@ -51,7 +52,7 @@ def _label(label: str) -> str:
 def routine(world: World, found: Routine, into: CText) -> None:
     """The C function of a function, method, accessor or action."""
     assert found.origin is not None
-    context = Context(
+    context = LoweringContext(
         world,
         found.origin,
         found.label,
@@ -181,7 +182,9 @@ def class_text(world: World, cls: Class) -> CText:
 def _constructor(world: World, cls: Class, into: CText) -> None:
     """Initial values of an instance in memory of zeros."""
     name = f"I_{cls.name.upper()}"
-    context = Context(world, cls.origin, cls.name, cls.pou.pos[0], None, cls)
+    context = LoweringContext(
+        world, cls.origin, cls.name, cls.pou.pos[0], None, cls
+    )
     if cls.base is not None:
         base = f"I_{cls.base.name.upper()}"
         context.prototype(base, f"void {base}(st_ptr) ST_HIDDEN;")
@@ -247,7 +250,7 @@ def struct_text(
 ) -> CText:
     """The function that gives a structure its initial values."""
     into = CText()
-    context = Context(world, origin, type_.name, node.pos[0])
+    context = LoweringContext(world, origin, type_.name, node.pos[0])
     if type_.base is not None:
         initial.default(context, type_.base, "self")
     for declaration in node.members:
@@ -267,7 +270,7 @@ def list_text(
 ) -> CText:
     """The function that gives global variables their initial values."""
     into = CText()
-    context = Context(world, origin, name, 0)
+    context = LoweringContext(world, origin, name, 0)
     for variable in variables:
         if variable.constant is not None or variable.pending is not None:
             continue
@@ -286,9 +289,7 @@ def _initial_bit(context: Context, variable: Variable) -> None:
     init = variable.decl.init if variable.decl is not None else None
     if init is None:
         return
-    from . import expressions  # noqa: PLC0415
-
-    value = expressions.value(context, init, types.BOOL)
+    value = context.value(init, types.BOOL)
     where = f"{context.area(variable.area)} + {variable.offset}"
     context.put(f"st_set_bit({where}, {variable.index}, {value.text});")
 

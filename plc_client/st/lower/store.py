@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from ..errors import TARGET, TYPE, Position, StopHere
 from ..model import types
+from ..model.classes import ClassType
 from ..syntax import tree
-from . import calls, convert, expressions, places
+from . import convert, places
 from .context import Context
 from .value import PropertyRef, Value
 
 
 def text(context: Context, node: tree.Node, value: Value, pos: Position) -> str:
     """C text that stores a value where a node of the source says."""
-    found = expressions.entity(context, node)
+    found = context.entity(node)
     if isinstance(found, PropertyRef):
         return _to_property(context, found, value, pos)
     if not isinstance(found, Value):
@@ -28,10 +29,10 @@ def _to_property(
 ) -> str:
     type_ = found.type
     if isinstance(type_, types.PointerType) and type_.reference:
-        read = calls.get_property(context, found, pos)
+        read = context.get_property(found, pos)
         value = convert.implicit(context, value, read.type, pos)
         return assignment(context, read, value, pos)
-    return calls.set_property(context, found, value, pos)
+    return context.set_property(found, value, pos)
 
 
 def check_writable(place: Value, pos: Position) -> None:
@@ -92,7 +93,7 @@ def _text(place: Value, type_: types.StringType, value: Value) -> str:
 
 def bound(context: Context, type_: types.PointerType, node: tree.Node) -> Value:
     """The address of a place for a reference of this type."""
-    raw = expressions.entity(context, node)
+    raw = context.entity(node)
     if isinstance(raw, Value) and isinstance(raw.type, types.PointerType):  # noqa: SIM102
         if raw.type.reference or raw.constant == 0:
             found = raw.with_text(raw.text)
@@ -100,7 +101,7 @@ def bound(context: Context, type_: types.PointerType, node: tree.Node) -> Value:
             if raw.constant != 0:
                 _check_target(context, raw.type.target, type_, node.pos)
             return found
-    found = expressions.as_value(context, raw, node.pos)
+    found = context.as_value(raw, node.pos)
     if found.constant == 0 and found.weak:
         return Value(type_, "((st_ptr)0)")
     if not found.place or found.bit is not None:
@@ -120,8 +121,8 @@ def _check_target(
     if actual is None or wanted is None or types.same(actual, wanted):
         return
     if (
-        isinstance(actual, types.ClassType)
-        and isinstance(wanted, types.ClassType)
+        isinstance(actual, ClassType)
+        and isinstance(wanted, ClassType)
         and actual.cls.is_a(wanted.cls)
     ):
         return

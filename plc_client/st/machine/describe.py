@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..model import types
-from ..model.classes import Variable
+from ..model.classes import ClassType, InterfaceType, Variable
 from ..model.literals import duration_ns
 from ..model.world import World
 from ..syntax import tree
@@ -38,7 +38,7 @@ class _Table:
             return ["n", type_.base.name, type_.name, names]
         if isinstance(type_, types.StructType):
             return self._members(type_, type_.name)
-        if isinstance(type_, types.ClassType):
+        if isinstance(type_, ClassType):
             return self._members(type_.cls.layout(), type_.cls.name)
         if isinstance(type_, types.Subrange):
             return ["e", type_.base.name]
@@ -67,7 +67,7 @@ def describe(world: World, program: Any, options: Any) -> dict[str, Any]:
     roots: dict[str, Any] = {}
     for key in program.entries:
         cls = world.classes[key]
-        type_ = types.ClassType(cls)
+        type_ = ClassType(cls)
         roots[cls.name] = {
             "type": table.number(type_),
             "at": offsets[f"P_{key}"],
@@ -165,17 +165,17 @@ def _retained(world: World, offsets: dict[str, int]) -> list[Any]:
 
 def _retain(found: list[Any], path: str, variable: Variable, at: int) -> None:
     type_ = variable.type
-    if variable.retain and not isinstance(type_, types.ClassType):
+    if variable.retain and not isinstance(type_, ClassType):
         kind = [path, at, type_.size, variable.retain, str(type_)]
         found.append(kind)
-    elif isinstance(type_, types.ClassType):
+    elif isinstance(type_, ClassType):
         for inner in type_.cls.instance_variables():
             if variable.retain and not inner.retain:
                 if inner.section == "VAR_IN_OUT" or _pointing(inner.type):
                     continue
                 inner_path = f"{path}.{inner.name}"
                 size, word = inner.type.size, variable.retain
-                if not isinstance(inner.type, types.ClassType):
+                if not isinstance(inner.type, ClassType):
                     row = [inner_path, at + inner.offset, size, word]
                     found.append([*row, str(inner.type)])
                 continue
@@ -183,7 +183,7 @@ def _retain(found: list[Any], path: str, variable: Variable, at: int) -> None:
 
 
 def _pointing(type_: types.Type) -> bool:
-    return isinstance(type_, (types.PointerType, types.InterfaceType))
+    return isinstance(type_, (types.PointerType, InterfaceType))
 
 
 # -- tasks

@@ -7,7 +7,14 @@ from dataclasses import dataclass, field
 
 from ..errors import CLASS, Origin, StopHere
 from ..syntax import tree
-from .types import POINTER_SIZE, Member, PointerType, StructType, Type
+from .types import (
+    POINTER_SIZE,
+    Member,
+    ObjectType,
+    PointerType,
+    StructType,
+    Type,
+)
 
 STANDARD_NAMES = {
     "R": "RESET",
@@ -228,3 +235,39 @@ class Class:
             variable.offset = member.offset
         found.close()
         return found
+
+
+@dataclass(eq=False)
+class ClassType(ObjectType):
+    """Instances of a function block or program."""
+
+    cls: Class
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        return self.cls.name
+
+    @property
+    def size(self) -> int:  # type: ignore[override]
+        return self.cls.layout().size
+
+    @property
+    def align(self) -> int:  # type: ignore[override]
+        return POINTER_SIZE
+
+
+@dataclass(eq=False)
+class InterfaceType(ObjectType):
+    """A pointer to an instance whose class has the interface."""
+
+    cls: Class
+    size: int = POINTER_SIZE
+    align: int = POINTER_SIZE
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        return self.cls.name
+
+    @property
+    def scalar(self) -> bool:
+        return True

@@ -18,10 +18,11 @@ from ..errors import (
 )
 from ..lower import convert, expressions, places
 from ..lower.context import Context
+from ..lower.expressions import LoweringContext
 from ..syntax import tree
 from . import types
-from .classes import Class, Routine, Variable
-from .world import Cascade, VariableList, World
+from .classes import Class, InterfaceType, Routine, Variable
+from .world import Cascade, LazyPointer, VariableList, World
 
 LARGEST = 1 << 28
 """Bytes of the largest type."""
@@ -44,7 +45,7 @@ class Declarations:
         origin = definition.origin
         assert origin is not None
         line = definition.pos[0]
-        context = Context(self._world, origin, definition.name, line)
+        context = LoweringContext(self._world, origin, definition.name, line)
         try:
             return self._typedef(context, definition)
         except StopHere as stop:
@@ -228,7 +229,7 @@ class Declarations:
         if isinstance(named, tree.NamedType):
             key = named.name.upper()
             if key in self._world._open or _opening(self._world, key):
-                return types.LazyPointer(self._world, key, node.reference)
+                return LazyPointer(self._world, key, node.reference)
         return types.PointerType(
             self.type_of(context, node.target), node.reference
         )
@@ -278,7 +279,7 @@ class Declarations:
     def _class(self, cls: Class) -> None:
         if cls.base is not None:
             self.declare(cls.base)
-        context = Context(
+        context = LoweringContext(
             self._world, cls.origin, cls.name, cls.pou.pos[0], None, cls
         )
         for declaration in cls.pou.variables:
@@ -308,7 +309,7 @@ class Declarations:
         routine.declared = True
         origin = routine.origin
         assert origin is not None
-        context = Context(
+        context = LoweringContext(
             self._world,
             origin,
             routine.label,
@@ -458,7 +459,7 @@ class Declarations:
         assert declaration is not None
         type_ = found.type
         if not type_.scalar or isinstance(
-            type_, (types.PointerType, types.InterfaceType)
+            type_, (types.PointerType, InterfaceType)
         ):
             return None
         if declaration.init is None:
@@ -504,7 +505,7 @@ class Declarations:
     ) -> None:
         world, key = self._world, declaration.name.upper()
         line = declaration.pos[0]
-        context = Context(world, origin, holder.name, line)
+        context = LoweringContext(world, origin, holder.name, line)
         if key in holder.variables:
             text = f"{declaration.name} is declared twice"
             context.error(StopHere(TWICE, text, declaration.pos))

@@ -5,10 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from .classes import Class
-    from .world import World
-
 POINTER_SIZE = 8
 STRING_LENGTH = 80
 """Characters of a STRING without a length."""
@@ -313,58 +309,11 @@ class PointerType(Type):
         return True
 
 
-class LazyPointer(PointerType):
-    """A pointer whose target is still being declared."""
-
-    def __init__(self, world: World, key: str, reference: bool) -> None:
-        object.__setattr__(self, "_world", world)
-        object.__setattr__(self, "_key", key)
-        object.__setattr__(self, "reference", reference)
-
-    @property
-    def target(self) -> Type:
-        return self._world.type_named(self._key, (1, 1))  # type: ignore[attr-defined,no-any-return]
-
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        word = "REFERENCE TO" if self.reference else "POINTER TO"
-        return f"{word} {self._key}"  # type: ignore[attr-defined]
-
-
 @dataclass(eq=False)
-class ClassType(Type):
-    """Instances of a function block or program."""
+class ObjectType(Type):
+    """A type of a class; types of the same kind and class are the same."""
 
-    cls: Class
-
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        return self.cls.name
-
-    @property
-    def size(self) -> int:  # type: ignore[override]
-        return self.cls.layout().size
-
-    @property
-    def align(self) -> int:  # type: ignore[override]
-        return POINTER_SIZE
-
-
-@dataclass(eq=False)
-class InterfaceType(Type):
-    """A pointer to an instance whose class has the interface."""
-
-    cls: Class
-    size: int = POINTER_SIZE
-    align: int = POINTER_SIZE
-
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        return self.cls.name
-
-    @property
-    def scalar(self) -> bool:
-        return True
+    cls: Any
 
 
 class Void(Type):
@@ -402,7 +351,7 @@ def same(left: Type, right: Type) -> bool:  # noqa: PLR0911
         if left.target is None or right.target is None:
             return True
         return same(left.target, right.target)
-    if isinstance(left, (ClassType, InterfaceType)):
+    if isinstance(left, ObjectType):
         return type(left) is type(right) and left.cls is right.cls
     if isinstance(left, Subrange) and isinstance(right, Subrange):
         return (left.base, left.low, left.high) == (

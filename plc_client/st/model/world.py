@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from ..errors import NAME, TWICE, Log, Origin, Position, StopHere
 from ..syntax import tree
 from . import types
-from .classes import Class, Routine, Variable
+from .classes import Class, ClassType, InterfaceType, Routine, Variable
 from .types import Type
 
 
@@ -89,10 +89,10 @@ class World:
         if cls is None:
             return None
         if cls.kind == "interface":
-            return self.types.setdefault(key, types.InterfaceType(cls))
+            return self.types.setdefault(key, InterfaceType(cls))
         if self.declare is not None and not cls.declared:
             self.declare(cls)
-        return self.types.setdefault(key, types.ClassType(cls))
+        return self.types.setdefault(key, ClassType(cls))
 
     def _type_of(self, key: str, pos: Position) -> Type:
         definition = self.typedefs[key]
@@ -114,6 +114,24 @@ class World:
         if found is not None and not found.declared and self.declare:
             self.declare(found)
         return found
+
+
+class LazyPointer(types.PointerType):
+    """A pointer whose target is still being declared."""
+
+    def __init__(self, world: World, key: str, reference: bool) -> None:
+        object.__setattr__(self, "_world", world)
+        object.__setattr__(self, "_key", key)
+        object.__setattr__(self, "reference", reference)
+
+    @property
+    def target(self) -> Type:
+        return self._world.type_named(self._key, (1, 1))  # type: ignore[attr-defined,no-any-return]
+
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        word = "REFERENCE TO" if self.reference else "POINTER TO"
+        return f"{word} {self._key}"  # type: ignore[attr-defined]
 
 
 def unknown(what: str, name: str, known: list[str], pos: Position) -> StopHere:

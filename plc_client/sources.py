@@ -1,0 +1,19 @@
+"""Task classes of a user's file, be it Python or Structured Text."""
+
+from __future__ import annotations
+
+from .task import is_st
+from .task import load_tasks as load_python
+
+
+def load_tasks(path: str, qualname: str | None = None) -> list[type]:
+    """The task classes of a file, or the one class that is named.
+
+    PlcError: the file is missing, is wrong, or holds no such task.
+    """
+    if is_st(path) and qualname is None:
+        # a Python task never loads the compiler
+        from .st.machine.tasks import load_st  # noqa: PLC0415
+
+        return load_st(path)
+    return load_python(path, qualname)
