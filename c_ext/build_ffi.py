@@ -6,7 +6,7 @@ The C declarations cffi needs are read from the headers, between ``/* cdef begin
 from ``hli/layout.py`` before anything is compiled.  The environment variable
 HLI_COSIM_SANITIZE=address,undefined (or thread) builds both modules under the
 sanitizers; HLI_COSIM_INTERLEAVE=1 with the places at which
-``tests/unit/test_interleaving.py`` switches between planner and GEO.
+``tests/unit/engine/test_interleaving.py`` switches between planner and GEO.
 """
 
 from __future__ import annotations

@@ -31,19 +31,19 @@
 #define NC_CONTOUR 17      /* consumed by the contouring stage */
 #define NC_DYNAMICS 18     /* limits of the motions from here on */
 #define NC_SPLINE                                                              \
-    19 /* consumed by the spline stage, cnc_core/geometry/spline.py */
+    19 /* consumed by the spline stage, cnc_core/geometry/stages/spline.py */
 #define NC_COORDINATES                                                         \
     20                    /* consumed by the stages of frames and kinematics   \
                            */
 #define NC_SOFT_LIMITS 25 /* consumed by the stage of software limits */
 #define NC_CORNER                                                              \
     21 /* consumed by the stage of chamfers and roundings,                     \
-          cnc_core/geometry/corner.py */
+          cnc_core/geometry/stages/corner.py */
 #define NC_PATH_MODE                                                           \
     22 /* what the feed refers to, corner and arc speeds; consumed by that     \
-          stage (geometry/path_mode.py) */
+          stage (geometry/stages/path_mode.py) */
 #define NC_FILTER                                                              \
-    23 /* settings of a filter; consumed with it (geometry/polyline.py) */
+    23 /* settings of a filter; consumed with it (geometry/filters/run_filter.py) */
 #define NC_EXTENSION                                                           \
     24 /* consumed by the orbit stage: `code` 1 on, 0 off; `value`             \
           R_MAX_SCALE, `radius` R_MAX_EQUID, mm */
@@ -66,7 +66,7 @@
     32768 /* motion: the feed as programmed, whatever the override */
 #define NC_PATH_FEED                                                           \
     16384 /* motion: the feed counts along `length`, whatever the path mode    \
-             says (geometry/path_mode.py) */
+             says (geometry/stages/path_mode.py) */
 #define NC_BY_PARAMETER                                                        \
     1024 /* polynomial: the feed is that of its parameter; pieces: so is their \
             path */

@@ -81,7 +81,7 @@ def _whole_keys(
 
 class IsonsConfig(Table):
     """Keys in capitals are machine parameters; each has its type and range
-    (``frontend/isons/parameters.py``).
+    (``frontend/isons/base/parameters.py``).
     """
 
     parameters: dict[str, float] = Field(default_factory=dict)

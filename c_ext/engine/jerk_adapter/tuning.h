@@ -15,7 +15,7 @@
     3.0 /* accelerations per cycle: a higher jerk limit is seen by nobody */
 
 /* Intervals of curves. Evidence: jerk sampled on curves stays within the limit
- * (tests/unit/test_curve_derivatives.py). */
+ * (tests/unit/jerk/test_curve_derivatives.py). */
 #define INTERVAL_TURN 0.1 /* rad of turn over an interval */
 #define CURVE_MISS                                                             \
     0.001 /* share of the third derivative: beyond it an interval is halved,   \
@@ -35,10 +35,10 @@
     1e-6 /* mm: of an interval of a curve, however much it bends               \
           */
 
-/* Stands. Evidence: times over sharp corners, tests/unit/test_corner_stands.py.
+/* Stands. Evidence: times over sharp corners, tests/unit/engine/test_corner_standstills.py.
  */
 #define CORNER_SHARE                                                           \
-    0.5 /* share of the jerk limit that a corner may use, as in jerk/grid.c */
+    0.5 /* share of the jerk limit that a corner may use, as in jerk/path/grid.c */
 #define CORNER_ACC_SHARE                                                       \
     0.012 /* share of the acceleration limit that it may use */
 #define STAND_SPEED                                                            \

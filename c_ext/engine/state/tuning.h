@@ -22,7 +22,7 @@
 #define TIMED_SHARE 16  /* ... one in so many, at random */
 
 /* Taking back and rejoining. Evidence: feed hold against a search over all
- * stops, tests/unit/test_feed_hold_distance.py. */
+ * stops, tests/unit/engine/test_feed_hold_distance.py. */
 #define RECALL_MARGIN_S                                                        \
     0.006 /* s: motion left to GEO while a planner thread computes the stop,   \
              ... */

@@ -51,7 +51,7 @@
 /* ---- Life of a plan ---- */
 
 /* Laws that can be taken back. Unit: laws. Evidence: test_rejoin,
- * test_place_of_rest. */
+ * test_place_of_standstill. */
 #define HANDED_MAX 512
 
 /* Room beyond window_knots for the finer grid near standstills. Unit:
@@ -274,14 +274,14 @@
 #define MAX_HALVINGS 12
 
 /* Distances that a preview tries where none is found. Unit: count. Evidence:
- * test_place_of_rest. */
+ * test_place_of_standstill. */
 #define PREVIEW_TRIES 4
 
-/* As TRY_AGAIN_S, in a preview. Unit: s. Evidence: test_place_of_rest. */
+/* As TRY_AGAIN_S, in a preview. Unit: s. Evidence: test_place_of_standstill. */
 #define PREVIEW_STEP_S 0.003
 
 /* It grows by this, so that looking ahead takes a bounded time. Unit: factor.
- * Evidence: test_place_of_rest. */
+ * Evidence: test_place_of_standstill. */
 #define PREVIEW_GROWS 1.3
 
 /* A stored tail so much longer than the estimate is a stop already. Unit:

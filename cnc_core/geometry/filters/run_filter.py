@@ -56,7 +56,7 @@ class FilterReport:
     ``segments_deviation_mm``: how far the segments that come out leave the path
     that came in; ``segments_cut_mm``: how far what came in lies beside them
     (corners that are cut off).  ``deviation_mm``, ``cut_mm``: the same of the
-    path that is driven in the end, behind all filters (``driven.py``).
+    path that is driven in the end, behind all filters (``stages/deviation.py``).
     """
 
     name: str

@@ -4,7 +4,7 @@ G75, corner rules, AFC and filters: what the program has chosen, as rows for the
 stages.
 
 The stages know no G function: ``PATH_MODE`` and ``FILTER`` rows tell them
-(``cnc_core/geometry/stages/path_mode.py``, ``polyline.py``).
+(``cnc_core/geometry/stages/path_mode.py``, ``filters/run_filter.py``).
 """
 
 from __future__ import annotations
