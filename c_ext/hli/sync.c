@@ -19,18 +19,17 @@
 #include "hli/hli_layout.h"
 
 #define NS_PER_S 1000000000LL
-#define PURE_SPIN_NS                                                           \
-    10000LL /* before a spin gives its core away in between                    \
-             */
-#define TURN_SPIN_NS                                                           \
-    1000LL /* the same where a turn lasts as long as a scan: the partner may   \
-              need this very core */
+/* before a spin gives its core away in between */
+#define PURE_SPIN_NS 10000LL
+/* the same where a turn lasts as long as a scan: the partner may need this
+ * very core */
+#define TURN_SPIN_NS 1000LL
 #define SPIN_NS 50000LL      /* before a wait goes to sleep */
 #define SLICE_NS 100000000LL /* longest sleep without looking at the memory */
-#define POLL_NS                                                                \
-    1000000LL /* a server looks this often at a semaphore nobody rang for */
-#define LOOKS_PER_CLOCK                                                        \
-    64 /* looks at the memory between two looks at the clock */
+/* a server looks this often at a semaphore nobody rang for */
+#define POLL_NS 1000000LL
+/* looks at the memory between two looks at the clock */
+#define LOOKS_PER_CLOCK 64
 
 typedef int (*condition)(const void *what, uint32_t target);
 

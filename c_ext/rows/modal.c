@@ -7,15 +7,19 @@
 #define RANGE_MM 1e9  /* largest coordinate, radius and feed word */
 #define ZERO_MM 1e-9  /* shorter motions do not move */
 #define TURNS_MAX 1e6 /* of one helix */
-#define SAME_ANGLE                                                             \
-    1e-6 /* rad: an arc about a kept centre that sweeps less is a full turn */
-#define UNCORRECTED_MM                                                         \
-    0.01 /* G164: largest difference of the radii at start and end */
+/* rad: an arc about a kept centre that sweeps less is a full turn */
+#define SAME_ANGLE 1e-6
+/* G164: largest difference of the radii at start and end */
+#define UNCORRECTED_MM 0.01
 #define PI 3.14159265358979323846
 #define CENTRE_WORDS (NC_WORD_I | NC_WORD_J | NC_WORD_K)
 
 /* first, second, third axis of G17, G18, G19 among X, Y, Z */
-static const int PLANE_AXES[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
+static const int PLANE_AXES[3][3] = {
+    {0, 1, 2},
+    {2, 0, 1},
+    {1, 2, 0},
+};
 
 /* A circle in its plane. The chord runs from the start to the end, `height` is
  * the centre's distance from the chord, positive on its left. */

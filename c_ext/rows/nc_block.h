@@ -30,23 +30,22 @@
 #define NC_SMOOTHING 16    /* consumed by the smoothing stage */
 #define NC_CONTOUR 17      /* consumed by the contouring stage */
 #define NC_DYNAMICS 18     /* limits of the motions from here on */
-#define NC_SPLINE                                                              \
-    19 /* consumed by the spline stage, cnc_core/geometry/stages/spline.py */
-#define NC_COORDINATES                                                         \
-    20                    /* consumed by the stages of frames and kinematics   \
-                           */
+/* consumed by the spline stage, cnc_core/geometry/stages/spline.py */
+#define NC_SPLINE 19
+/* consumed by the stages of frames and kinematics */
+#define NC_COORDINATES 20
 #define NC_SOFT_LIMITS 25 /* consumed by the stage of software limits */
-#define NC_CORNER                                                              \
-    21 /* consumed by the stage of chamfers and roundings,                     \
-          cnc_core/geometry/stages/corner.py */
-#define NC_PATH_MODE                                                           \
-    22 /* what the feed refers to, corner and arc speeds; consumed by that     \
-          stage (geometry/stages/path_mode.py) */
-#define NC_FILTER                                                              \
-    23 /* settings of a filter; consumed with it (geometry/filters/run_filter.py) */
-#define NC_EXTENSION                                                           \
-    24 /* consumed by the orbit stage: `code` 1 on, 0 off; `value`             \
-          R_MAX_SCALE, `radius` R_MAX_EQUID, mm */
+/* consumed by the stage of chamfers and roundings,
+ * cnc_core/geometry/stages/corner.py */
+#define NC_CORNER 21
+/* what the feed refers to, corner and arc speeds; consumed by that stage
+ * (geometry/stages/path_mode.py) */
+#define NC_PATH_MODE 22
+/* settings of a filter; consumed with it (geometry/filters/run_filter.py) */
+#define NC_FILTER 23
+/* consumed by the orbit stage: `code` 1 on, 0 off; `value` R_MAX_SCALE,
+ * `radius` R_MAX_EQUID, mm */
+#define NC_EXTENSION 24
 
 /* flags */
 #define NC_RAPID 1      /* motion: G00, feed ignored */
@@ -55,53 +54,48 @@
 #define NC_HAS_PARAM 8  /* marker: PARAM was programmed */
 #define NC_WAIT 16      /* flush: the front end waits until it is executed */
 #define NC_HAS_VALUE 32 /* M, H: additional value was programmed */
-#define NC_MODULO                                                              \
-    128 /* real-time loop: every pass begins with the same distance */
-#define NC_ELEMENT                                                             \
-    256 /* motion: seen by the PLC, not executed; the pieces that follow       \
-           execute it */
-#define NC_PIECE                                                               \
-    512 /* motion: executed, not seen; covers `value` mm of the elements */
-#define NC_NO_OVERRIDE                                                         \
-    32768 /* motion: the feed as programmed, whatever the override */
-#define NC_PATH_FEED                                                           \
-    16384 /* motion: the feed counts along `length`, whatever the path mode    \
-             says (geometry/stages/path_mode.py) */
-#define NC_BY_PARAMETER                                                        \
-    1024 /* polynomial: the feed is that of its parameter; pieces: so is their \
-            path */
-#define NC_OF_TIP                                                              \
-    2048 /* piece with NC_BY_PARAMETER: covers a path of the tool tip, its     \
-            axes say nothing about the speed there */
-#define NC_BY_LENGTH                                                           \
-    4096 /* polynomial: its parameter runs with the path length; the length is \
-            given, not measured */
-#define NC_LENGTH_ONLY                                                         \
-    2048 /* coordinates: the tool length is corrected, the axes are programmed \
-          */
-#define NC_PTP                                                                 \
-    8192 /* coordinates: blocks are straight lines of the machine axes */
-#define NC_CONTOUR_FEED                                                        \
-    64 /* compensation: feed of arcs refers to the contour (G11), not to the   \
-          tool centre */
+/* real-time loop: every pass begins with the same distance */
+#define NC_MODULO 128
+/* motion: seen by the PLC, not executed; the pieces that follow execute it */
+#define NC_ELEMENT 256
+/* motion: executed, not seen; covers `value` mm of the elements */
+#define NC_PIECE 512
+/* motion: the feed as programmed, whatever the override */
+#define NC_NO_OVERRIDE 32768
+/* motion: the feed counts along `length`, whatever the path mode says
+ * (geometry/stages/path_mode.py) */
+#define NC_PATH_FEED 16384
+/* polynomial: the feed is that of its parameter; pieces: so is their path */
+#define NC_BY_PARAMETER 1024
+/* piece with NC_BY_PARAMETER: covers a path of the tool tip, its axes say
+ * nothing about the speed there */
+#define NC_OF_TIP 2048
+/* polynomial: its parameter runs with the path length; the length is given,
+ * not measured */
+#define NC_BY_LENGTH 4096
+/* coordinates: the tool length is corrected, the axes are programmed */
+#define NC_LENGTH_ONLY 2048
+/* coordinates: blocks are straight lines of the machine axes */
+#define NC_PTP 8192
+/* compensation: feed of arcs refers to the contour (G11), not to the tool
+ * centre */
+#define NC_CONTOUR_FEED 64
 
 /* code of an NC_EVENT row */
-#define NC_EVENT_DIST2GO_END                                                   \
-    3 /* #DEL DIST2GO [END = mask]: where a deleted distance to go may end;    \
-         mask in `value` */
-#define NC_EVENT_STORAGE_CLEAR                                                 \
-    4 /* #BACKWARD STORAGE CLEAR: backward motion does not go behind this      \
-         place */
-#define NC_EVENT_COMMAND                                                       \
-    5 /* told to the cell when the path passes: number in `value` */
-#define NC_EVENT_OVERRIDE                                                      \
-    6 /* from here on the override counts (`value` 1) or not (0) */
-#define NC_EVENT_ESA_TIME                                                      \
-    8 /* and 9, 10: #CHANNEL SET [ESA_TIME0 = s], 1, 2: time of                \
-         FCT_CALC_STATE_AT_T in `value` */
-#define NC_EVENT_EXPL_SYN                                                      \
-    2 /* #EXPL SYN: wait for functions of type MVS_SLP                         \
-       */
+/* #DEL DIST2GO [END = mask]: where a deleted distance to go may end; mask in
+ * `value` */
+#define NC_EVENT_DIST2GO_END 3
+/* #BACKWARD STORAGE CLEAR: backward motion does not go behind this place */
+#define NC_EVENT_STORAGE_CLEAR 4
+/* told to the cell when the path passes: number in `value` */
+#define NC_EVENT_COMMAND 5
+/* from here on the override counts (`value` 1) or not (0) */
+#define NC_EVENT_OVERRIDE 6
+/* and 9, 10: #CHANNEL SET [ESA_TIME0 = s], 1, 2: time of FCT_CALC_STATE_AT_T
+ * in `value` */
+#define NC_EVENT_ESA_TIME 8
+/* #EXPL SYN: wait for functions of type MVS_SLP */
+#define NC_EVENT_EXPL_SYN 2
 
 /* code of an NC_MARKER row */
 #define NC_MARKER_ON 1

@@ -5,11 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define FAST_DIGITS                                                            \
-    15 /* an integer of so many digits is exact in a double ... */
-#define FAST_FRACTION                                                          \
-    22 /* ... and so is this power of ten: their quotient is correctly rounded \
-        */
+/* an integer of so many digits is exact in a double ... */
+#define FAST_DIGITS 15
+/* ... and so is this power of ten: their quotient is correctly rounded */
+#define FAST_FRACTION 22
 
 static const double POWER_OF_TEN[FAST_FRACTION + 1] = {
     1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,

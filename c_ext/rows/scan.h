@@ -27,29 +27,27 @@
 #define NC_SCAN_MORE 0  /* the buffer holds no further whole line */
 #define NC_SCAN_FULL 1  /* the output array is full */
 #define NC_SCAN_OTHER 2 /* the next line is not plain */
-#define NC_SCAN_ERROR                                                          \
-    3 /* the next line is plain and wrong; the modal state is as before it */
+/* the next line is plain and wrong; the modal state is as before it */
+#define NC_SCAN_ERROR 3
 
 /* rules of a dialect, in nc_modal; none of them: the ISG kernel */
-#define NC_RULE_RADIUS_ONCE                                                    \
-    1 /* R holds for its block alone, and only for a circle */
-#define NC_RULE_NO_PITCH                                                       \
-    2 /* a centre word of the plane's third axis is an error unless it is 0 */
-#define NC_RULE_KEEP_CENTRE                                                    \
-    4 /* a centre far from the bisector of the chord stays; only the two radii \
-         are compared */
+/* R holds for its block alone, and only for a circle */
+#define NC_RULE_RADIUS_ONCE 1
+/* a centre word of the plane's third axis is an error unless it is 0 */
+#define NC_RULE_NO_PITCH 2
+/* a centre far from the bisector of the chord stays; only the two radii are
+ * compared */
+#define NC_RULE_KEEP_CENTRE 4
 #define NC_RULE_NO_EQUALS 8 /* not plain: `=` in a word */
-#define NC_RULE_NO_CORRECTION                                                  \
-    32 /* G164: the centre stays as programmed, the radii may differ by 0.01   \
-          mm */
-#define NC_RULE_MESSAGES                                                       \
-    16 /* not plain: a comment with a comma, it may be a message */
-#define NC_RULE_PLANE_CENTRE                                                   \
-    64 /* I, J: first and second axis of the plane, whichever it is; K is no   \
-          centre word */
-#define NC_RULE_CENTRE_DISTANCE                                                \
-    128 /* under G91 centre words count from the start, whatever               \
-           centre_absolute says */
+/* G164: the centre stays as programmed, the radii may differ by 0.01 mm */
+#define NC_RULE_NO_CORRECTION 32
+/* not plain: a comment with a comma, it may be a message */
+#define NC_RULE_MESSAGES 16
+/* I, J: first and second axis of the plane, whichever it is; K is no centre
+ * word */
+#define NC_RULE_PLANE_CENTRE 64
+/* under G91 centre words count from the start, whatever centre_absolute says */
+#define NC_RULE_CENTRE_DISTANCE 128
 #define NC_RULE_NO_PLANES 512      /* not plain: G17, G18, G19 */
 #define NC_RULE_NO_BRACKETS 256    /* not plain: `(` */
 #define NC_RULE_FEED_POSITIVE 1024 /* not plain: F that is not positive */

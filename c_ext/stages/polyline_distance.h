@@ -1,5 +1,5 @@
-/* How far one polyline lies from another (cnc_core/geometry/filters/run_filter.py,
- * stages/deviation.py).
+/* How far one polyline lies from another
+ * (cnc_core/geometry/filters/run_filter.py, stages/deviation.py).
  *
  * A stretch of length L whose ends are d and e away holds no point farther than
  * (d + e + L) / 2, and none farther from one segment than the farther one of

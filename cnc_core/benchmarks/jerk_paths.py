@@ -13,7 +13,8 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ..engine.jerk_planner import STAND, FloatArray, intervals_from_knots
+from ..engine.jerk_planner import STAND, intervals_from_knots
+from ..units import FloatArray
 
 Curve = Callable[[FloatArray, int], FloatArray]
 MAX_TURN_RAD = 0.1

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import (
     Field,
     ValidationError,
@@ -23,6 +22,7 @@ from ..frontend.machine import (
     Tool,
 )
 from ..kinematics.machine import Kinematics
+from ..units import FloatArray
 from .axes import AxisConfig, SpindleConfig
 from .channel import (
     KNOWN_FUNCTIONS,
@@ -37,8 +37,6 @@ from .osai import OsaiConfig
 from .synchronisation import DEFAULT_M_SYNCH
 from .tools import ToolConfig
 from .values import Finite, Table
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def _default_axes() -> dict[str, AxisConfig]:

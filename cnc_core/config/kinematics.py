@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ..kinematics.chain import Chain, Fixed, HasMatrix, Step
@@ -22,11 +21,11 @@ from ..kinematics.machine_types import (
     Element,
     machine_chain,
 )
+from ..units import FloatArray
 
 Finite = Annotated[float, Field(gt=-1e9, lt=1e9, allow_inf_nan=False)]
 Vector = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 Cin = Annotated[list[Finite], Field(min_length=6, max_length=6)]
-FloatArray = npt.NDArray[np.float64]
 ALIASES = {"table-table": "WRK", "head-table": "MIX", "head-head": "TOL"}
 TypeName = Literal[
     "table-table",

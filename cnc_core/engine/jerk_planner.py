@@ -15,10 +15,10 @@ import numpy.typing as npt
 
 from .. import _engine
 from ..errors import CncError
+from ..units import FloatArray
 
 _module: Any = _engine
 ffi, lib = _module.ffi, _module.lib
-FloatArray = npt.NDArray[np.float64]
 AXES = int(lib.JERK_AXES)
 STAND, RAPID = int(lib.JERK_STAND), int(lib.JERK_RAPID)
 

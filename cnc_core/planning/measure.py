@@ -28,9 +28,7 @@ from ..blocks import (
 from ..config import CellConfig
 from ..engine import Samples
 from ..geometry.shapes.polynomial import ORDER, distance, normalised
-
-FloatArray = npt.NDArray[np.float64]
-
+from ..units import FloatArray
 
 NEIGHBOURS = (
     6  # elements looked at on either side where a smooth piece covers several,

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from ..units import FloatArray
+
 MAX_POINTS = 20_000  # samples drawn at the most
 
 

@@ -18,12 +18,11 @@ from cnc_core.blocks.pool import coefficients, joined
 from ..blocks import CIRCULAR, NC_BLOCK, PIECE, POLYNOMIAL, BlockBatch
 from ..frontend.front_end import Restartable
 from ..program.restart import SAME_MM, Uncovered, way_to
+from ..units import FloatArray
 
 if TYPE_CHECKING:
     from ..engine import Engine
     from ..program import Program
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class PushedRows:

@@ -9,11 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.config import CellConfig
+from cnc_core.units import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 SPEED_SLACK = 1.001
 SLACK = 1.02
 

@@ -41,7 +41,9 @@ struct extent extent_at(const struct builder *builder,
                    : NEVER,
            x = builder->fast2;
     for (int i = 0; i < builder->c->axes; i++) {
-        double d1 = knot->d1[i], d2 = knot->d2[i], room = builder->room[i];
+        double d1 = knot->d1[i];
+        double d2 = knot->d2[i];
+        double room = builder->room[i];
         if (x * d1 * d1 > builder->v2[i]) {
             x = builder->v2[i] / (d1 * d1);
         }
@@ -190,8 +192,10 @@ static void add_stretch(struct builder *builder,
                         const place *to,
                         const double *third,
                         const double *fourth) {
-    double h = to->at.s - from->at.s, part = 0.125 * h * h, room[NC_AXES],
-           turn2 = 0.0;
+    double h = to->at.s - from->at.s;
+    double part = 0.125 * h * h;
+    double room[NC_AXES];
+    double turn2 = 0.0;
     if (h < TINY_MM) {
         return;
     }

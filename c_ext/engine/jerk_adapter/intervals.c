@@ -36,7 +36,10 @@ static void derivatives(const struct engine *engine,
 static double bend_at(const struct engine *engine,
                       const struct piece *piece,
                       double s) {
-    double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0}, sum = 0.0;
+    double d1[NC_AXES] = {0};
+    double d2[NC_AXES] = {0};
+    double d3[NC_AXES] = {0};
+    double sum = 0.0;
     derivatives(engine, piece, s, d1, d2, d3);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         sum += d2[i] * d2[i];
@@ -54,8 +57,11 @@ static double turn_rate(const struct engine *engine,
     double bend = 0.0, fast = 0.0, relative = 0.0, most[NC_AXES] = {0},
            change[NC_AXES] = {0};
     for (int k = 0; k < 3; k++) {
-        double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0},
-               sum = 0.0, rate = 0.0;
+        double d1[NC_AXES] = {0};
+        double d2[NC_AXES] = {0};
+        double d3[NC_AXES] = {0};
+        double sum = 0.0;
+        double rate = 0.0;
         derivatives(engine, piece, from + 0.5 * k * (to - from), d1, d2, d3);
         for (int i = 0; i < engine->cfg.axis_count; i++) {
             sum += d2[i] * d2[i];

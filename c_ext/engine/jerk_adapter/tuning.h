@@ -6,52 +6,50 @@
 
 /* Window. Evidence: planner's page, solving times and motion times by window.
  */
-#define BRAKES_AHEAD                                                           \
-    1.6 /* stopping distances from full speed that the window holds */
-#define KNOTS_PER_BLOCK                                                        \
-    3.0                  /* knots: of the window for each block, on the whole */
+/* stopping distances from full speed that the window holds */
+#define BRAKES_AHEAD 1.6
+/* knots: of the window for each block, on the whole */
+#define KNOTS_PER_BLOCK 3.0
 #define MAX_KNOTS 1000.0 /* knots of the window at the most */
-#define JERK_SEEN                                                              \
-    3.0 /* accelerations per cycle: a higher jerk limit is seen by nobody */
+/* accelerations per cycle: a higher jerk limit is seen by nobody */
+#define JERK_SEEN 3.0
 
 /* Intervals of curves. Evidence: jerk sampled on curves stays within the limit
  * (tests/unit/jerk/test_curve_derivatives.py). */
 #define INTERVAL_TURN 0.1 /* rad of turn over an interval */
-#define CURVE_MISS                                                             \
-    0.001 /* share of the third derivative: beyond it an interval is halved,   \
-             ... */
+/* share of the third derivative: beyond it an interval is halved, ... */
+#define CURVE_MISS 0.001
 #define CURVE_HALVINGS 3    /* halvings: ... so often at the most, ... */
 #define CURVE_SHORTEST 2e-3 /* mm: ... but none shorter than that, or ... */
-#define CURVE_UNSEEN                                                           \
-    0.25 /* cycles: ... than is driven in that at the speed the third          \
-            derivative allows */
-#define CURVE_NOISE                                                            \
-    1e-3 /* share of the jerk limit: a miss below it matters at no speed */
-#define STRAIGHT                                                               \
-    1e-9 /* change of the tangent over an interval that does not bend */
-#define LEAST_SHARE                                                            \
-    1e-4 /* share of a limit, however small the program asks for */
-#define LEAST_MM                                                               \
-    1e-6 /* mm: of an interval of a curve, however much it bends               \
-          */
+/* cycles: ... than is driven in that at the speed the third derivative
+ * allows */
+#define CURVE_UNSEEN 0.25
+/* share of the jerk limit: a miss below it matters at no speed */
+#define CURVE_NOISE 1e-3
+/* change of the tangent over an interval that does not bend */
+#define STRAIGHT 1e-9
+/* share of a limit, however small the program asks for */
+#define LEAST_SHARE 1e-4
+/* mm: of an interval of a curve, however much it bends */
+#define LEAST_MM 1e-6
 
-/* Stands. Evidence: times over sharp corners, tests/unit/engine/test_corner_standstills.py.
+/* Stands. Evidence: times over sharp corners,
+ * tests/unit/engine/test_corner_standstills.py.
  */
-#define CORNER_SHARE                                                           \
-    0.5 /* share of the jerk limit that a corner may use, as in jerk/path/grid.c */
-#define CORNER_ACC_SHARE                                                       \
-    0.012 /* share of the acceleration limit that it may use */
-#define STAND_SPEED                                                            \
-    1.0 /* mm/s: corners that had to be passed slower are stood at */
-#define STOP_MARGIN                                                            \
-    0.98 /* share of the stopping distance: a nearer stand is not tried */
+/* share of the jerk limit that a corner may use, as in jerk/path/grid.c */
+#define CORNER_SHARE 0.5
+/* share of the acceleration limit that it may use */
+#define CORNER_ACC_SHARE 0.012
+/* mm/s: corners that had to be passed slower are stood at */
+#define STAND_SPEED 1.0
+/* share of the stopping distance: a nearer stand is not tried */
+#define STOP_MARGIN 0.98
 
 /* Commits. */
-#define SAME_TIME_PREDICTED                                                    \
-    1e-6 /* s: a commit ends where the prediction expected it */
+/* s: a commit ends where the prediction expected it */
+#define SAME_TIME_PREDICTED 1e-6
 #define SAME_SPEED_PREDICTED 1e-6 /* relative: ... as fast as expected */
-#define REJOIN_MARGIN_S                                                        \
-    0.010 /* s: a place to rejoin at is so far ahead of GEO; plans take up to  \
-             4 ms */
+/* s: a place to rejoin at is so far ahead of GEO; plans take up to 4 ms */
+#define REJOIN_MARGIN_S 0.010
 
 #endif

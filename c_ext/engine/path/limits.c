@@ -7,9 +7,9 @@
 
 #define PROFILES 3 /* highest number of #SLOPE */
 #define PATH_LIMITS 6
-#define JERK_SHARE_MAX                                                         \
-    1e4 /* S ramps of a profile lift the jerk limit; nothing lifts velocity or \
-           acceleration */
+/* S ramps of a profile lift the jerk limit; nothing lifts velocity or
+ * acceleration */
+#define JERK_SHARE_MAX 1e4
 
 void limits_reset(struct push_state *push) {
     for (int k = 0; k < 2; k++) {

@@ -11,7 +11,11 @@
 static void set_plane(engine_config *cfg,
                       struct piece *piece,
                       const nc_block *row) {
-    static const int planes[3][2] = {{0, 1}, {2, 0}, {1, 2}};
+    static const int planes[3][2] = {
+        {0, 1},
+        {2, 0},
+        {1, 2},
+    };
     const int *axes = planes[row->plane - 17];
     piece->axis1 = (uint8_t)cfg->main[axes[0]];
     piece->axis2 = (uint8_t)cfg->main[axes[1]];

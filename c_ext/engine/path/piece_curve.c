@@ -294,7 +294,11 @@ void curve_piece_derivatives(const struct piece_store *store,
 double curve_piece_main_rate(const struct engine *engine,
                              const struct piece *piece,
                              double s) {
-    double d1[NC_AXES] = {0}, d2[NC_AXES], d3[NC_AXES], main2 = 0.0, all2 = 0.0;
+    double d1[NC_AXES] = {0};
+    double d2[NC_AXES];
+    double d3[NC_AXES];
+    double main2 = 0.0;
+    double all2 = 0.0;
     curve_piece_derivatives(&engine->store, piece, s, d1, d2, d3);
     uint16_t main = main_mask(&engine->cfg) & piece->moving;
     for (int i = 0; i < engine->cfg.axis_count; i++) {

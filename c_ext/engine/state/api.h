@@ -15,26 +15,24 @@
 /* cdef begin */
 /* results of engine_run and engine_wait */
 #define ENGINE_DONE 0 /* the cycles asked for have run */
-#define ENGINE_NEED_BLOCKS                                                     \
-    1 /* preparation is to push rows (or to declare the end) */
-#define ENGINE_DRAINED                                                         \
-    2 /* everything pushed has been executed; reported once per                \
-         engine_expect_drain */
+/* preparation is to push rows (or to declare the end) */
+#define ENGINE_NEED_BLOCKS 1
+/* everything pushed has been executed; reported once per engine_expect_drain */
+#define ENGINE_DRAINED 2
 #define ENGINE_PROGRAM_END 3 /* program end; reported once */
-#define ENGINE_PLC_WAIT                                                        \
-    4 /* lockstep: the PLC has not finished its scan within the time slice */
+/* lockstep: the PLC has not finished its scan within the time slice */
+#define ENGINE_PLC_WAIT 4
 #define ENGINE_RECORD_FULL 5 /* the sample buffer is full */
-#define ENGINE_PLC_FINISHED                                                    \
-    6                  /* program ended and the PLC needs the cell no longer */
+/* program ended and the PLC needs the cell no longer */
+#define ENGINE_PLC_FINISHED 6
 #define ENGINE_FAULT 7 /* internal fault, see engine_state.fault */
-#define ENGINE_MODE_COMMAND                                                    \
-    8 /* the PLC has sent a mode command that the cell has to carry out */
-#define ENGINE_WATCHDOG                                                        \
-    9 /* the PLC has not shown that it lives; reported once */
+/* the PLC has sent a mode command that the cell has to carry out */
+#define ENGINE_MODE_COMMAND 8
+/* the PLC has not shown that it lives; reported once */
+#define ENGINE_WATCHDOG 9
 #define ENGINE_PLC_ERROR 10 /* the PLC has sent an error record */
-#define ENGINE_RETRACED                                                        \
-    11 /* the path is driven forward again behind backward motion; reported    \
-          once */
+/* the path is driven forward again behind backward motion; reported once */
+#define ENGINE_RETRACED 11
 
 #define ENGINE_SPINDLES 6
 
@@ -42,8 +40,8 @@
 #define ENGINE_BAD_ROW -904001
 #define ENGINE_NOT_FINITE -904002
 #define ENGINE_NO_MEMORY -904003
-#define ENGINE_BAD_PATH                                                        \
-    -904009 /* the planner refuses a piece: derivatives that are no numbers */
+/* the planner refuses a piece: derivatives that are no numbers */
+#define ENGINE_BAD_PATH -904009
 #define ENGINE_LOOP_TOO_LONG -904004
 
 /* interpolator functions that act here (P-CHAN-00650) */

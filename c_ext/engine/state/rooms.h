@@ -236,8 +236,8 @@ typedef struct plan_conditions {
 
 #define REJOIN_NONE 0
 #define REJOIN_OFFERED 1 /* by the planner */
-#define REJOIN_TAKEN                                                           \
-    2 /* GEO drives the tail to the place, then what was offered */
+/* GEO drives the tail to the place, then what was offered */
+#define REJOIN_TAKEN 2
 #define REJOIN_REFUSED 3
 /* Motion that goes on from a place on the stored tail which GEO drives. */
 typedef struct rejoin {

@@ -5,16 +5,15 @@
 #define ENGINE_STATE_TUNING_H
 
 /* Commits. Evidence: worst plans of 0.9 to 1.4 ms, planner's page. */
-#define COMMIT_LOW_S                                                           \
-    0.010 /* s: less motion ahead of GEO, and more is committed, ... */
+/* s: less motion ahead of GEO, and more is committed, ... */
+#define COMMIT_LOW_S 0.010
 #define COMMIT_HIGH_S 0.020    /* s: ... up to this */
 #define COMMIT_LOW_CYCLES 2.0  /* cycles: at least so many, ... */
 #define COMMIT_HIGH_CYCLES 4.0 /* cycles: ... and so many */
-#define PUMPED_CYCLES                                                          \
-    3.0 /* cycles: the lower bound where every cycle pumps and phases are not  \
-           cut */
-#define LAST_CYCLES                                                            \
-    1.5 /* cycles ahead below which GEO may take the tail in this cycle */
+/* cycles: the lower bound where every cycle pumps and phases are not cut */
+#define PUMPED_CYCLES 3.0
+/* cycles ahead below which GEO may take the tail in this cycle */
+#define LAST_CYCLES 1.5
 #define PARTS_MAX 64    /* parts of a phase */
 #define SHORT_PART 0.05 /* cycles: no part of a phase is shorter */
 #define SAME_TIME 1e-9  /* s: times that are the same */
@@ -23,66 +22,61 @@
 
 /* Taking back and rejoining. Evidence: feed hold against a search over all
  * stops, tests/unit/engine/test_feed_hold_distance.py. */
-#define RECALL_MARGIN_S                                                        \
-    0.006 /* s: motion left to GEO while a planner thread computes the stop,   \
-             ... */
+/* s: motion left to GEO while a planner thread computes the stop, ... */
+#define RECALL_MARGIN_S 0.006
 #define RECALL_MARGIN_CYCLES 2.0 /* cycles: ... and at least so many */
-#define REJOIN_MARGIN_CYCLES                                                   \
-    3.0 /* cycles: a place to rejoin at is at least so far ahead of GEO */
-#define REJOIN_LEFT_CYCLES                                                     \
-    5.0 /* cycles of the tail behind it: for less it is driven to its end */
+/* cycles: a place to rejoin at is at least so far ahead of GEO */
+#define REJOIN_MARGIN_CYCLES 3.0
+/* cycles of the tail behind it: for less it is driven to its end */
+#define REJOIN_LEFT_CYCLES 5.0
 
 /* Dispatch. Evidence: blocks per second of `bench planner`. */
-#define FED_NEAR                                                               \
-    64u /* pieces beyond the window: what corner limits mostly look at, ... */
+/* pieces beyond the window: what corner limits mostly look at, ... */
+#define FED_NEAR 64u
 #define FED_AT_ONCE 8u  /* pieces: ... of which so many may be missing, ... */
 #define FED_AHEAD 1064u /* pieces: ... and at the most */
-#define LOOP_AHEAD                                                             \
-    8u /* pieces beyond the window in a real-time loop, whose end is decided   \
-          late */
+/* pieces beyond the window in a real-time loop, whose end is decided late */
+#define LOOP_AHEAD 8u
 
 /* Motions too short to be driven. */
 #define SHORT_MM 1e-7 /* mm: together they are not longer, ... */
-#define SHORT_ROWS                                                             \
-    2048u /* rows: ... nor more than so many; the PLC goes from element to     \
-             element */
-#define FADE_MM                                                                \
-    1e-4 /* mm: shorter arcs and polynomials take no displacement              \
-          */
+/* rows: ... nor more than so many; the PLC goes from element to element */
+#define SHORT_ROWS 2048u
+/* mm: shorter arcs and polynomials take no displacement */
+#define FADE_MM 1e-4
 
 /* Limits of pieces. */
-#define ARC_NORMAL                                                             \
-    0.8 /* share of the acceleration for the normal direction; 0.6 is left for \
-           the tangent */
-#define POLYNOMIAL_USABLE                                                      \
-    0.98 /* share of the acceleration that constant bounds plan with */
-#define LENGTH_MISS                                                            \
-    1e-6 /* mm by which a row's length and start may differ from its           \
-            coefficients' */
-#define CELL_LEAST                                                             \
-    1e-7               /* mm: what is left of a cell counts as the next one's */
+/* share of the acceleration for the normal direction; 0.6 is left for the
+ * tangent */
+#define ARC_NORMAL 0.8
+/* share of the acceleration that constant bounds plan with */
+#define POLYNOMIAL_USABLE 0.98
+/* mm by which a row's length and start may differ from its coefficients' */
+#define LENGTH_MISS 1e-6
+/* mm: what is left of a cell counts as the next one's */
+#define CELL_LEAST 1e-7
 #define BOUND_POINTS 5 /* points of a cell at which bounds are taken */
-#define OVER_FEED                                                              \
-    2.0 /* the largest override: plans under a lower one hold when it comes */
+/* the largest override: plans under a lower one hold when it comes */
+#define OVER_FEED 2.0
 #define BETWEEN 1.2 /* factor: v2 may be that much larger between points */
 
 /* Threads. Evidence: wake times of `bench cycle`. */
-#define TURN_SPIN_NS                                                           \
-    500000 /* ns: awake for the PLC's turn; a scan in Python takes 10 us, a    \
-              wake across cores 20 */
-#define PLANNER_IDLE_NS                                                        \
-    500000 /* ns: the planner sleeps when nothing was committed */
+/* ns: awake for the PLC's turn; a scan in Python takes 10 us, a wake across
+ * cores 20 */
+#define TURN_SPIN_NS 500000
+/* ns: the planner sleeps when nothing was committed */
+#define PLANNER_IDLE_NS 500000
 #define EVENT_POLL_NS 500000 /* ns between looks for events */
-#define SERVICE_SPIN_NS                                                        \
-    2000000 /* ns: the service stays awake behind a request, ... */
+/* ns: the service stays awake behind a request, ... */
+#define SERVICE_SPIN_NS 2000000
 #define SERVICE_POLL_NS 1000000 /* ns: ... then looks so often */
-#define EARLY_MAX_NS                                                           \
-    100000            /* ns: GEO waits awake for so long at the most, ... */
-#define EARLY_PART 10 /* ... and for this part of a cycle */
+/* ns: GEO waits awake for so long at the most, ... */
+#define EARLY_MAX_NS 100000
+#define EARLY_PART 10      /* ... and for this part of a cycle */
 #define REHEARSAL_NS 10000 /* ns: the last of it is for the rehearsal, ... */
 #define REHEARSAL_PART 50  /* ... this part of a cycle at the most */
 #define EARLIER_NS 2000    /* ns: behind a wake that was late for it, ... */
-#define LATER_NS                                                               \
-    10 /* ns: ... and behind the others: one in two hundred is late */
+/* ns: ... and behind the others: one in two hundred is late */
+#define LATER_NS 10
 
 #endif

@@ -11,30 +11,28 @@
 #include "jerk/state/api.h"
 
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
-#define RUN_RING_MAX                                                           \
-    16384u /* pieces of the run ring at the most; fewer where the window is    \
-              small */
+/* pieces of the run ring at the most; fewer where the window is small */
+#define RUN_RING_MAX 16384u
 #define RUN_MORE                                                               \
     (1064u + KEPT_BEHIND + PHASE_RING                                          \
      + 64u) /* beyond the window: fed ahead, kept, committed */
-#define CORNERS_BEHIND                                                         \
-    1000u /* pieces on each side of a corner that the planner looks at */
-#define KEPT_BEHIND                                                            \
-    1024u /* executed pieces that stay readable, more than the planner looks   \
-             back */
-#define STORE_AHEAD                                                            \
-    16384u /* pieces prepared ahead of those the path has reached */
+/* pieces on each side of a corner that the planner looks at */
+#define CORNERS_BEHIND 1000u
+/* executed pieces that stay readable, more than the planner looks back */
+#define KEPT_BEHIND 1024u
+/* pieces prepared ahead of those the path has reached */
+#define STORE_AHEAD 16384u
 #define STORE_KEPT_MAX (1u << 20)
 #define STORE_BYTES 176u /* P-STUP-00033: what one stored block counts */
 #define PHASE_RING 4096u
 
 #define NEVER 1e300
 #define GEO_STANDS 1e-9 /* mm/s: GEO takes less for a standstill */
-#define STEPPED_OVER_MM                                                        \
-    2e-9 /* the jerk-limited planner steps over what is shorter */
-#define GEO_MOVES                                                              \
-    1e-6 /* mm/s: slower than this, GEO may take it for a standstill, where it \
-            waits and takes no tail */
+/* the jerk-limited planner steps over what is shorter */
+#define STEPPED_OVER_MM 2e-9
+/* mm/s: slower than this, GEO may take it for a standstill, where it waits
+ * and takes no tail */
+#define GEO_MOVES 1e-6
 
 #ifdef ENGINE_INTERLEAVE /* tests: every atomic access is a place to switch to \
                             the other thread (interleave.c) */
@@ -69,8 +67,8 @@ typedef struct element {
 #define SYNCH_MVS_SLM 0x4000u
 #define SYNCH_MVS_SLP 0x8000u
 #define SYNCH_BWD 0x400000u /* flag: waited for in backward motion too */
-#define SYNCH_FWD                                                              \
-    0x800000u /* flag: as configured in simulated forward motion too */
+/* flag: as configured in simulated forward motion too */
+#define SYNCH_FWD 0x800000u
 #define SYNCH_MEP_SVS 0x1000000u
 #define SYNCH_MET_SVS 0x2000000u
 /* Groups of them: what a function does to the path and its units. */
@@ -83,8 +81,8 @@ typedef struct element {
 #define STD_UNITS (HLI_TU_CH_STD_SYNC_MAXIDX + 1u)
 #define LATE_UNITS (HLI_TU_CH_LATE_SYNC_MAXIDX + 1u)
 #define SYNCH_NUMBERS 65536u
-#define EVENT_GATE                                                             \
-    1 /* code of an NC_EVENT piece: waits until its gate is open */
+/* code of an NC_EVENT piece: waits until its gate is open */
+#define EVENT_GATE 1
 #define NC_OUTPUT 0x8000u /* flag of a function piece: it goes to the PLC */
 
 /* How many functions have got so far; what a gate needs. */
@@ -118,9 +116,8 @@ typedef enum piece_kind {
 #define SPANS_MANY 512u /* stretches of a piece at the most, ... */
 #define SPANS_FEW 64u   /* ... and where the window is wide */
 #define WIDE_WINDOW 512u
-#define SPANS_FIRST                                                            \
-    161u /* ... and what there is room for at first, if a piece may have so    \
-            many */
+/* ... and what there is room for at first, if a piece may have so many */
+#define SPANS_FIRST 161u
 #define ROWS_FIRST 191u /* of every axis */
 #define SPAN_ROW 8u     /* numbers of a row in a curved one */
 

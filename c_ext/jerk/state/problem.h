@@ -25,8 +25,13 @@ typedef struct block {
 
 typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5
                               (jerks); z: x, u, c at one end */
-    vec coef[3], slack[2], dual[2], inverse[2], residual[2], slack_step[2],
-        dual_step[2];
+    vec coef[3];
+    vec slack[2];
+    vec dual[2];
+    vec inverse[2];
+    vec residual[2];
+    vec slack_step[2];
+    vec dual_step[2];
 } two_sided;
 
 typedef struct one_sided { /* b (x, u, c0, c1) <= bound */
@@ -47,7 +52,12 @@ enum {
 
 /* Stage cost of the Newton step. */
 typedef struct stage_cost {
-    double *xx, *xu, *uu, *xc[2], *uc[2], *cc[3]; /* cc: c0 c0, c0 c1, c1 c1 */
+    double *xx;
+    double *xu;
+    double *uu;
+    double *xc[2];
+    double *uc[2];
+    double *cc[3]; /* c0 c0, c0 c1, c1 c1 */
 } stage_cost;
 
 typedef struct stage_grad {

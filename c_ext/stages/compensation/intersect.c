@@ -3,8 +3,8 @@
 
 #include <math.h>
 
-#define REVERSAL                                                               \
-    1e-9 /* rad: turns this near to a half turn have no inner side */
+/* rad: turns this near to a half turn have no inner side */
+#define REVERSAL 1e-9
 
 double offset_turn(const double from[2], const double to[2]) {
     return atan2(from[0] * to[1] - from[1] * to[0],
@@ -66,8 +66,14 @@ int offset_meet(const struct corner *corner, double out[2]) {
 static double angle_between(const double centre[2],
                             const double from[2],
                             const double to[2]) {
-    double start[2] = {from[0] - centre[0], from[1] - centre[1]};
-    double end[2] = {to[0] - centre[0], to[1] - centre[1]};
+    double start[2] = {
+        from[0] - centre[0],
+        from[1] - centre[1],
+    };
+    double end[2] = {
+        to[0] - centre[0],
+        to[1] - centre[1],
+    };
     return offset_turn(start, end);
 }
 
@@ -89,7 +95,10 @@ int offset_tangent_arc(const double from[2],
                        const double t[2],
                        int at_end,
                        nc_block *row) {
-    double chord[2] = {to[0] - from[0], to[1] - from[1]};
+    double chord[2] = {
+        to[0] - from[0],
+        to[1] - from[1],
+    };
     double width = hypot(chord[0], chord[1]);
     double half = at_end ? offset_turn(chord, t) : offset_turn(t, chord);
     row->type = NC_LINEAR;

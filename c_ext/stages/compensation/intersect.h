@@ -6,11 +6,10 @@
 
 #define OFFSET_PI 3.14159265358979323846
 #define OFFSET_ZERO_MM 1e-9 /* shorter motions do not move */
-#define OFFSET_JOIN_MM                                                         \
-    1e-5 /* gaps of outer corners up to this are closed without an inserted    \
-            row */
-#define OFFSET_DAMAGE_MM                                                       \
-    1e-7 /* an element may come out negative by this: rounding */
+/* gaps of outer corners up to this are closed without an inserted row */
+#define OFFSET_JOIN_MM 1e-5
+/* an element may come out negative by this: rounding */
+#define OFFSET_DAMAGE_MM 1e-7
 
 /* Where two neighbours meet. `turn`: from one's tangent to the other's,
  * positive to the left. */

@@ -6,7 +6,11 @@
 #include "stages/compensation/state.h"
 #include "stages/square.h"
 
-const int OFFSET_PLANE_AXES[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
+const int OFFSET_PLANE_AXES[3][3] = {
+    {0, 1, 2},
+    {2, 0, 1},
+    {1, 2, 0},
+};
 
 /* Channel axis of the plane's i-th axis. */
 int offset_axis(const nc_offset *offset, int i) {

@@ -19,8 +19,8 @@
 
 /* cdef begin */
 #define NC_OFFSET_HELD 1000 /* rows behind the element held back */
-#define NC_OFFSET_GROWTH                                                       \
-    5 /* rows written for one row read, at most; and the held ones */
+/* rows written for one row read, at most; and the held ones */
+#define NC_OFFSET_GROWTH 5
 
 #define NC_OFFSET_LINES 25
 #define NC_OFFSET_ARCS 26

@@ -14,8 +14,12 @@
 #include "stages/square.h"
 
 typedef struct ends {
-    double p0[NC_AXES], v0[NC_AXES], w0[NC_AXES], p1[NC_AXES], v1[NC_AXES],
-        w1[NC_AXES];
+    double p0[NC_AXES];
+    double v0[NC_AXES];
+    double w0[NC_AXES];
+    double p1[NC_AXES];
+    double v1[NC_AXES];
+    double w1[NC_AXES];
 } ends;
 
 /* The first quartic as it is; the second one, known from its end, over its own

@@ -13,7 +13,11 @@ void leg_set(const nc_contour_config *cfg,
              struct leg *leg,
              const nc_block *row,
              const double *start) {
-    static const int planes[3][2] = {{0, 1}, {2, 0}, {1, 2}};
+    static const int planes[3][2] = {
+        {0, 1},
+        {2, 0},
+        {1, 2},
+    };
     leg->row = *row;
     memcpy(leg->start, start, sizeof leg->start);
     leg->length = leg->whole = row->length;

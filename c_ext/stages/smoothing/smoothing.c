@@ -196,7 +196,11 @@ static void line_point(nc_smooth *smooth, const nc_block *row) {
 }
 
 static void arc_points(nc_smooth *smooth, const nc_block *row) {
-    static const int planes[3][2] = {{0, 1}, {2, 0}, {1, 2}};
+    static const int planes[3][2] = {
+        {0, 1},
+        {2, 0},
+        {1, 2},
+    };
     int a1 = smooth->cfg.main_axis[planes[row->plane - 17][0]];
     int a2 = smooth->cfg.main_axis[planes[row->plane - 17][1]];
     double from[NC_AXES];
