@@ -54,7 +54,7 @@ class Inside:
         self.channel.head.plc_present_w = True
         self.engine = Engine(
             self.cell,
-            segment=self.segment.base,
+            segment=self.segment,
             clock=layout.HLI_CLOCK_FREERUN,
             record_rows=200_000,
             **engine,
