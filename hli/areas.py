@@ -26,6 +26,9 @@ class Areas:
         self.gpAx = Pointers("gpAx", root.axis, self.gNrAx)
         self.gpVECh = Pointers("gpVECh", root.ext_var_channel, self.gNrCh)
         self.gpVEGlobal: Any = root.ext_var_global
+        self.gpAhead = Pointers(
+            "gpAhead", root.ahead, min(self.gNrCh, len(root.ahead))
+        )
         self.sidecar: Any = root.sidecar
 
     def symbol(self, path: str) -> Symbol:
