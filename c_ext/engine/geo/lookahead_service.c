@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 #include "engine/geo/lookahead_service.h"
+#include "engine/geo/interpolate.h"
 #include "engine/state/state.h"
 #include "engine/store/marked_log.h"
 #include "hli/sync.h"
@@ -28,6 +29,27 @@ static uint64_t ring_log_max(const engine_config *cfg) {
     return min64(cfg->log_max, 65536u);
 }
 
+/* First element behind the epoch: behind a pending reset, at either end of a
+ * real-time loop; what comes there is told later. */
+static uint64_t epoch_end(struct engine *engine,
+                          struct range range,
+                          uint32_t epoch) {
+    while (range.first < range.end) {
+        uint64_t mid = range.first + (range.end - range.first) / 2;
+        if (element_at(&engine->store, mid)->epoch > epoch) {
+            range.end = mid;
+        } else {
+            range.first = mid + 1;
+        }
+    }
+    return range.first;
+}
+
+/* The program was aborted: nothing more is driven of it. */
+static bool left_out(const struct program_state *program) {
+    return ATOMIC_GET(program->abort) == 2;
+}
+
 /* Elements of mode 2: the window from the active element on, and as many behind
  * it; the present distance epoch only. */
 static struct range range_now(struct engine *engine) {
@@ -44,21 +66,18 @@ static struct range range_now(struct engine *engine) {
     range.end =
         min64(head,
               from + 1 + min64(engine->cfg.window, ring_log_max(&engine->cfg)));
+    if (left_out(&engine->program)) {
+        range.end = min64(range.end, active + 1);
+    }
     if (range.end < range.first) {
         range.end = range.first;
     }
-    uint64_t lo = range.first,
-             hi = range.end; /* elements behind a pending reset or the end of a
-                                loop come later */
-    while (lo < hi) {
-        uint64_t mid = lo + (hi - lo) / 2;
-        if (element_at(&engine->store, mid)->epoch > epoch) {
-            hi = mid;
-        } else {
-            lo = mid + 1;
-        }
+    uint64_t end = epoch_end(engine, range, epoch);
+    if (end < range.end && ATOMIC_GET(engine->orders.rt_loop)
+        && element_at(&engine->store, end)->role == LOOP_FIRST) {
+        end = epoch_end(engine, range, epoch + 1); /* it will be entered */
     }
-    range.end = lo;
+    range.end = end;
     return range;
 }
 
@@ -81,6 +100,9 @@ static bool mode2_available(const engine_config *cfg) {
 double max_dist_prog_start(struct engine *engine) {
     if (!mode2_available(&engine->cfg)) {
         return 0.0;
+    }
+    if (left_out(&engine->program)) {
+        return displayed_distance(&engine->geo);
     }
     struct range range = window_range(engine);
     if (range.end == range.first) {
@@ -108,6 +130,28 @@ static uint64_t first_behind(struct piece_store *store,
     return range.first;
 }
 
+static bool noted(const uint64_t *bits, uint32_t loop) {
+    return ATOMIC_GET(*bits) >> (loop & 63u) & 1u;
+}
+
+/* What the element follows depends on how its real-time loop is driven. */
+static void see_loop(const struct geo *geo,
+                     const struct element *el,
+                     HLI_CONTOUR_LOOKAHEAD_BLOCK *block) {
+    if (el->role == LOOP_NONE) {
+        return;
+    }
+    bool repeated = noted(&geo->loops_repeated, el->loop);
+    if (el->role != LOOP_BEHIND) {
+        block->rt_loop_pass =
+            repeated ? HLI_CLAH_PASS_LOOP : HLI_CLAH_PASS_ENTRY;
+    }
+    if ((el->role == LOOP_FIRST && repeated)
+        || (el->role == LOOP_BEHIND && noted(&geo->loops_left_out, el->loop))) {
+        block->tangent_variation = el->other_variation;
+    }
+}
+
 static uint32_t answer_distance(struct engine *engine,
                                 double start,
                                 double length,
@@ -129,6 +173,7 @@ static uint32_t answer_distance(struct engine *engine,
                 *facts; /* `out` is the PLC's to scribble on: written, never
                            read */
             block.start_position += range.shift;
+            see_loop(&engine->geo, element_at(&engine->store, i), &block);
             out[count++] = block;
         }
         __atomic_thread_fence(__ATOMIC_ACQUIRE);
