@@ -93,6 +93,7 @@ class IsonsCell:
     tools: dict[int, ToolTable] = field(default_factory=dict)
     canopen: dict[int, dict[tuple[int, int], int]] = field(default_factory=dict)
     events: dict[str, int] = field(default_factory=dict)
+    pauses: dict[float, str] = field(default_factory=dict)
     macro_folder: str = "."
     app_path: str = "."
     positioners: int = 4

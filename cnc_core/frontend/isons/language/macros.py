@@ -86,7 +86,9 @@ class Macros:
             path = folder / text
             if path.is_file():
                 return path
-        raise fail(901001, f"IMPORT: file not found: {name}", offset)
+        raise fail(
+            901001, f"IMPORT: file not found: {folders[0] / text}", offset
+        )
 
     def _no_converter(self, name: str, offset: int) -> None:
         """What would read imported files in place of this front end cannot be
