@@ -130,6 +130,8 @@ ERRORS: dict[int, str] = {
     906003: "not possible during tool radius compensation",
     906004: "no tangential arc to the compensated contour",
     906005: "circle replaced by a line at the change of the compensated side",
+    906007: "tool radius compensation without a tool",
+    906008: "the program ends during tool radius compensation",
     906006: "G05 without selection or deselection of tool radius compensation",
     # our own: program flow and variables
     907001: "too many blocks without a motion: the program does not end",

@@ -17,9 +17,11 @@ import numpy as np
 
 from cnc_core.blocks import FILTER, HAS_VALUE, NC_AXES, PATH_MODE, SMOOTHING
 from cnc_core.frontend.base.scanner import Modal, Row
+from cnc_core.frontend.machine import ProgramMachine
 
 from ..base.parameters import Parameters
 from ..base.text import AXIS_LETTERS
+from .axis_dynamics import AxisDynamics
 
 DEFAULT = 64
 NO_AXIS = 255
@@ -86,9 +88,9 @@ class PathModes:
     """
 
     def __init__(
-        self, axes: tuple[str, ...], modal: Modal, parameters: Parameters
+        self, machine: ProgramMachine, modal: Modal, parameters: Parameters
     ) -> None:
-        self._names = [name.upper() for name in axes]
+        self._names = [name.upper() for name in machine.axes]
         self._modal, self._parameters = modal, parameters
         self.mode = DEFAULT
         self.transport_limit = 0.0  # of G68 X
@@ -97,6 +99,7 @@ class PathModes:
         self.filters = Filters()
         self.mild: set[int] = set()
         self.mild_on = False
+        self._limits = AxisDynamics(machine, modal, parameters)
         # all off
         self._sent = [
             _key(self._modal.row(FILTER, 0, code=code))
@@ -121,6 +124,7 @@ class PathModes:
             *self._filter_rows(plane, depth_axis, n),
             self._mode_row(plane, n),
             *self._mild_rows(n),
+            *self._limits.rows(n),
         ]
         keys = [_key(row) for row in made]
         out = [
