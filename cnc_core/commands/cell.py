@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +14,7 @@ from rich.table import Table
 from ..errors import CncError, Place
 from ..process.options import CncOptions, RunOptions
 from .console import (
+    SHOWN_ERRORS,
     app,
     emit,
     err,
@@ -20,6 +22,7 @@ from .console import (
     out,
     progress,
     say_dialect,
+    say_errors,
     say_run_errors,
 )
 from .options import (
@@ -273,11 +276,37 @@ def cnc(
     chosen = CncOptions(
         file, name, options.run_options(), config=config, wait_plc=wait
     )
+    if wait:
+        _check_ahead(file, config, options.dialect)
     doing = "waiting for a PLC" if wait else "running"
     err.print(
         f"CNC on segment {name!r}, {options.clock}; {doing}; Ctrl-C ends it"
     )
     raise typer.Exit(run_cnc(chosen))
+
+
+CHECK_S = 2.0  # of wall time; the rest of a long program is read while it runs
+
+
+def _check_ahead(file: Path, config: Path | None, dialect: str | None) -> None:
+    """Tell the program's errors before somebody waits for a PLC to start it.
+
+    The CNC goes on: a PLC may select another program.
+    """
+    from ..config import load_config  # noqa: PLC0415
+    from ..program import Program  # noqa: PLC0415
+
+    end = time.monotonic() + CHECK_S
+    errors: list[CncError] = []
+    try:
+        program = Program(file, load_config(config), dialect, collect=True)
+        for _ in program.batches():
+            if time.monotonic() > end:
+                break
+        errors = program.errors
+    except CncError as error:
+        errors = [error]
+    say_errors(errors, SHOWN_ERRORS)
 
 
 @app.command()

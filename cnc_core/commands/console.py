@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,8 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
+
+SHOWN_ERRORS = 20
 
 app = typer.Typer(
     name="hli-cosim",
@@ -40,7 +42,26 @@ def say_error(error: object) -> None:
     """An error on standard error, as FILE:LINE:COL: CODE: text with the source
     line under it.
     """
-    sys.stderr.write(f"{error}\n")
+    sys.stderr.write(f"{escaped(str(error))}\n")
+
+
+def say_errors(errors: Sequence[object], most: int | None) -> None:
+    """The first errors, and how many there are more."""
+    for error in errors[:most]:
+        say_error(error)
+    left = len(errors[most:]) if most else 0
+    if left:
+        say_error(f"and {left} more errors; --all shows them")
+
+
+def escaped(text: str) -> str:
+    """Control characters as their codes: a terminal must not obey them."""
+    return "".join(
+        c
+        if c.isprintable() or c in "\n\t"
+        else c.encode("unicode_escape").decode()
+        for c in text
+    )
 
 
 @contextmanager
