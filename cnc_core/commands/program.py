@@ -17,7 +17,6 @@ from .console import (
     progress,
     say_dialect,
     say_errors,
-    say_figures,
     say_warnings,
 )
 from .options import (
@@ -28,6 +27,7 @@ from .options import (
     ReadOptions,
     expanded,
 )
+from .tables import say_figures
 
 NO_PLACE = PlaceOptions().place
 
