@@ -39,7 +39,7 @@ def main() -> None:
     # so that what runs is ended and the recording kept
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     try:
-        code = app(standalone_mode=False)
+        code = app(standalone_mode=False, prog_name="hli-cosim")
         sys.exit(code if isinstance(code, int) else 0)
     except (KeyboardInterrupt, typer.Abort):
         sys.stderr.write("interrupted\n")

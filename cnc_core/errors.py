@@ -1,8 +1,8 @@
 """One error base and one table of numbers.
 
 Vendor numbers are used where they are public (companion specifications, "DG"
-pages). All other numbers lie in our own range 900000..909999. The reference of
-errors is printed from this table.
+pages). All other numbers lie in our own range 900000..909999.
+docs/reference/errors.md is printed from this table.
 """
 
 from __future__ import annotations
@@ -301,6 +301,7 @@ ERRORS: dict[int, str] = {
     901006: "file too long",
     901007: "the program writes too much",
     901008: "the run has not written this file, so it does not replace it",
+    901009: "file is no text",
     902001: "configuration error",
     903001: "software limit exceeded",
     # our own: engine and co-simulation
