@@ -2,7 +2,7 @@
 
 from typing import Any
 
-__all__ = ["Cell", "CncError", "RunResult", "start_plc"]
+__all__ = ["Cell", "CncError", "Recording", "RunResult", "start_plc"]
 
 
 def __getattr__(name: str) -> Any:
@@ -13,6 +13,10 @@ def __getattr__(name: str) -> Any:
         from . import cell  # noqa: PLC0415
 
         return getattr(cell, name)
+    if name == "Recording":
+        from .recording.reading import Recording  # noqa: PLC0415
+
+        return Recording
     if name == "CncError":
         from .errors import CncError  # noqa: PLC0415
 

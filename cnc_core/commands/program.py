@@ -206,7 +206,7 @@ def plan(
     Example: hli-cosim plan part.nc --lookahead 190 --samples part.npz
     """
     from ..planning import plan_program, save_samples  # noqa: PLC0415
-    from ..process.recording import check_writable  # noqa: PLC0415
+    from ..recording.parts import check_writable  # noqa: PLC0415
 
     for target in (samples, picture):
         if target:

@@ -58,6 +58,7 @@ class LivePort:
         self._folder = folder
         self.latched = start.copy()
         self.messages: list[str] = []
+        self.told: Callable[[str, str], None] = lambda _kind, _text: None
 
     def moved(self, position: npt.NDArray[np.float64]) -> None:
         """The machine knows its position itself."""
@@ -76,6 +77,7 @@ class LivePort:
 
     def message(self, text: str) -> None:
         self.messages.append(text)
+        self.told("message", text)
 
     def ask(self, question: Question) -> Answer | None:
         return self.operator.ask(question)

@@ -48,6 +48,7 @@ class Preparation:
         self.port = port or LivePort(position)
         self.port.latched = position.copy()
         self.port.live = self._live
+        self.told: Callable[..., None] = lambda *_, **__: None
         self._cycle_s = cell.cycle_s
         self.engine = engine
         self.error: CncError | None = None
@@ -258,9 +259,10 @@ class Preparation:
                 f"{name}{value:.4f}"
                 for name, value in zip(names, command.position, strict=False)
             )
-            self.port.message(
-                f"event {command.value:g} at {place}, {command.cycle * self._cycle_s:.6f} s"
-            )
+            at_s = command.cycle * self._cycle_s
+            text = f"event {command.value:g} at {place}, {at_s:.6f} s"
+            self.port.messages.append(text)
+            self.told("command", text, 0, command.line, cycle=command.cycle)
 
     def stop(self) -> bool:
         """Brake, leave out the rest, execute what the program has for a stop;

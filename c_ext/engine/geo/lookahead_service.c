@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 #include "engine/geo/lookahead_service.h"
+#include "engine/state/record_ring.h"
 #include "engine/state/state.h"
 #include "engine/store/marked_log.h"
 #include "hli/sync.h"
@@ -198,6 +199,10 @@ static uint32_t answer(struct engine *engine,
     return answer_distance(engine, start, length, out);
 }
 
+static uint32_t mode_of(double start, double length) {
+    return !isfinite(start) || !isfinite(length) ? 0u : length == 0.0 ? 1u : 2u;
+}
+
 static void post_answer(struct shared_areas *hli) {
     HLI_SIDE_WORD *side_word = &hli->side->clah_answer;
     hs_word_post(side_word, load_u32_relaxed(&side_word->word) + 1);
@@ -211,10 +216,24 @@ int serve_request(struct engine *engine) {
     }
     double start = load_f64_relaxed(&contour_lookahead->request.start_position),
            length = load_f64_relaxed(&contour_lookahead->request.length);
+    struct engine_request *recorded = record_next(&engine->recording.requests);
+    int64_t began = recorded ? hs_monotonic_ns() : 0;
+    uint64_t cycle = ATOMIC_GET(engine->geo.cycle);
     uint32_t count =
         answer(engine, start, length, contour_lookahead->response.block);
     close_answer(&engine->service, contour_lookahead->response.block, count);
     store_u8_release(&contour_lookahead->semaphor_rw, 0);
     post_answer(&engine->hli);
+    if (recorded) {
+        *recorded = (struct engine_request){
+            .cycle = cycle,
+            .start = start,
+            .length = length,
+            .mode = mode_of(start, length),
+            .elements = count,
+            .answer_ns = (uint64_t)(hs_monotonic_ns() - began),
+        };
+        record_put(&engine->recording.requests);
+    }
     return 1;
 }
