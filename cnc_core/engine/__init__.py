@@ -13,8 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
+from hli.segment import Segment
 
 from ..blocks import NC_AXES, NC_BLOCK, BlockBatch
+from ..blocks.to_c import pool_pointer, row_pointer
 from ..config import CellConfig, synch_value
 from ..errors import ERRORS, CncError
 from .recorded import ROW_STRUCTS, Recorded, Rows, row_type
@@ -153,7 +155,7 @@ def bare_loop(
     if (
         lib.engine_bare_loop(
             int(period_s * 1e9),
-            ffi.cast("int64_t *", late.ctypes.data),
+            ffi.from_buffer("int64_t[]", late),
             rows,
             int(fifo),
         )
@@ -166,7 +168,8 @@ def bare_loop(
 class Engine:
     """Owner of one C engine.
 
-    ``segment``: address of a mapped HLI segment, or None for offline planning.
+    ``segment``: a mapped HLI segment, kept as long as the engine, or None for
+    offline planning.
 
     ``jerk`` False: the cell's jerk limits are left aside.
     """
@@ -176,7 +179,7 @@ class Engine:
         cell: CellConfig,
         *,
         window: int | None = None,
-        segment: int | None = None,
+        segment: Segment | None = None,
         clock: int = 1,
         service: int = 0,
         record_rows: int = 0,
@@ -184,7 +187,8 @@ class Engine:
     ) -> None:
         self.axes = len(cell.axes)
         config = _engine_config(cell, window, clock, service, 0, jerk)
-        pointer = ffi.cast("void *", segment) if segment else ffi.NULL
+        self._segment = segment  # C works on its memory
+        pointer = segment.pointer(0) if segment else ffi.NULL
         handle = lib.engine_new(config, pointer)
         if handle == ffi.NULL:
             raise MemoryError("engine")
@@ -232,12 +236,8 @@ class Engine:
         CncError for a row the engine refuses.
         """
         rows = np.ascontiguousarray(batch.rows[first:])
-        pointer = ffi.cast("nc_block *", rows.ctypes.data)
-        pool = (
-            ffi.cast("double *", batch.pool.ctypes.data)
-            if len(batch.pool)
-            else ffi.NULL
-        )
+        pointer = row_pointer(rows)
+        pool = pool_pointer(batch.pool)
         taken = int(
             lib.engine_push(
                 self._handle, pointer, len(rows), pool, len(batch.pool)
@@ -449,7 +449,7 @@ class Engine:
         was no time for one). Call before ``start``.
         """
         self._timing = tuple(np.zeros(rows, np.int64) for _ in range(3))
-        pointers = [ffi.cast("int64_t *", a.ctypes.data) for a in self._timing]
+        pointers = [ffi.from_buffer("int64_t[]", a) for a in self._timing]
         lib.engine_time(self._handle, *pointers, rows)
         return self._timing
 
@@ -500,7 +500,7 @@ class Engine:
         n = lib.engine_elements(
             self._handle,
             first,
-            ffi.cast("engine_element *", out.ctypes.data),
+            ffi.from_buffer("engine_element[]", out),
             count,
         )
         return out[:n]

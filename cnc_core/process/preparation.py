@@ -16,7 +16,7 @@ from ..engine import Engine
 from ..errors import CncError, Place
 from ..frontend.front_end import FrontEnd, Restartable
 from ..frontend.machine import ProgramMachine
-from ..frontend.port import Wait
+from ..frontend.port import MESSAGES_KEPT, Wait, keep
 from ..program import Program
 from ..program.restart import Restart
 from ..units import FloatArray
@@ -261,7 +261,7 @@ class Preparation:
             )
             at_s = command.cycle * self._cycle_s
             text = f"event {command.value:g} at {place}, {at_s:.6f} s"
-            self.port.messages.append(text)
+            keep(self.port.messages, text, MESSAGES_KEPT)
             self.told("command", text, 0, command.line, cycle=command.cycle)
 
     def stop(self) -> bool:
