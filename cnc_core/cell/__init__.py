@@ -196,7 +196,14 @@ class Cell:
         )
         started = time.monotonic()
         cnc = Child.of_cnc(chosen, folder)
-        plc = None if alone else Child.of_plc(name, choice.arguments, folder)
+        only = options.record_only
+        scans = not only or "plc" in only
+        record = parts.plc if parts and scans else None
+        plc = (
+            None
+            if alone
+            else Child.of_plc(name, choice.arguments, folder, record)
+        )
         return Job(cnc, plc, folder, name, started, parts=parts)
 
     def _collect(self, job: Job) -> RunResult:
@@ -207,5 +214,10 @@ class Cell:
         )
         judge(result, job, cnc)
         if job.parts:
-            keep_recording(result, job.parts, cnc.get("recording", {}))
+            told = cnc.get("recording", {})
+            if plc.get("record_lost"):
+                told = told | {
+                    "lost": {**told.get("lost", {}), "plc": plc["record_lost"]}
+                }
+            keep_recording(result, job.parts, told)
         return result

@@ -59,10 +59,19 @@ class Child:
         )
 
     @classmethod
-    def of_plc(cls, name: str, arguments: Sequence[str], folder: Path) -> Child:
-        """A PLC process on the segment, for one run."""
+    def of_plc(
+        cls,
+        name: str,
+        arguments: Sequence[str],
+        folder: Path,
+        record: Path | None = None,
+    ) -> Child:
+        """A PLC process on the segment, for one run; ``record``: its part of the
+        recording.
+        """
         report = str(folder / "plc.json")
         more = ["--report", report, "--once"]
+        more += ["--record", str(record)] if record else []
         return cls(
             "plc", "plc_client", ["--name", name, *arguments, *more], folder
         )

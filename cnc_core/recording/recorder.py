@@ -285,6 +285,8 @@ def chosen(
         return types
     wanted: dict[str, set[str]] = {"cycles": {"cycle", "t"}}
     for name in only:
+        if name == "plc":  # the PLC process records it
+            continue
         table, _, column = name.rpartition(".")
         if name in types:
             wanted.setdefault(name, set()).update(types[name])

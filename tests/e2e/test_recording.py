@@ -27,6 +27,7 @@ M9
 G1 X0 Y0
 M30
 """
+POSITION = "gpCh[0]^.bahn_state.dist_prog_start"
 FAST = """cycle_s = 0.0001
 [axes.X]
 [axes.Y]
@@ -57,13 +58,19 @@ def test_a_lockstep_run_recorded_twice_is_the_same(
     for k in range(2):
         target = tmp_path / f"{k}.parquet"
         with Cell() as cell:
-            result = cell.run(program(PART), "builtin:demo", record=target)
+            result = cell.run(
+                program(PART), "builtin:demo", record=target, watch=(POSITION,)
+            )
         assert result.end == "completed", result.errors
         assert result.recorded == result.cycles
         found.append(tables_of(target))
     assert found[0] == found[1]
     assert found[0]["requests"]["cycle"]
     assert "half" in found[0]["events"]["text"]
+    plc = found[0]["plc"]
+    assert max(plc[POSITION]) > 50.0  # type: ignore[type-var]
+    assert plc["cycle"] == sorted(plc["cycle"])
+    assert plc["scan"] == list(range(1, len(plc["scan"]) + 1))
 
 
 def test_derivatives_are_those_of_the_speed(
