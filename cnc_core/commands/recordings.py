@@ -1,4 +1,4 @@
-"""Commands on recordings: inspect, compare."""
+"""Commands on recordings: inspect, compare, show."""
 
 from __future__ import annotations
 
@@ -152,3 +152,28 @@ def _print_comparison(value: dict[str, Any]) -> None:
         for column, count in columns.items():
             shown.add_row(table, column or "(rows)", str(count))
     out.print(shown)
+
+
+@app.command()
+def show(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE...", help="recordings, drawn over each other"
+        ),
+    ],
+    target: Annotated[
+        Path, typer.Option("-o", "--output", help="picture: .html or .png")
+    ],
+) -> None:
+    """Draw a recording: speed, acceleration, jerk, override, symbols, the path.
+
+    Example: hli-cosim show run.parquet -o run.html
+    """
+    from ..recording import show as drawing  # noqa: PLC0415
+    from ..recording.parts import check_writable  # noqa: PLC0415
+    from ..recording.reading import Recording  # noqa: PLC0415
+
+    check_writable(target)
+    drawing.show([Recording(file) for file in files], target)
+    out.print(str(target), soft_wrap=True)
