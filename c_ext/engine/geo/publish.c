@@ -128,7 +128,8 @@ static void publish_bahn(struct engine *engine) {
              (uint32_t)dint(
                  (external ? -geo_path_speed(engine) : geo_path_speed(engine))
                  * 1000.0));
-    show_u32(&bahn_state->stop_condition_r, stop_conditions(engine));
+    engine->recording.stops = stop_conditions(engine);
+    show_u32(&bahn_state->stop_condition_r, engine->recording.stops);
     show_u32(&bahn_state->tool_nr_r, (uint32_t)geo->tool);
     show_u16(&bahn_state->override_r,
              (uint16_t)lrint(engine->orders.override * OVERRIDE_FULL));
@@ -178,8 +179,9 @@ static void publish_lookahead(struct engine *engine) {
     HLI_CONTOUR_LOOKAHEAD_STATE *contour_lookahead_state =
         &engine->hli.channel->contour_lookahead.state;
     uint32_t active = ATOMIC_GET(engine->log.active);
+    engine->recording.known = max_dist_prog_start(engine);
     show_f64(&contour_lookahead_state->max_dist_prog_start,
-             max_dist_prog_start(engine));
+             engine->recording.known);
     show_u32(&contour_lookahead_state->count_logged_blocks,
              ATOMIC_GET(engine->log.count));
     show_u8(&contour_lookahead_state->f_log_is_active, active != 0);

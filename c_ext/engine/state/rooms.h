@@ -452,11 +452,20 @@ typedef struct error_queue {
 } error_queue;
 
 /* ---- measurements */
-/* A ring: written by GEO, taken by the recorder. */
-typedef struct recording {
-    double *samples;
-    int64_t rows, head, tail;
+/* Rings of what is recorded: GEO or the service writes, the recorder takes.
+ * Without a recorder there is no memory and nothing is written. */
+typedef struct record_ring {
+    char *rows;
+    size_t bytes;             /* of a row */
+    int64_t size, head, tail; /* rows */
     uint64_t lost;
+} record_ring;
+
+typedef struct recording {
+    struct record_ring samples, functions, requests;
+    double speed, acceleration; /* of the sample before */
+    double known;   /* 0.1 um: end of the contour that is shown (published) */
+    uint32_t stops; /* stop_condition_r as published */
 } recording;
 
 typedef struct cycle_timing {

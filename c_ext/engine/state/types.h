@@ -123,6 +123,7 @@ typedef struct techno_counts {
 typedef struct techno_slot {
     bool used, acked, replay;
     uint32_t synch;
+    struct engine_function recorded;
 } techno_slot;
 
 typedef struct early_output {
