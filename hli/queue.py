@@ -13,8 +13,8 @@ import numpy as np
 
 from . import layout
 from ._sync import ffi, lib
-from .handshake import BLOCK_ROWS, root_of, word_pointer
-from .view import BLOCK_DTYPE, View
+from .handshake import BLOCK_ROWS, word_pointer
+from .view import BLOCK_DTYPE, View, root_of
 
 DETAIL_DTYPE = np.dtype(layout.HLI_AHEAD_DETAIL)
 Rows = np.ndarray[Any, Any]

@@ -77,6 +77,7 @@ ORDER = [
     "cnc_core.geometry",
     "cnc_core.kinematics",
     "cnc_core.blocks",
+    "cnc_core.files",
     "cnc_core.errors",
     "cnc_core.units",
     "plc_client",

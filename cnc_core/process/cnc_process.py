@@ -8,8 +8,10 @@ is published by the engine's cycle; this module only moves things along.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import resource
+import shutil
 import sys
 import tempfile
 import time
@@ -19,6 +21,7 @@ from typing import Any
 from hli._sync import lib as sync
 
 from hli import layout, segment
+from hli.errors import HliTimeout
 
 from .. import frontend
 from ..config import load_config
@@ -26,6 +29,7 @@ from ..engine import Engine, Event
 from ..engine.external import BLOCK_BYTES
 from ..errors import CncError
 from ..frontend.operator import Operator, read_answers
+from ..frontend.port import MESSAGES_KEPT, keep
 from ..program.restart import Restart
 from .identity import CLOCKS, SERVICES, fill_identity
 from .live_port import LivePort
@@ -33,7 +37,7 @@ from .modes import READY, SELECTED, ModeControl
 from .options import OUT_FOLDER, CncOptions
 from .preparation import Preparation
 from .recording import PartWriter
-from .report import engine_figures, keep, log_warnings
+from .report import KEPT_TEXTS, engine_figures, log_warnings
 
 RECORD_ROWS = 16384
 # how long one wait may last before signals and the PLC's life are looked at
@@ -101,7 +105,7 @@ class CncProcess:
         self.engine = Engine(
             self.cell,
             window=options.lookahead,
-            segment=self.segment.base,
+            segment=self.segment,
             clock=CLOCKS[options.run.clock],
             service=SERVICES[self.service],
             record_rows=RECORD_ROWS if options.samples else 0,
@@ -110,13 +114,11 @@ class CncProcess:
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
         self.engine.stand_by()
-        folder = (
-            options.report.parent
-            if options.report
-            else Path(tempfile.gettempdir())
-        )
-        scratch = folder / f"hli-cosim-{os.getpid()}-MDI.nc"
-        self._scratch = scratch
+        # the launcher's folder, or one of this process: of this user alone
+        self._own_folder = None if options.report else _scratch_folder()
+        folder = options.report.parent if options.report else self._own_folder
+        assert folder is not None
+        self._scratch = folder / f"hli-cosim-{os.getpid()}-MDI.nc"
         after = (
             READY
             if self.cell.channel.state_after_program == "READY"
@@ -126,7 +128,7 @@ class CncProcess:
             self.engine,
             self,
             options.file.resolve().parent,
-            scratch,
+            self._scratch,
             after,
             self._report_error,
         )
@@ -155,6 +157,8 @@ class CncProcess:
         self.engine.serve_stop()
         self._collect_program()
         self._scratch.unlink(missing_ok=True)
+        if self._own_folder:
+            shutil.rmtree(self._own_folder, ignore_errors=True)
         if self.driving_since:
             self.wall_time_s = time.monotonic() - self.driving_since
         self._take_samples()
@@ -179,7 +183,8 @@ class CncProcess:
         """
         if not self.side.plc.attached or self.plc_alive():
             return
-        with self.segment.locked():  # the next PLC may be registering
+        # the next PLC may be registering: then the next look does it
+        with contextlib.suppress(HliTimeout), self.segment.locked(0.0):
             if self.side.plc.attached and not self.plc_alive():
                 self.side.plc.attached = 0
                 self.side.plc.finished = 0
@@ -373,7 +378,7 @@ class CncProcess:
         report, it ends nothing.
         """
         self.engine.post_error(error)
-        keep(self.warnings, str(error))
+        keep(self.warnings, str(error), KEPT_TEXTS)
         if not self.options.once:
             print(error, file=sys.stderr, flush=True)
 
@@ -391,11 +396,11 @@ class CncProcess:
             if preparation.program
             else []
         )
-        self.messages += [
-            text for text in preparation.port.messages if text not in warned
-        ]
+        for text in preparation.port.messages:
+            if text not in warned:
+                keep(self.messages, text, MESSAGES_KEPT)
         for text in warned:
-            keep(self.warnings, text)
+            keep(self.warnings, text, KEPT_TEXTS)
         limit = self.cell.channel.contour_lookahead_log_max
         self.warnings += log_warnings(self.engine.state, limit)
         if preparation.program:
@@ -486,6 +491,7 @@ class CncProcess:
             keep(
                 self.messages,
                 f"PLC error {record[0]}, reaction class {record[1]}",
+                MESSAGES_KEPT,
             )
 
     def _watchdog(self) -> None:
@@ -549,3 +555,10 @@ class CncProcess:
             "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
             / 1024.0,
         }
+
+
+def _scratch_folder() -> Path:
+    """A folder of this process; the next launcher removes it if it is killed."""
+    me = os.getpid()
+    name = f"hli-cosim-run-{me}-{sync.hs_process_start(me)}-"
+    return Path(tempfile.mkdtemp(prefix=name))

@@ -6,7 +6,7 @@ from enum import IntEnum
 from typing import Any
 
 from hli import layout
-from hli.handshake import root_of
+from hli.view import root_of
 
 
 class EmptyReason(IntEnum):
@@ -45,7 +45,7 @@ class ContourEnd(IntEnum):
 
 def extension_of(ch: Any) -> Any:
     """The extension of a channel, or None."""
-    root = root_of(ch)
+    root: Any = root_of(ch)
     for channel, area in zip(root.channel, root.ahead, strict=False):
         if channel._address == ch._address:
             return area

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from hli.handshake import BLOCK_ROWS
+from hli.structures import HLI_CHANNEL, HLI_CONTOUR_LOOKAHEAD
 from hli.view import BLOCK_DTYPE
 
 from .ahead import EmptyReason
 from .arbiter import Answer, Arbiter, Asked, Request
 from .base import FunctionBlock
+from .owner import channel_of
 from .paging import ContourFollower, LogReader
 
 ERROR_REQUEST = 1
@@ -87,7 +89,8 @@ class ContourLookahead(FunctionBlock):
     way.
     """
 
-    def __init__(self, unit: Any) -> None:
+    def __init__(self, unit: HLI_CONTOUR_LOOKAHEAD | HLI_CHANNEL) -> None:
+        unit = channel_of(self, unit, "contour_lookahead").contour_lookahead
         super().__init__()
         self.unit = unit
         self.full = self.more = False

@@ -12,10 +12,12 @@ from __future__ import annotations
 
 import math
 from enum import Enum
-from typing import Any
+
+from hli.structures import HLI_BAHN_STATE, HLI_CHANNEL
 
 from .. import clock
 from .base import FunctionBlock
+from .owner import channel_of
 from .planned_path import PlannedPath
 
 TENTH_UM_PER_S = 10.0
@@ -35,14 +37,15 @@ class PathEstimate:
     with its override and no further.
     """
 
-    def __init__(self, ch: Any) -> None:
-        self._state = ch.bahn_state
+    def __init__(self, ch: HLI_CHANNEL | HLI_BAHN_STATE) -> None:
+        channel = channel_of(self, ch, "bahn_state")
+        self._state = channel.bahn_state
         self.distance = 0.0
         self.speed = 0.0  # 0.1 um/s, negative while the path runs backwards
         self.acceleration = 0.0
         self._top = 0.0  # the speed an acceleration leads to
         self._time_ns = -1
-        self.plan = PlannedPath(ch)
+        self.plan = PlannedPath(channel)
         self.planned = False
 
     def __call__(self) -> float:
@@ -140,11 +143,12 @@ class DistanceTrigger(FunctionBlock):
 
     def __init__(
         self,
-        ch: Any,
+        ch: HLI_CHANNEL | HLI_BAHN_STATE,
         scan_s: float = 0.001,
         estimate: PathEstimate | None = None,
         hysteresis: float = 0.0,
     ) -> None:
+        ch = channel_of(self, ch, "bahn_state")
         super().__init__()
         self.path = estimate or PathEstimate(ch)
         self._own = estimate is None
@@ -202,11 +206,12 @@ class DistanceCam(FunctionBlock):
 
     def __init__(
         self,
-        ch: Any,
+        ch: HLI_CHANNEL | HLI_BAHN_STATE,
         scan_s: float = 0.001,
         estimate: PathEstimate | None = None,
         hysteresis: float = 0.0,
     ) -> None:
+        ch = channel_of(self, ch, "bahn_state")
         super().__init__()
         self.path = estimate or PathEstimate(ch)
         self._own = estimate is None

@@ -243,7 +243,7 @@ def test_the_plc_sees_polynomials() -> None:
     rows, pool = curve_rows(coef, np.ones(2), np.array([length, 10.0]), 50.0)
     segment = hli.create(unique_name(), 1, 3)
     try:
-        engine = Engine(CellConfig(), segment=segment.base)
+        engine = Engine(CellConfig(), segment=segment)
         engine.push(BlockBatch(rows, pool))
         engine.finish()
         engine.hold_start(True)

@@ -7,7 +7,8 @@ import re
 from pathlib import Path
 from typing import BinaryIO
 
-from cnc_core.errors import CncError, Place
+from cnc_core.errors import CncError
+from cnc_core.files import Folders, open_regular, unreadable
 
 CHUNK_BYTES = 1 << 20
 # the longest line kept: a block's characters in UTF-8, and a line break
@@ -21,12 +22,19 @@ class Source:
 
     ``buffer[offset:]`` has been read from the file and not been consumed.
     ``final``: the file ends with the buffer.
+    ``folders``: where a called file may lie.  None: the user has named it.
     Consumed bytes stay in the buffer until the next chunk is read. Short jumps
     back therefore cost nothing.
     """
 
-    def __init__(self, path: Path, chunk_bytes: int = CHUNK_BYTES) -> None:
+    def __init__(
+        self,
+        path: Path,
+        chunk_bytes: int = CHUNK_BYTES,
+        folders: Folders | None = None,
+    ) -> None:
         self.path = path
+        self._folders = folders
         self.buffer = b""
         self.offset = 0
         self.final = False
@@ -40,23 +48,12 @@ class Source:
         self._begin = self.offset
 
     def _open(self) -> BinaryIO:
-        try:
-            return self.path.open("rb")
-        except FileNotFoundError:
-            raise CncError(
-                901001,
-                f"file not found: {self.path}",
-                Place(file=str(self.path)),
-            ) from None
-        except OSError as error:
-            raise self._unreadable(error) from None
+        if self._folders is None:
+            return open_regular(self.path)
+        return self._folders.open(self.path)
 
     def _unreadable(self, error: OSError) -> CncError:
-        return CncError(
-            901002,
-            f"file cannot be read: {error.strerror}",
-            Place(file=str(self.path)),
-        )
+        return unreadable(self.path, error)
 
     def close(self) -> None:
         self._file.close()
