@@ -150,6 +150,7 @@ class Executor:
             self.channel.modal.apply(MotionWords(inch=code == 20))
         elif code in (60, 61):
             self.channel.modal.apply(MotionWords(exact_stop=code == 61))
+            self.channel.modes_changed = True
 
     def _radius(self) -> float:
         diameter = (

@@ -53,7 +53,7 @@ class ChannelState:
         self.transform = Transform(len(machine.axes))
         self.output = Output(machine, modal, parameters)
         self.tip = Tip(machine)
-        self.modes = PathModes(machine.axes, modal, parameters)
+        self.modes = PathModes(machine.axes, machine.rotary, modal, parameters)
         self.modes_changed = True
         self.rotary_modes: dict[int, int] = {}
         self.plane_pair, self.plane_code = (0, 1), 17
