@@ -346,7 +346,7 @@ def _opened_section(
     until = np.concatenate([[0.0], np.cumsum(time * share)])  # at the feed
     lasts = (until[last + 1] - until[first]) / window
     out = _painted(first, last, np.minimum(share, lasts))
-    return np.maximum(out, share.min())
+    return np.asarray(np.maximum(out, share.min()))
 
 
 def _stretches(
