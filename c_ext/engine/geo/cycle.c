@@ -7,7 +7,9 @@
 #include "engine/geo/interpolate.h"
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/publish.h"
+#include "engine/geo/standstill.h"
 #include "engine/geo/technology.h"
+#include "engine/geo/time_causes.h"
 #include "engine/state/state.h"
 
 static void record(struct engine *engine) {
@@ -116,8 +118,10 @@ void geo_cycle(struct engine *engine) {
     ATOMIC_SET(engine->withdrawal.waits,
                engine->geo.waiting_continue || engine->geo.waiting_techno);
     geo_evaluate(engine);
+    count_time(engine);
     ATOMIC_SET(engine->geo.cycle, engine->geo.cycle + 1);
     note_end(engine);
+    note_standstill(engine);
     record(engine);
     if (!engine->hli.segment) {
         return;
