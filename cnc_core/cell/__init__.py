@@ -18,6 +18,7 @@ from types import TracebackType
 from typing import Any, Unpack
 
 from hli import segment
+from hli.errors import HliError
 from plc_client.task import refuse_cell_start
 
 from ..config import CellConfig, load_config
@@ -33,13 +34,13 @@ from ..process.options import (
 )
 from ..program.restart import Restart
 from .child import SAMPLES, Child, Job
-from .judgement import judge
+from .judgement import be_strict, judge
 from .plc_choice import PlcChoice
-from .result import RunResult
+from .result import RunInterrupted, RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
 from .supervision import stop, supervise
 
-__all__ = ["Cell", "RunResult"]
+__all__ = ["Cell", "RunInterrupted", "RunResult"]
 
 
 class Cell:
@@ -123,16 +124,30 @@ class Cell:
         sweep_folders()
         folder = options.out or OUT_FOLDER
         before = files_below(folder)
-        self._job = self._start(program, choice, options)
-        try:
-            self._finish(self._job, options.record)
-            result = self._collect(self._job, options.record)
+        self._job = job = self._start(program, choice, options)
+
+        def collected(*, judged: bool) -> RunResult:
+            result = self._collect(job, options, judged=judged)
             result.files = [
                 name
                 for name, stamp in files_below(folder).items()
                 if before.get(name) != stamp
             ]
             return result
+
+        try:
+            supervise(job, options.max_wall)
+            stop(job)
+            return collected(judged=True)
+        except KeyboardInterrupt:
+            stop(job)
+            result = collected(judged=False)
+            raise RunInterrupted(result, options.record) from None
+        except BaseException:
+            stop(job)
+            if options.record:
+                recorder.finish(job.samples, options.record, self.config)
+            raise
         finally:
             self.close()
 
@@ -159,22 +174,14 @@ class Cell:
             read_answers(options.answers)
         Restart.of(*options.checked().place)
 
-    def _finish(self, job: Job, target: Path | None) -> None:
-        """Wait for both processes; an interrupted run keeps its recording."""
-        try:
-            supervise(job)
-        except BaseException:
-            stop(job)
-            if target:
-                recorder.finish(job.samples, target, self.config)
-            raise
-        stop(job)
-
     def _start(
         self, program: Path, choice: PlcChoice, options: RunOptions
     ) -> Job:
+        if options.name:
+            _refuse_living(options.name)
         folder = scratch_folder()
-        name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
+        own = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
+        name = segment.check_name(options.name or own)
         alone = not choice.arguments
         if alone and options.clock == "lockstep":
             # the same cycles, and nobody to wait for
@@ -195,15 +202,24 @@ class Cell:
         plc = None if alone else Child.of_plc(name, choice.arguments, folder)
         return Job(cnc, plc, folder, name, started)
 
-    def _collect(self, job: Job, target: Path | None) -> RunResult:
-        """The result from the reports of both processes."""
+    def _collect(
+        self, job: Job, options: RunOptions, *, judged: bool
+    ) -> RunResult:
+        """The result from the reports of both processes.
+
+        ``judged``: how it ended counts; an interrupted run has no such end.
+        """
         cnc, plc = job.reports()
         result = RunResult.from_reports(
             cnc, plc, time.monotonic() - job.started
         )
-        judge(result, job, cnc)
-        if target:
-            self._keep_recording(result, job, target)
+        result.name = job.name
+        if judged:
+            judge(result, job, cnc)
+            if options.strict:
+                be_strict(result)
+        if options.record:
+            self._keep_recording(result, job, options.record)
         return result
 
     def _keep_recording(
@@ -215,3 +231,18 @@ class Cell:
             text = f"recording {target}: {error.strerror}"
             result.end = "error"
             result.errors.append(CncError(901004, text).as_json())
+
+
+def _refuse_living(name: str) -> None:
+    """CncError: a segment of this name has a living owner."""
+    try:
+        with segment.attach(name) as found:
+            alive = found.owner_alive()
+    except HliError:
+        return  # none, or one that the CNC replaces or refuses itself
+    if alive:
+        raise CncError(
+            905002,
+            f"segment {name!r} is in use: end that cell, or choose another"
+            " --name (hli-cosim ps lists them)",
+        )

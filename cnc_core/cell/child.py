@@ -26,6 +26,7 @@ class Child:
         arguments: Sequence[str],
         folder: Path,
         terminal: bool = False,
+        own_session: bool = False,
     ) -> None:
         self.title = title
         self.report_file = folder / f"{title}.json"
@@ -49,6 +50,7 @@ class Child:
                 stdout=sys.__stderr__,
                 stderr=log,
                 env=environment,
+                start_new_session=own_session,
             )
 
     @classmethod
@@ -64,8 +66,13 @@ class Child:
         """A PLC process on the segment, for one run."""
         report = str(folder / "plc.json")
         more = ["--report", report, "--once"]
+        # Ctrl-C ends the CNC first: it tells what the PLC has left open
         return cls(
-            "plc", "plc_client", ["--name", name, *arguments, *more], folder
+            "plc",
+            "plc_client",
+            ["--name", name, *arguments, *more],
+            folder,
+            own_session=True,
         )
 
     @property

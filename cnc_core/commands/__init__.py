@@ -6,7 +6,8 @@ the help lists them.
 from . import program
 from . import cell
 from . import online
+from . import live
 from . import export
 from . import bench
 
-__all__ = ["bench", "cell", "export", "online", "program"]
+__all__ = ["bench", "cell", "export", "live", "online", "program"]

@@ -19,8 +19,10 @@ from .console import (
     one_of,
     out,
     progress,
+    say_causes,
     say_dialect,
     say_run_errors,
+    telling_interrupts,
 )
 from .options import (
     CncSideOptions,
@@ -58,7 +60,11 @@ def run(
     from ..cell import Cell  # noqa: PLC0415
 
     check_choices(options)
-    with progress(f"running {file.name}"), Cell(config) as cell:
+    with (
+        telling_interrupts(as_json),
+        progress(f"running {file.name}"),
+        Cell(config) as cell,
+    ):
         result = cell.run_with(options, file, plc)
     if options.dialect is None and result.dialect:
         say_dialect(result.dialect)
@@ -88,6 +94,7 @@ def _print_run(result: Any, title: str) -> None:
     ):
         table.add_row(key, json.dumps(value[key]))
     out.print(table)
+    say_causes(result.time_by_cause)
     for message in result.messages:
         out.print(message)
 
@@ -110,7 +117,10 @@ def demo(
     """
     from .demo_run import run_demo  # noqa: PLC0415
 
-    with progress("co-simulating the bundled part"):
+    with (
+        telling_interrupts(as_json),
+        progress("co-simulating the bundled part"),
+    ):
         result = run_demo(seconds, out_dir)
     say_run_errors(result.run)
     if as_json:
@@ -184,7 +194,11 @@ def lookahead(
     one_of("--at", at, ("start", "end"))
     query = _query(index, distance) | {"at": at}
     options = RunOptions(dialect=dialect, hold_start=at == "start")
-    with progress(f"running {file.name}"), Cell(config) as cell:
+    with (
+        telling_interrupts(as_json),
+        progress(f"running {file.name}"),
+        Cell(config) as cell,
+    ):
         result = cell.run_with(options, file, "builtin:query", query)
     say_run_errors(result)
     answer = result.plc.get("result")
