@@ -10,7 +10,7 @@
 #include "engine/geo/external.h"
 #include "engine/geo/interpolate.h"
 #include "engine/geo/publish.h"
-#include "engine/geo/time_causes.h"
+#include "engine/geo/standstill.h"
 #include "engine/jerk_adapter/adapter.h"
 #include "engine/path/limits.h"
 #include "engine/plan/prediction.h"

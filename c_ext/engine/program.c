@@ -3,7 +3,7 @@
 #include <string.h>
 #include "engine/geo/interpolate.h"
 #include "engine/geo/technology.h"
-#include "engine/geo/time_causes.h"
+#include "engine/geo/standstill.h"
 #include "engine/path/limits.h"
 #include "engine/plan/prediction.h"
 #include "engine/run/standstill_jobs.h"

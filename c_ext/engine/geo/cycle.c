@@ -9,7 +9,6 @@
 #include "engine/geo/publish.h"
 #include "engine/geo/standstill.h"
 #include "engine/geo/technology.h"
-#include "engine/geo/time_causes.h"
 #include "engine/state/state.h"
 
 static void record(struct engine *engine) {

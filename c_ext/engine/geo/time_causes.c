@@ -7,7 +7,6 @@
  * shapes it, acceleration or jerk. */
 #include <math.h>
 #include <string.h>
-#include "engine/geo/time_causes.h"
 #include "engine/geo/standstill.h"
 #include "engine/path/piece.h"
 #include "engine/state/tuning.h"

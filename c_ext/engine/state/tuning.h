@@ -25,11 +25,11 @@
 /* share of the speed: less change in a cycle is none */
 #define CAUSE_FLAT 1e-4
 #define CAUSE_REACHED 0.99 /* share of a limit that has reached it */
-#define CAUSE_TURN 1e-4 /* rad, about: a smaller change of direction is none   \
-                         */
+/* rad, about: a smaller change of direction is none */
+#define CAUSE_TURN 1e-4
 #define CAUSE_NEAR_CYCLES 2 /* cycles: a corner so long ago is a low end */
-#define CAUSE_PIECES 64 /* pieces of a cycle that are looked at, at the most   \
-                         */
+/* pieces of a cycle that are looked at, at the most */
+#define CAUSE_PIECES 64
 
 /* Taking back and rejoining. Evidence: feed hold against a search over all
  * stops, tests/unit/engine/test_feed_hold_distance.py. */
