@@ -93,14 +93,16 @@ class Watched:
     def unit(self, path: str, member: str = "") -> str:
         """Unit of a symbol, or of a member of the structure it names."""
         from hli.units import unit_of  # noqa: PLC0415
+        from hli.view import View  # noqa: PLC0415
 
         symbol = self._symbols.get(path)
         if symbol is None:
             return ""
         holder = symbol.value if member else symbol._holder
         key = member or symbol._key
-        structure = getattr(type(holder), "_structure", None)
-        return unit_of(structure.__name__, str(key)) if structure else ""
+        if not isinstance(holder, View):
+            return ""
+        return unit_of(type(holder)._structure.__name__, str(key))
 
 
 def plain(value: Any) -> Any:
