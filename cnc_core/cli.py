@@ -15,7 +15,14 @@ import typer
 from hli.errors import HliError
 
 from . import commands  # noqa: F401  (registers them)
-from .commands.console import app, emit, emitted, say_error
+from .commands.console import (
+    INTERRUPTED,
+    app,
+    emit,
+    emitted,
+    say_error,
+    told_interrupts,
+)
 from .errors import CncError
 
 
@@ -42,10 +49,13 @@ def main() -> None:
         signal.signal(signal.SIGHUP, lambda *_: sys.exit(129))
     try:
         code = app(standalone_mode=False, prog_name="hli-cosim")
+        # the parser has made a status of Ctrl-C
+        if code == INTERRUPTED and not told_interrupts:
+            sys.stderr.write("interrupted\n")
         sys.exit(code if isinstance(code, int) else 0)
     except (KeyboardInterrupt, typer.Abort):
         sys.stderr.write("interrupted\n")
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(0)

@@ -326,6 +326,8 @@ ERRORS: dict[int, str] = {
     905021: "execution mode not supported",
     905022: "error record of the PLC",
     905023: "the PLC has aborted the program",
+    905026: "a warning, with --strict",
+    905025: "the run has not ended within its time",
     905024: "the program stands at a stop that waits for a PLC, and there is none (--plc none)",
 }
 

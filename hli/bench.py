@@ -148,7 +148,12 @@ def _start_server(
     path = os.pathsep.join(
         p for p in (root, os.environ.get("PYTHONPATH", "")) if p
     )
-    return subprocess.Popen(command, env={**os.environ, "PYTHONPATH": path})
+    # Ctrl-C is for the benchmark, which ends this process
+    return subprocess.Popen(
+        command,
+        env={**os.environ, "PYTHONPATH": path},
+        start_new_session=True,
+    )
 
 
 def _measure(

@@ -19,7 +19,7 @@ from hli._sync import lib
 from hli.errors import HliError, HliNotFound, HliNotReady
 from hli.symbol import SymbolError
 
-from . import builtin, stats
+from . import advice, builtin, stats
 from .client import DEFAULT_NAME, Hli, connect
 from .guard import Guard
 from .online import UNFIT, Forces, TaskSymbol, Watch, parse_force
@@ -40,6 +40,7 @@ class Process:
         self._args = args
         self._name: str = args.name
         self.programs: list[Program] = []
+        self.warnings: list[str] = []  # of its arguments
         self._once: bool = args.once
         self._scanner: Scanner | None = None
         self.signal = 0
@@ -80,6 +81,12 @@ class Process:
             if self.watch.to is not None:
                 self.watch.to.close()
 
+    def _tell(self, text: str) -> None:
+        """A line of the PLC's life with its time, unless a launcher tells."""
+        if not self._once:
+            now = time.strftime("%H:%M:%S")
+            print(f"{now} {text}", file=sys.stderr, flush=True)
+
     def _attach_and_scan(self) -> None:
         listening = False
         while not self.signal:
@@ -87,8 +94,13 @@ class Process:
             if hli is None:
                 return
             with hli:
+                came = "CNC came back" if listening else "attached"
+                self._tell(f"{came}: segment {self._name!r}")
                 listening = listening or self._listen()
                 ending = self._scan(hli)
+            if ending is not Ending.STOPPED:
+                gone = "lost" if ending is Ending.CNC_GONE else "has ended"
+                self._tell(f"CNC {gone}: segment {self._name!r}")
             if self._once and ending is Ending.CNC_GONE:
                 raise HliError(f"the CNC behind segment {self._name!r} died")
             if self._once or ending is Ending.STOPPED:
@@ -133,12 +145,23 @@ class Process:
             self._scanner.stop()
         return self._scanner.run()
 
+    def _advise_force(self, path: str) -> None:
+        """A force of what the CNC writes changes what the PLC reads alone."""
+        if advice.is_status(path):
+            self.warnings.append(
+                f"force {path}: the CNC writes it in each cycle; the force"
+                " changes what the PLC reads, not what the CNC does"
+            )
+
     def _tell_warnings(self) -> None:
         """On standard error, unless a launcher reads the report."""
         for text in (
             ()
             if self._once
-            else [text for p in self.programs for text in p.warnings]
+            else [
+                *self.warnings,
+                *(text for p in self.programs for text in p.warnings),
+            ]
         ):
             print(f"warning: {text}", file=sys.stderr, flush=True)
 
@@ -179,6 +202,7 @@ class Process:
         for text in self._args.force:
             path, value = parse_force(text)
             symbol = table[path]
+            self._advise_force(symbol.path)
             if isinstance(symbol, TaskSymbol):
                 scanner.forces.hold(
                     symbol.path, symbol, value
@@ -327,6 +351,7 @@ def _write_report(path: Path | None, process: Process, error: str) -> str:
             **report(process.programs, *counts, process.watch, results=False),
             "error": error,
         }
+    content["warnings"] = [*process.warnings, *content["warnings"]]
     if process.watch.to is not None:
         content["record_lost"] = process.watch.to.lost
     _store(path, content)

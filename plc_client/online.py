@@ -112,7 +112,7 @@ def _no_variable(value: Any, name: str) -> str:
     known = set(dir(value))
     if name in known or hasattr(value, name):
         return ""
-    known |= _stored_names(type(value))
+    known |= stored_names(type(value))
     if name in known:
         return ""
     near = difflib.get_close_matches(
@@ -126,7 +126,7 @@ def _no_variable(value: Any, name: str) -> str:
     )
 
 
-def _stored_names(cls: type) -> set[str]:
+def stored_names(cls: type) -> set[str]:
     """Every name that the methods of a class assign as an attribute, of
     whatever object.
     """

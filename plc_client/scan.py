@@ -21,7 +21,7 @@ from hli._sync import lib
 
 from hli import layout
 
-from . import clock
+from . import advice, clock
 from .client import Hli
 from .guard import Guard, TaskOverrun
 from .image import InputImage
@@ -149,7 +149,7 @@ class Scanner:
         interval = program.spec.interval
         ticks = self._pacer.ticks(interval)
         real = ticks * self._hli.cycle_s
-        program.warnings = []
+        program.warnings = advice.of_class(program)
         if self._in_cycles and abs(real - interval) > 1e-6 * interval:
             cycle_ms = self._hli.cycle_s * 1e3
             problem = (
@@ -289,7 +289,11 @@ def report(
         "scans": sum(p.times.n for p in programs),
         "overruns": sum(p.overruns for p in programs),
         "tasks": task_statistics(programs),
-        "warnings": [text for p in programs for text in p.warnings],
+        "warnings": [
+            text
+            for p in programs
+            for text in (*p.warnings, *advice.of_times(p))
+        ],
         "requests": requests,
         "handshake_ns": handshake_ns,
         "result": next(iter(found.values()))

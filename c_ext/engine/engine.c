@@ -11,6 +11,7 @@
 #include "engine/geo/interpolate.h"
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/publish.h"
+#include "engine/geo/standstill.h"
 #include "engine/jerk_adapter/adapter.h"
 #include "engine/path/limits.h"
 #include "engine/plan/prediction.h"
@@ -121,6 +122,8 @@ struct engine *engine_new(const engine_config *config, void *segment) {
     engine->plan.override = engine->orders.override = 1.0;
     engine->plan.rapid = engine->orders.rapid = 1.0;
     engine->geo.piece = UINT64_MAX;
+    engine->orders.released = true;
+    time_causes_begin(&engine->time_causes);
     engine->dispatch.dir = 1;
     engine->dispatch.at = -1.0;
     engine->orders.ext_speed = engine->plan.ext_speed = NEVER;
@@ -223,13 +226,13 @@ static bool plc_attached(const struct shared_areas *hli) {
     return hli->side && load_u32_acquire(&hli->side->plc.attached);
 }
 
-/* Lockstep: may the next cycle run? Waits for the PLC's scan, at most wait_ns.
- */
-static bool plc_allows(struct engine *engine, int64_t wait_ns) {
+/* Lockstep: may the next cycle run? Waits for the PLC's scan until then. */
+static bool plc_allows(struct engine *engine, int64_t until_ns) {
     if (engine->cfg.clock != HLI_CLOCK_LOCKSTEP || !engine->hli.side) {
         return true;
     }
-    if (!plc_attached(&engine->hli)) {
+    int64_t wait_ns = until_ns - hs_monotonic_ns();
+    if (!plc_attached(&engine->hli) || wait_ns <= 0) {
         return false;
     }
     return hs_word_wait(&engine->hli.side->plc_turn,
@@ -266,6 +269,7 @@ static void serve_between_scans(struct engine *engine) {
 }
 
 int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
+    int64_t until_ns = hs_monotonic_ns() + wait_ns;
     for (int64_t i = 0; i < count; i++) {
         int event = pending_event(engine);
         if (event >= 0) {
@@ -274,7 +278,7 @@ int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
         if (record_full(&engine->recording)) {
             return ENGINE_RECORD_FULL;
         }
-        if (!plc_allows(engine, wait_ns)) {
+        if (!plc_allows(engine, until_ns)) {
             return ENGINE_PLC_WAIT;
         }
         if (plc_finished(engine)) {
@@ -318,6 +322,7 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->techno_unseen = engine->technology.unseen;
     out->techno_wait_cycles = engine->technology.wait_cycles;
     out->waiting_techno = engine->geo.waiting_techno;
+    time_by_cause(engine, out->time_by_cause);
     out->infeasible = engine->commit.infeasible;
     uint64_t done = ATOMIC_GET(engine->store.done);
     out->rows_taken = engine->push.rows_taken;

@@ -55,6 +55,10 @@ int pending_event(struct engine *engine) {
         ATOMIC_SET(engine->retracing.event, 0);
         return ENGINE_RETRACED;
     }
+    if (ATOMIC_GET(engine->standstill.event)) {
+        ATOMIC_SET(engine->standstill.event, 0);
+        return ENGINE_STANDS;
+    }
     if (drained(engine)) {
         ATOMIC_SET(engine->program.expect_drain, 0);
         return ENGINE_DRAINED;

@@ -3,6 +3,7 @@
 #include <string.h>
 #include "engine/geo/interpolate.h"
 #include "engine/geo/technology.h"
+#include "engine/geo/standstill.h"
 #include "engine/path/limits.h"
 #include "engine/plan/prediction.h"
 #include "engine/run/standstill_jobs.h"
@@ -133,6 +134,7 @@ static void begin_motion(struct engine *engine) {
     ATOMIC_SET(engine->modes.macro_runs, 0);
     ATOMIC_SET(engine->program.end, 0);
     engine->program.end_reported = 0;
+    time_causes_begin(&engine->time_causes);
 }
 
 void engine_stand_by(struct engine *engine) {

@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -94,7 +94,10 @@ def _running_cnc(service: str, core: int) -> Iterator[Any]:
             "--parent",
             str(os.getpid()),
         ]
-        process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
+        # Ctrl-C is for the benchmark, which ends this process
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, start_new_session=True
+        )
         try:
             hli = connect(name, wait_s=20.0)
             while hli.phase != layout.HLI_PHASE_ENDED:
@@ -191,8 +194,11 @@ def _timed_cycles(program: Program, rows: int) -> tuple[tuple[Ns, ...], bool]:
     whether with SCHED_FIFO.
     """
     name = f"hli-bench-{os.getpid()}-{secrets.token_hex(4)}"
-    with create(name, 1, len(program.cell.axes)) as segment:
-        engine = Engine(program.cell, segment=segment, clock=2)
+    with (
+        create(name, 1, len(program.cell.axes)) as segment,
+        # its threads end before the memory goes, whatever happens
+        closing(Engine(program.cell, segment=segment, clock=2)) as engine,
+    ):
         feeder = Feeder(program, engine, lambda _batch: None)
         feeder.fill()
         times = engine.time_cycles(rows)
@@ -201,7 +207,6 @@ def _timed_cycles(program: Program, rows: int) -> tuple[tuple[Ns, ...], bool]:
             if engine.wait(0.01) is Event.NEED_BLOCKS:
                 feeder.fill()
         engine.stop()
-        engine.close()
         return times, fifo
 
 

@@ -18,6 +18,7 @@ from types import TracebackType
 from typing import Any, Unpack
 
 from hli import segment
+from hli.errors import HliError
 from plc_client.task import refuse_cell_start
 
 from ..config import CellConfig, load_config
@@ -34,14 +35,14 @@ from ..program.restart import Restart
 from ..recording.parts import Parts
 from ..recording.recorder import check_columns
 from .child import Child, Job
-from .judgement import judge
+from .judgement import be_strict, judge
 from .kept import keep_recording
 from .plc_choice import PlcChoice
-from .result import RunResult
+from .result import RunInterrupted, RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
 from .supervision import stop, supervise
 
-__all__ = ["Cell", "RunResult"]
+__all__ = ["Cell", "RunInterrupted", "RunResult"]
 
 
 class Cell:
@@ -125,16 +126,30 @@ class Cell:
         sweep_folders()
         folder = options.out or OUT_FOLDER
         before = files_below(folder)
-        self._job = self._start(program, choice, options)
-        try:
-            self._finish(self._job)
-            result = self._collect(self._job)
+        self._job = job = self._start(program, choice, options)
+
+        def collected(*, judged: bool) -> RunResult:
+            result = self._collect(job, options, judged=judged)
             result.files = [
                 name
                 for name, stamp in files_below(folder).items()
                 if before.get(name) != stamp
             ]
             return result
+
+        try:
+            supervise(job, options.max_wall)
+            stop(job)
+            return collected(judged=True)
+        except KeyboardInterrupt:
+            stop(job)
+            result = collected(judged=False)
+            raise RunInterrupted(result, options.record) from None
+        except BaseException:
+            stop(job)
+            if job.parts:
+                job.parts.finish(end="interrupted")
+            raise
         finally:
             self.close()
 
@@ -162,23 +177,15 @@ class Cell:
             read_answers(options.answers)
         Restart.of(*options.checked().place)
 
-    def _finish(self, job: Job) -> None:
-        """Wait for both processes; an interrupted run keeps its recording."""
-        try:
-            supervise(job)
-        except BaseException:
-            stop(job)
-            if job.parts:
-                job.parts.finish(end="interrupted")
-            raise
-        stop(job)
-
     def _start(
         self, program: Path, choice: PlcChoice, options: RunOptions
     ) -> Job:
+        if options.name:
+            _refuse_living(options.name)
         parts = Parts(options.record) if options.record else None
         folder = scratch_folder()
-        name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
+        own = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
+        name = segment.check_name(options.name or own)
         alone = not choice.arguments
         if alone and options.clock == "lockstep":
             # the same cycles, and nobody to wait for
@@ -206,18 +213,43 @@ class Cell:
         )
         return Job(cnc, plc, folder, name, started, parts=parts)
 
-    def _collect(self, job: Job) -> RunResult:
-        """The result from the reports of both processes."""
+    def _collect(
+        self, job: Job, options: RunOptions, *, judged: bool
+    ) -> RunResult:
+        """The result from the reports of both processes.
+
+        ``judged``: how it ended counts; an interrupted run has no such end.
+        """
         cnc, plc = job.reports()
         result = RunResult.from_reports(
             cnc, plc, time.monotonic() - job.started
         )
-        judge(result, job, cnc)
+        result.name = job.name
+        if judged:
+            judge(result, job, cnc)
+            if options.strict:
+                be_strict(result)
         if job.parts:
             told = cnc.get("recording", {})
             if plc.get("record_lost"):
                 told = told | {
                     "lost": {**told.get("lost", {}), "plc": plc["record_lost"]}
                 }
-            keep_recording(result, job.parts, told)
+            end = result.end if judged else "interrupted"
+            keep_recording(result, job.parts, told, end)
         return result
+
+
+def _refuse_living(name: str) -> None:
+    """CncError: a segment of this name has a living owner."""
+    try:
+        with segment.attach(name) as found:
+            alive = found.owner_alive()
+    except HliError:
+        return  # none, or one that the CNC replaces or refuses itself
+    if alive:
+        raise CncError(
+            905002,
+            f"segment {name!r} is in use: end that cell, or choose another"
+            " --name (hli-cosim ps lists them)",
+        )

@@ -25,6 +25,7 @@ class Child:
         arguments: Sequence[str],
         folder: Path,
         terminal: bool = False,
+        own_session: bool = False,
     ) -> None:
         self.title = title
         self.report_file = folder / f"{title}.json"
@@ -48,6 +49,7 @@ class Child:
                 stdout=sys.__stderr__,
                 stderr=log,
                 env=environment,
+                start_new_session=own_session,
             )
 
     @classmethod
@@ -72,8 +74,13 @@ class Child:
         report = str(folder / "plc.json")
         more = ["--report", report, "--once"]
         more += ["--record", str(record)] if record else []
+        # Ctrl-C ends the CNC first: it tells what the PLC has left open
         return cls(
-            "plc", "plc_client", ["--name", name, *arguments, *more], folder
+            "plc",
+            "plc_client",
+            ["--name", name, *arguments, *more],
+            folder,
+            own_session=True,
         )
 
     @property

@@ -9,6 +9,8 @@ from ..errors import CncError, Place
 from .child import Child, Job
 from .result import RunResult
 
+OUT_OF_TIME = 905025
+
 
 def judge(result: RunResult, job: Job, cnc: dict[str, Any]) -> None:
     """The end of the run as the user should see it."""
@@ -22,6 +24,8 @@ def judge(result: RunResult, job: Job, cnc: dict[str, Any]) -> None:
         elif result.errors and cnc.get("source"):
             result.error_text = cnc["source"]
         return
+    if any(error["code"] == OUT_OF_TIME for error in result.errors):
+        return  # the PLC was ended with it, however it was
     plc_failed = job.plc.process.poll() != 0 and (
         not result.plc or bool(result.plc.get("error"))
     )
@@ -61,3 +65,13 @@ def _plc_error(text: str) -> dict[str, Any]:
     return CncError(
         905003, f"PLC program: {match[3] if match else first}", place
     ).as_json()
+
+
+def be_strict(result: RunResult) -> None:
+    """Warnings become errors (``--strict``)."""
+    result.errors += [
+        CncError(905026, text).as_json() for text in result.warnings
+    ]
+    if result.warnings and result.end == "completed":
+        result.end = "error"
+    result.warnings = []

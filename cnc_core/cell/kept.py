@@ -10,10 +10,11 @@ from .result import RunResult
 
 
 def keep_recording(
-    result: RunResult, parts: Parts, told: dict[str, Any]
+    result: RunResult, parts: Parts, told: dict[str, Any], end: str
 ) -> None:
-    """Write the file that the user named; ``told``: what the CNC's report says
-    of losses.
+    """Write the file that the user named.
+
+    ``told``: what the CNC's report says of losses; ``end``: how the run ended.
     """
     lost: dict[str, int] = told.get("lost", {})
     result.record_lost = sum(lost.values())
@@ -26,7 +27,7 @@ def keep_recording(
             f"recording: what a dead run left is now {parts.recovered}"
         )
     try:
-        result.recorded = parts.finish(end=result.end, lost=lost)
+        result.recorded = parts.finish(end=end, lost=lost)
     except CncError as error:
         result.end = "error"
         result.errors.append(error.as_json())

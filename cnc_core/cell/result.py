@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 # members of the CNC's report that the result takes over
@@ -14,6 +15,8 @@ FROM_CNC = (
     "end",
     "messages",
     "errors",
+    "waiting",
+    "time_by_cause",
     "warnings",
     "blocks",
     "dialect",
@@ -38,6 +41,8 @@ class RunResult:
     files: list[str] = field(default_factory=list)
     errors: list[dict[str, Any]] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    waiting: list[dict[str, Any]] = field(default_factory=list)
+    time_by_cause: dict[str, float] = field(default_factory=dict)
     plc: dict[str, Any] = field(default_factory=dict)
     blocks: int = 0
     recorded: int = 0
@@ -45,6 +50,7 @@ class RunResult:
     error_text: str = ""
     dialect: str | None = None
     peak_mb: float = 0.0
+    name: str = ""
 
     @property
     def realtime_factor(self) -> float:
@@ -80,13 +86,36 @@ class RunResult:
             "messages": self.messages,
             "files": self.files,
             "errors": self.errors,
+            "waiting": self.waiting,
+            "time_by_cause": self.time_by_cause,
             "warnings": self.warnings,
             "blocks": self.blocks,
             "recorded": self.recorded,
             "record_lost": self.record_lost,
             "dialect": self.dialect,
+            "name": self.name,
             "plc": self.plc,
         }
+
+
+class RunInterrupted(KeyboardInterrupt):
+    """Ctrl-C has ended a run; ``result`` holds what there is of it."""
+
+    def __init__(self, result: RunResult, record: Path | None = None) -> None:
+        self.result = result
+        where = [
+            f"waits for {w['what']} at {Path(w['file']).name}:{w['line']}"
+            if w["line"]
+            else f"waits for {w['what']}"
+            for w in result.waiting
+        ]
+        written = [*result.files, *([str(record)] if result.recorded else [])]
+        parts = [
+            f"interrupted after {result.sim_time_s:.3f} s of cell time",
+            *where,
+            f"written: {', '.join(written) or 'nothing'}",
+        ]
+        super().__init__("; ".join(parts))
 
 
 def handshake_us(plc: dict[str, Any]) -> dict[str, float | None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 from hli import segment
@@ -19,13 +20,22 @@ GRACE_S = 3.5  # after one side ended: how long the other may take to notice
 STALL_S = 0.5
 
 
-def supervise(job: Job) -> None:
-    """Until both have ended; when one has, the other gets a short time to follow."""
+# the CNC keeps the wall time itself; behind it the launcher ends a CNC that
+# does not answer
+BACKSTOP_S = 5.0
+
+
+def supervise(job: Job, max_wall: float = 0.0) -> None:
+    """Until both have ended; when one has, the other gets a short time to follow.
+
+    ``max_wall``: s; 0: no limit.
+    """
     alone_since = 0.0
+    end = time.monotonic() + max_wall + BACKSTOP_S if max_wall else math.inf
     if job.plc is None:
-        supervise_alone(job)
+        supervise_alone(job, end)
         return
-    while not (job.cnc.ended and job.plc.ended):
+    while not (job.cnc.ended and job.plc.ended) and time.monotonic() < end:
         time.sleep(POLL_S)
         if job.cnc.ended or job.plc.ended:
             alone_since = alone_since or time.monotonic()
@@ -35,11 +45,14 @@ def supervise(job: Job) -> None:
                 return
 
 
-def supervise_alone(job: Job) -> None:
-    """Without a PLC: until the CNC has ended, or stands where only a PLC could help."""
+def supervise_alone(job: Job, end: float) -> None:
+    """Without a PLC: until the CNC has ended, or stands where only a PLC could help.
+
+    ``end``: monotonic time at which that is over.
+    """
     view: segment.Segment | None = None
     since = 0.0
-    while not job.cnc.ended:
+    while not job.cnc.ended and time.monotonic() < end:
         time.sleep(POLL_S)
         try:
             view = view or segment.attach(job.name)

@@ -7,7 +7,16 @@ from . import program
 from . import cell
 from . import recordings
 from . import online
+from . import live
 from . import export
 from . import bench
 
-__all__ = ["bench", "cell", "export", "online", "program", "recordings"]
+__all__ = [
+    "bench",
+    "cell",
+    "export",
+    "live",
+    "online",
+    "program",
+    "recordings",
+]

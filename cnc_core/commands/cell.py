@@ -21,6 +21,7 @@ from .console import (
     say_dialect,
     say_errors,
     say_run_errors,
+    telling_interrupts,
 )
 from .options import (
     CncSideOptions,
@@ -59,7 +60,11 @@ def run(
     from ..cell import Cell  # noqa: PLC0415
 
     check_choices(options)
-    with progress(f"running {file.name}"), Cell(config) as cell:
+    with (
+        telling_interrupts(as_json),
+        progress(f"running {file.name}"),
+        Cell(config) as cell,
+    ):
         result = cell.run_with(options, file, plc)
     if options.dialect is None and result.dialect:
         say_dialect(result.dialect)
@@ -90,7 +95,10 @@ def demo(
     """
     from .demo_run import run_demo  # noqa: PLC0415
 
-    with progress("co-simulating the bundled part"):
+    with (
+        telling_interrupts(as_json),
+        progress("co-simulating the bundled part"),
+    ):
         result = run_demo(seconds, out_dir)
     if as_json:
         emit(result.as_json())
@@ -170,7 +178,11 @@ def lookahead(
     one_of("--at", at, ("start", "end"))
     query = _query(index, distance) | {"at": at}
     options = RunOptions(dialect=dialect, hold_start=at == "start")
-    with progress(f"running {file.name}"), Cell(config) as cell:
+    with (
+        telling_interrupts(as_json),
+        progress(f"running {file.name}"),
+        Cell(config) as cell,
+    ):
         result = cell.run_with(options, file, "builtin:query", query)
     say_run_errors(result)
     answer = result.plc.get("result")

@@ -54,12 +54,16 @@ out = Console(highlight=False, soft_wrap=True, markup=False)
 err = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 emitted: list[bool] = []
+told_interrupts: list[bool] = []  # a command has told of Ctrl-C itself
+INTERRUPTED = 130
 
 
-def emit(value: Any) -> None:
+def emit(value: Any, *, flush: bool = False) -> None:
     """One JSON value on one line of standard output."""
     emitted.append(True)
     sys.stdout.write(json.dumps(value) + "\n")
+    if flush:
+        sys.stdout.flush()
 
 
 def say_error(error: object) -> None:
@@ -146,3 +150,31 @@ def say_run_errors(result: Any) -> None:
             and e["line"] == result.errors[0]["line"]
         ):
             say_error(f"    {result.error_text}")
+
+
+def say_causes(seconds: dict[str, float]) -> None:
+    """Where the time went, and what helps where much went to one cause."""
+    from ..engine.causes import hints, summary  # noqa: PLC0415
+
+    text = summary(seconds)
+    if text:
+        out.print(f"time: {text}")
+    for hint in hints(seconds):
+        out.print(f"hint: {hint}")
+
+
+@contextmanager
+def telling_interrupts(as_json: bool) -> Iterator[None]:
+    """Ctrl-C during a run: one line with where it stood and what was written,
+    with --json the run object, status 130.
+    """
+    from ..cell import RunInterrupted  # noqa: PLC0415
+
+    try:
+        yield
+    except RunInterrupted as stop:
+        told_interrupts.append(True)
+        say_error(stop)
+        if as_json:
+            emit(stop.result.as_json())
+        raise typer.Exit(INTERRUPTED) from None

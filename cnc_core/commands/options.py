@@ -15,7 +15,14 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from ..process.options import CLOCKS, OUT_FOLDER, SERVICES, RunOptions
+from ..process.options import (
+    CLOCKS,
+    OUT_FOLDER,
+    SERVICES,
+    STANDS_CELL_S,
+    STANDS_WALL_S,
+    RunOptions,
+)
 from .console import one_of
 
 File = Annotated[Path, typer.Argument(help="NC program")]
@@ -125,6 +132,50 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
             help="start the program, or leave that to the PLC",
         ),
     ),
+    "tolerance": (
+        float | None,
+        typer.Option(
+            "--tolerance",
+            min=0.0,
+            metavar="MM",
+            help="allowed path deviation in mm where the program commands none;"
+            " 0: exact path; default: the cell's",
+        ),
+    ),
+    "name": (
+        str | None,
+        typer.Option("--name", help="name of the shared-memory segment"),
+    ),
+    "strict": (
+        bool,
+        typer.Option("--strict", help="warnings are errors"),
+    ),
+    "max_time": (
+        float,
+        typer.Option(
+            "--max-time",
+            min=0.0,
+            metavar="CELL_S",
+            help="end with an error after so many s of cell time; 0: never",
+        ),
+    ),
+    "max_wall": (
+        float,
+        typer.Option(
+            "--max-wall",
+            min=0.0,
+            metavar="S",
+            help="end with an error after so many s of wall time; 0: never",
+        ),
+    ),
+    "report_wait": (
+        tuple[float, float],
+        typer.Option(
+            "--report-wait",
+            metavar="CELL_S WALL_S",
+            help="tell what is waited for after so many s of either time",
+        ),
+    ),
     "watch": (list[str] | None, WATCH),
     "force": (list[str] | None, FORCE),
 }
@@ -168,6 +219,10 @@ class CncSideOptions:
     service: str | None = None
     autostart: bool = True
     dialect: str | None = None
+    tolerance: float | None = None
+    max_time: float = 0.0
+    max_wall: float = 0.0
+    report_wait: tuple[float, float] = (STANDS_CELL_S, STANDS_WALL_S)
 
     def run_options(self) -> RunOptions:
         """The options of the run."""

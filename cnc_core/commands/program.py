@@ -15,6 +15,7 @@ from .console import (
     load,
     out,
     progress,
+    say_causes,
     say_dialect,
     say_errors,
     say_warnings,
@@ -37,7 +38,7 @@ def open_program(
     options: ReadOptions,
     *,
     collect: bool = False,
-    tolerance: float = 0.0,
+    tolerance: float | None = None,
     programmed: bool = False,
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
@@ -167,6 +168,32 @@ def _numbers(value: float | list[float]) -> str:
     )
 
 
+# why a ratio may lie above 1, which no limit of the path is
+ABOVE_ONE = {
+    "velocity": "an axis is faster than v_max_mm_s",
+    "acceleration": "an axis exceeds a_max_mm_s2",
+    "jerk": "an axis exceeds j_max_mm_s3",
+    "feed": "the tool is faster than F: it cuts a corner within the tolerance,"
+    " or other axes than the main ones move",
+}
+ROUNDED = 1.0 + 1e-6
+CHECKED = 1.012  # of a limit: what the planner's own check allows
+
+
+def say_ratios(ratios: dict[str, float | None]) -> list[str]:
+    """A line for each limit that a sample of the trajectory exceeds."""
+    return [
+        f"max_ratio {name} {value:.4g}: "
+        + (
+            "within the planner's own tolerance of 1.2 %, seen between samples"
+            if value <= CHECKED
+            else ABOVE_ONE[name]
+        )
+        for name, value in ratios.items()
+        if value is not None and value > ROUNDED
+    ]
+
+
 SamplesFile = Annotated[
     Path | None,
     typer.Option(help="write t, pos, axes, s, v, block to this .npz or .csv"),
@@ -196,11 +223,13 @@ def plan(
         ),
     ] = False,
     tolerance: Annotated[
-        float,
+        float | None,
         typer.Option(
-            min=0.0, help="allowed path deviation in mm; 0: exact path"
+            min=0.0,
+            help="allowed path deviation in mm; 0: exact path;"
+            " default: the cell's",
         ),
-    ] = 0.0,
+    ] = None,
     samples: SamplesFile = None,
     picture: PictureFile = None,
     as_json: Json = False,
@@ -235,12 +264,15 @@ def plan(
     if picture and result.samples:
         from ..planning.picture import plan_picture  # noqa: PLC0415
 
-        plan_picture(picture, result.samples)
+        plan_picture(picture, result.samples, result.time_by_cause)
     value = result.as_json()
     if as_json:
         emit(value)
         return
     say_figures(str(file), value)
+    say_causes(result.time_by_cause)
+    for line in say_ratios(result.max_ratio):
+        out.print(line)
 
 
 @app.command()

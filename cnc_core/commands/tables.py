@@ -12,7 +12,7 @@ from rich.table import Table
 
 from hli import layout
 
-from .console import out
+from .console import out, say_causes
 
 COLUMNS = 80
 DIGITS = 4
@@ -122,6 +122,7 @@ def print_run(result: Any, title: str) -> None:
         print_table(title, ("run", ""), _run_rows(result))
         _print_tasks(result.plc.get("tasks") or {})
         print_watch(result.plc.get("watch") or {})
+        say_causes(result.time_by_cause)
     for message in result.messages:
         out.print(message)
 

@@ -86,6 +86,7 @@ class ChannelConfig(Table):
     build_generation: Literal["2.11.28+", "2.11.20"] = "2.11.28+"
     lookahead_blocks_max: Annotated[int, Field(ge=10, le=10000)] = 120
     lookahead_blocks: Annotated[int, Field(ge=10, le=10000)] = 120
+    tolerance_mm: NotNegative = 0.0
     contour_lookahead_log_max: Annotated[int, Field(ge=0, lt=0xFFFFFFFF)] = 128
     fb_storage_size: Uns32 = 1_000_000
     service: Literal["cyclic", "immediate"] = "cyclic"

@@ -54,6 +54,9 @@ lookahead_blocks_max | blocks
     P-CHAN-00653: bound of lookahead_blocks
 lookahead_blocks | blocks
     the window with `FCT_LOOK_AHEAD_CUSTOM`
+tolerance_mm | mm
+    path deviation that is allowed where the program commands none; 0: the path
+    is exact and the axes nearly stand at corners. `--tolerance` overrules it
 contour_lookahead_log_max | entries
     P-CHAN-00658; 0: nothing is logged, mode 2 is off; a warning if it is less
     than the blocks of the look-ahead

@@ -55,6 +55,7 @@ class Event(IntEnum):
     WATCHDOG = lib.ENGINE_WATCHDOG
     PLC_ERROR = lib.ENGINE_PLC_ERROR
     RETRACED = lib.ENGINE_RETRACED
+    STANDS = lib.ENGINE_STANDS
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,21 @@ class PathCommand:
     position: list[float]
     cycle: int
     line: int
+
+
+@dataclass(frozen=True)
+class Standstill:
+    """Why the path stands (``lib.ENGINE_STOP_*``; 0: it moves), since which
+    cycle, and at which block.
+    """
+
+    conditions: int
+    held_axes: int
+    since: int
+    cycle: int
+    line: int
+    n: int
+    file: int
 
 
 @dataclass(frozen=True)
@@ -515,6 +531,18 @@ class Engine:
             rows["speed"].copy(),
             rows["element"].astype(np.int64),
         )
+
+    def tell_standstill(self, cycles: int) -> None:
+        """``Event.STANDS`` after so many cycles of a standstill; 0: never."""
+        lib.engine_tell_standstill(self._handle, cycles)
+
+    @property
+    def standstill(self) -> Standstill:
+        """Why the path stands now."""
+        out = ffi.new("engine_standstill *")
+        lib.engine_get_standstill(self._handle, out)
+        members = Standstill.__annotations__
+        return Standstill(**{name: getattr(out, name) for name in members})
 
     @property
     def state(self) -> Any:

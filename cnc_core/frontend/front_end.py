@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Protocol
 
 from ..blocks import BlockBatch
-from ..errors import CncError
+from ..errors import CncError, Place
 from ..units import FloatArray
 from .machine import ProgramMachine
 from .port import Wait
@@ -26,6 +26,11 @@ class FrontEnd(Protocol):
     @property
     def block_count(self) -> int:
         """Physical lines read so far."""
+        ...
+
+    @property
+    def place_now(self) -> Place:
+        """Where the block stands that is being executed, with its text."""
         ...
 
     @property

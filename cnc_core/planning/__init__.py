@@ -14,6 +14,7 @@ import numpy as np
 from ..blocks import BlockBatch, number_pushed
 from ..config import CellConfig
 from ..engine import Engine, Event, Samples
+from ..engine.causes import time_by_cause
 from ..errors import ERRORS, CncError
 from ..frontend.port import Wait
 from ..program import Program
@@ -36,6 +37,7 @@ class PlanResult:
     path_deviation_mm: float = 0.0
     lookahead: int = 0
     infeasible: int = 0
+    time_by_cause: dict[str, float] = field(default_factory=dict)
     filters: list[dict[str, Any]] = field(default_factory=list)
     filtered: dict[str, float] = field(default_factory=dict)
     jerk_limited: bool = False
@@ -52,6 +54,7 @@ class PlanResult:
             "cycle_s": self.cycle_s,
             "max_ratio": self.max_ratio,
             "path_deviation_mm": self.path_deviation_mm,
+            "time_by_cause": self.time_by_cause,
             "lookahead": self.lookahead,
             "planner": "jerk-limited"
             if self.jerk_limited
@@ -213,6 +216,7 @@ def _result(
         ),
         lookahead=window,
         infeasible=int(state.infeasible),
+        time_by_cause=time_by_cause(state),
         jerk_limited=jerk,
         samples=_arrays(cell, kept) if kept is not None else None,
     )

@@ -10,8 +10,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..engine.causes import TITLES, shares
 from ..units import FloatArray
 
+CAUSE_COLORS = {
+    "feed": "tab:green",
+    "override": "tab:olive",
+    "velocity": "tab:cyan",
+    "acceleration": "tab:blue",
+    "jerk": "tab:purple",
+    "exact_corner": "tab:red",
+    "exact_stop": "tab:orange",
+    "dwell": "tab:gray",
+    "wait": "black",
+}
 MAX_POINTS = 20_000  # samples drawn at the most
 
 
@@ -167,13 +179,37 @@ def _largest_difference(pos: FloatArray, order: int, dt: float) -> FloatArray:
     return np.asarray(steps.max(axis=1) / dt**order)
 
 
-def plan_picture(target: Path, columns: dict[str, Any]) -> None:
+def _draw_causes(axes: Any, seconds: dict[str, float]) -> None:
+    """One bar: the shares of the time by what limited the speed."""
+    begin = 0.0
+    for name, share in shares(seconds):
+        axes.barh(
+            0,
+            100.0 * share,
+            left=begin,
+            color=CAUSE_COLORS[name],
+            label=f"{TITLES[name]} {100.0 * share:.0f} %",
+        )
+        begin += 100.0 * share
+    axes.set(title="Where the time goes, %", xlim=(0.0, 100.0), yticks=[])
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.5), ncols=5)
+
+
+def plan_picture(
+    target: Path,
+    columns: dict[str, Any],
+    seconds: dict[str, float] | None = None,
+) -> None:
     """Path, speed, and the largest acceleration and jerk of an axis of a
-    planned program.
+    planned program; ``seconds``: its time by cause, as a bar.
     """
-    figure = _figure(11, 8)
-    grid = figure.add_gridspec(3, 2, width_ratios=[1.2, 1.0])
-    path = figure.add_subplot(grid[:, 0])
+    figure = _figure(11, 9 if seconds else 8)
+    grid = figure.add_gridspec(
+        4, 2, width_ratios=[1.2, 1.0], height_ratios=[1.0, 1.0, 1.0, 0.12]
+    )
+    path = figure.add_subplot(grid[:3, 0])
+    if seconds:
+        _draw_causes(figure.add_subplot(grid[3, :]), seconds)
     speed = figure.add_subplot(grid[0, 1])
     plane, labels = _plane(columns)
     _draw_path(path, figure, plane, np.asarray(columns["v"]))

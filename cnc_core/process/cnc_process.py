@@ -8,7 +8,6 @@ is published by the engine's cycle; this module only moves things along.
 
 from __future__ import annotations
 
-import contextlib
 import os
 import resource
 import shutil
@@ -21,7 +20,6 @@ from typing import Any
 from hli._sync import lib as sync
 
 from hli import layout, segment
-from hli.errors import HliTimeout
 
 from .. import frontend
 from ..config import load_config
@@ -37,18 +35,29 @@ from .identity import CLOCKS, SERVICES, fill_identity
 from .live_port import LivePort
 from .modes import READY, SELECTED, ModeControl
 from .options import OUT_FOLDER, CncOptions
+from .plc_life import PlcLife
 from .preparation import Preparation
 from .report import KEPT_TEXTS, engine_figures, log_warnings
+from .scene import ENDED, NOT_STARTED, RUNNING, RunScene
+from .start_units import NO_FUNCTIONS, execution_mode, skip_levels
+from .waiting import StandWatch, TimeLimits, Waiting
 
 RECORD_ROWS = 16384
+BAD_COMMANDS = (
+    "the PLC has commanded what is out of range: an override above 200 %"
+    " (command_w 2000) counts as 200 %, a wrong insert_cmd is left out"
+)
+ENDINGS = {
+    "completed": "completed",
+    "error": "ended by an error",
+    "aborted": "aborted",
+}
 # how long one wait may last before signals and the PLC's life are looked at
 SLICE_S = 0.1
 CHUNK_CYCLES = 20_000  # cycles between two looks in virtual time
 # longest wait, in wall time, for a PLC to finish behind the program's end
 LINGER_S = 30.0
 FIRST_SCAN_S = 5.0  # longest wait for the first scan of a PLC that has attached
-SKIP_LEVELS = 0x3FF  # program_block_ignore: bit n - 1 is level n
-NO_FUNCTIONS = 0x2000  # execution_mode: no output of M, H and T functions
 IDLE_CYCLES = (
     1  # cycles served at a time while nothing moves and the clock is free
 )
@@ -115,6 +124,8 @@ class CncProcess:
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
         self.engine.stand_by()
+        self.plc = PlcLife(self.segment, self._tell)
+        self._watch_waits(root)
         # the launcher's folder, or one of this process: of this user alone
         self._own_folder = None if options.report else _scratch_folder()
         folder = options.report.parent if options.report else self._own_folder
@@ -148,6 +159,31 @@ class CncProcess:
             options.run.record_only,
         )
 
+    def _watch_waits(self, root: Any) -> None:
+        """Who tells what the run waits for."""
+        options = self.options
+        cell_s, wall_s = options.run.report_wait
+        cycles = max(1, round(cell_s / self.cell.cycle_s))
+        self.engine.tell_standstill(cycles)
+        self.scene = RunScene(self.engine, root, self.cell, options)
+        self.waits = StandWatch(self.scene, self._say, (cell_s, wall_s))
+        self.waiting: list[Waiting] = []
+        self.limits = TimeLimits(options.run, self.cell.cycle_s)
+
+    def _tell(self, text: str) -> None:
+        """A line of the cell's life with its times; a run in virtual time is
+        told by its result.
+        """
+        if self.options.once and self.options.run.clock != "realtime":
+            return
+        cell_s = int(self.side.cnc.cycle) * self.cell.cycle_s
+        self._say(f"{time.strftime('%H:%M:%S')} {cell_s:9.3f} s  {text}")
+
+    def _say(self, line: str) -> None:
+        """A line for the user; the launcher passes on standard output."""
+        file = sys.stdout if self.options.once else sys.stderr
+        print(line, file=file, flush=True)
+
     # ---------------------------------------------------------------- life
     def on_signal(self, number: int, _frame: Any) -> None:
         self.stop_signal = number
@@ -164,6 +200,8 @@ class CncProcess:
             self.segment.publish()
             self._drive()
         finally:
+            if self.stop_signal:
+                self.waiting = self.waits.last
             self._close()
 
     def _close(self) -> None:
@@ -175,33 +213,17 @@ class CncProcess:
             shutil.rmtree(self._own_folder, ignore_errors=True)
         if self.driving_since:
             self.wall_time_s = time.monotonic() - self.driving_since
+        if int(self.engine.state.bad_commands):
+            keep(self.warnings, BAD_COMMANDS, KEPT_TEXTS)
         if self.recorder:
             self.recorder.close()
         self.engine.set_phase(layout.HLI_PHASE_SHUTDOWN)
         self.segment.unlink()
         deadline = time.monotonic() + 2.0
-        while self.plc_alive() and time.monotonic() < deadline:
+        while self.plc.alive and time.monotonic() < deadline:
             time.sleep(0.002)
 
     # ---------------------------------------------------------------- the PLC's life
-    def plc_alive(self) -> bool:
-        plc = self.side.plc
-        return bool(plc.attached) and bool(
-            sync.hs_process_alive(plc.pid, plc.start)
-        )
-
-    def _look_at_plc(self) -> None:
-        """A PLC that died is taken off the segment, so that the next one finds
-        it free.
-        """
-        if not self.side.plc.attached or self.plc_alive():
-            return
-        # the next PLC may be registering: then the next look does it
-        with contextlib.suppress(HliTimeout), self.segment.locked(0.0):
-            if self.side.plc.attached and not self.plc_alive():
-                self.side.plc.attached = 0
-                self.side.plc.finished = 0
-
     def _plc_lost(self) -> bool:
         """Whether a run that depends on its PLC has lost it."""
         return (
@@ -216,7 +238,9 @@ class CncProcess:
         if not self._wait_for_plc():
             return
         self.started_with_plc = bool(self.side.plc.attached)
+        self.plc.look()
         self.driving_since = time.monotonic()
+        self.scene.phase = NOT_STARTED
         self.engine.hold_start(self.options.run.hold_start)
         if (
             self.options.run.clock == "realtime"
@@ -230,8 +254,18 @@ class CncProcess:
         if self.options.run.hold_start:
             self._serve_held()
             return
-        while not self.stop_signal and self._once_round():
-            pass
+        while not self.stop_signal and self._once_round() and self._in_time():
+            self.waits.look()
+
+    def _in_time(self) -> bool:
+        """Whether the run may go on; if not, its error says what it did."""
+        error = self.limits.spent(self.engine, self.waits, self.scene.moves)
+        if error is None:
+            return True
+        self.waiting = self.waits.last
+        self.errors.append(error)
+        self.end = "error"
+        return False
 
     def _first_scan(self) -> bool:
         """Until the PLC has scanned once, so that what it commands before the
@@ -250,7 +284,7 @@ class CncProcess:
         ):
             if self._released():
                 break
-            self._look_at_plc()
+            self.plc.look()
             time.sleep(0.0005)
         if self.options.run.clock == "realtime":
             return not self._plc_lost()
@@ -260,8 +294,11 @@ class CncProcess:
             and int(self.engine.state.cycle) == cycle
             and not self._plc_lost()
         ):
+            if not self._in_time():
+                return False
             self._handle(self.engine.run(1, int(SLICE_S * 1e9)))
-            self._look_at_plc()
+            self.plc.look()
+            self.waits.look()
             if not self.side.plc.attached:
                 break
         return not self._plc_lost()
@@ -284,7 +321,9 @@ class CncProcess:
         self.engine.set_error(0)
         self.engine.set_program_name(path.name)
         self.engine.suppress_functions(
-            bool(self._execution_mode() & NO_FUNCTIONS)
+            bool(
+                execution_mode(self.channel, self._report_error) & NO_FUNCTIONS
+            )
         )
         sizes = self.cell.external_bytes(self._dialect(path))
         port = LivePort(
@@ -294,7 +333,7 @@ class CncProcess:
                 for area, scope in enumerate(("channel", "global"))
             },
             self.options.run.out or OUT_FOLDER,
-            self._skip_levels() | self.cell.skip_mask,
+            skip_levels(self.channel) | self.cell.skip_mask,
             self.engine.write_external,
             self._retained,
             self._operator,
@@ -312,12 +351,15 @@ class CncProcess:
             port,
             lenient=self.options.run.lenient,
             restart=self._take_restart(),
+            tolerance=self.options.run.tolerance,
             held=self.modes.held,
         )
         if self.recorder:
             self.preparation.told = self.recorder.event
             port.told = self.recorder.event
         self._note("start", path.name)
+        self.scene.phase, self.scene.preparation = RUNNING, self.preparation
+        self._tell(f"program {path.name} started")
         self.preparation.pump()
         if self.recorder:
             self.recorder.elements()
@@ -365,33 +407,6 @@ class CncProcess:
             self.preparation.close()
         self.engine.abort()
 
-    def _enabled(self, unit: Any) -> int:
-        """Command of a level unit that is evaluated at program start; 0 if the
-        PLC does not enable it.
-        """
-        return (
-            int(unit.command_w)
-            if self.channel.head.plc_present_w and unit.enable_w
-            else 0
-        )
-
-    def _skip_levels(self) -> int:
-        unit = self.channel.decoder_mc_control.program_block_ignore
-        levels = self._enabled(unit) & SKIP_LEVELS
-        unit.state_r = levels
-        return levels
-
-    def _execution_mode(self) -> int:
-        unit = self.channel.decoder_mc_control.execution_mode
-        mode = self._enabled(unit)
-        if mode & ~NO_FUNCTIONS:
-            self._report_error(
-                CncError(905021, f"execution_mode {mode:#x} is not supported")
-            )
-            mode = 0
-        unit.state_r = mode
-        return mode
-
     def _report_error(self, error: CncError) -> None:
         """An error that belongs to no program: told to the PLC and in the
         report, it ends nothing.
@@ -430,11 +445,12 @@ class CncProcess:
 
     def _wait_for_plc(self) -> bool:
         """Until a PLC has attached (at once if none is awaited); False if a
-        signal came first.
+        signal or the end of the run's time came first.
         """
         while self.options.wait_plc and not self.side.plc.attached:
-            if self.stop_signal:
+            if self.stop_signal or not self._in_time():
                 return False
+            self.waits.look()
             time.sleep(0.001)
         return not self.stop_signal
 
@@ -445,7 +461,7 @@ class CncProcess:
         while not self.stop_signal and not self.side.plc.finished:
             event = self.engine.run(1, int(SLICE_S * 1e9))
             self._handle(event)
-            self._look_at_plc()
+            self.plc.look()
             if self._plc_lost():
                 return
         self.end = (
@@ -461,7 +477,7 @@ class CncProcess:
         else:
             event = self.engine.run(self._stretch(), int(SLICE_S * 1e9))
         if event in (Event.DONE, Event.PLC_WAIT):
-            self._look_at_plc()
+            self.plc.look()
             if event is Event.PLC_WAIT and not self.side.plc.attached:
                 time.sleep(0.002)
         self._handle(event)
@@ -479,7 +495,8 @@ class CncProcess:
         )
 
     def _stretch(self) -> int:
-        return IDLE_CYCLES if self.ended_at else CHUNK_CYCLES
+        cycles = IDLE_CYCLES if self.ended_at else CHUNK_CYCLES
+        return min(cycles, self.limits.cycles_left(self.engine))
 
     def _handle(self, event: Event) -> None:
         preparation = self.preparation
@@ -502,6 +519,8 @@ class CncProcess:
             self._watchdog()
         elif event is Event.PROGRAM_END:
             self._program_ended()
+        elif event is Event.STANDS:
+            self.waits.look_now()
         elif event is Event.RECORD_FULL and self.recorder:
             self.recorder.make_room()
         if self.recorder:
@@ -527,6 +546,7 @@ class CncProcess:
 
     def _program_ended(self) -> None:
         self.ended_at = time.monotonic()
+        self.scene.phase = ENDED
         error = self.preparation.error if self.preparation else None
         if self.watchdog:
             error, self.watchdog = self.watchdog, None
@@ -544,6 +564,7 @@ class CncProcess:
         if error:
             self._note("error", error=error)
         self.engine.set_error(error.code if error else 0)
+        self._tell(f"program {ENDINGS[self.end]}")
         if error and not self.options.once:
             print(error, file=sys.stderr, flush=True)
         self.engine.set_phase(layout.HLI_PHASE_ENDED)
@@ -577,6 +598,7 @@ class CncProcess:
             "messages": self.messages,
             "warnings": self.warnings,
             "errors": [error.as_json() for error in self.errors],
+            "waiting": [waiting.as_json() for waiting in self.waiting],
             "source": first.place.source if first else "",
             "recording": self._recording(),
             "dialect": self.dialect,

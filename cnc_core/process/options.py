@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -12,6 +13,7 @@ from ..errors import CncError
 
 Method = TypeVar("Method", bound=Callable[..., Any])
 OUT_FOLDER = Path("hli-cosim-out")
+STANDS_CELL_S, STANDS_WALL_S = 1.0, 3.0
 CLOCKS = ("lockstep", "freerun", "realtime")
 SERVICES = ("cyclic", "immediate")
 
@@ -33,6 +35,13 @@ class RunOptions:
     ``force``: symbols that are held at a value.
     ``answers``: file with answers to the program's dialogs.
     ``start_line``, ``start_pass``, ``start_marker``: see ``Restart``.
+    ``tolerance``: path deviation, mm, that is allowed where the program commands
+    none; None: the cell's.
+    ``name``: of the segment; None: one of its own.
+    ``strict``: a run with a warning ends with an error.
+    ``max_time``: cell time, s, after which the run ends with an error.
+    ``max_wall``: the same for wall time, s.  0: no limit.
+    ``report_wait``: cell time and wall time, s, after which a wait is told.
     """
 
     clock: str = "lockstep"
@@ -50,6 +59,12 @@ class RunOptions:
     start_marker: str | None = None
     service: str | None = None
     record_only: tuple[str, ...] = ()
+    tolerance: float | None = None
+    name: str | None = None
+    strict: bool = False
+    max_time: float = 0.0
+    max_wall: float = 0.0
+    report_wait: tuple[float, float] = (STANDS_CELL_S, STANDS_WALL_S)
 
     @property
     def place(self) -> tuple[int | None, int, str | None]:
@@ -59,6 +74,12 @@ class RunOptions:
     def checked(self) -> RunOptions:
         """These options; CncError 902001 names the first that is wrong."""
         _one_of("clock", self.clock, CLOCKS)
+        for name in ("max_time", "max_wall"):
+            _not_negative(name, getattr(self, name))
+        if self.tolerance is not None:
+            _not_negative("tolerance", self.tolerance, "mm")
+        for seconds in self.report_wait:
+            _not_negative("report_wait", seconds)
         if self.service is not None:
             _one_of("service", self.service, SERVICES)
         return self
@@ -82,6 +103,12 @@ class RunKeywords(TypedDict, total=False):
     start_pass: int
     start_marker: str | None
     record_only: Any
+    tolerance: float | None
+    name: str | None
+    strict: bool
+    max_time: float
+    max_wall: float
+    report_wait: tuple[float, float]
 
 
 # as a caller leaves them open; the cell and ``RunOptions`` fill them in
@@ -151,6 +178,13 @@ def _adapter() -> Any:
     from pydantic import TypeAdapter  # noqa: PLC0415
 
     return TypeAdapter(CncOptions)
+
+
+def _not_negative(name: str, value: float, unit: str = "s") -> None:
+    if not (math.isfinite(value) and value >= 0.0):
+        raise CncError(
+            902001, f"{name} {value!r}: a number of {unit}, 0 or more"
+        )
 
 
 def _one_of(name: str, value: str, choices: tuple[str, ...]) -> None:

@@ -42,6 +42,7 @@ class Preparation:
         *,
         lenient: bool = False,
         restart: Restart | None = None,
+        tolerance: float | None = None,
         held: Callable[[bool], None] = lambda _: None,
     ) -> None:
         position = np.array(list(engine.state.position)[: engine.axes])
@@ -70,6 +71,7 @@ class Preparation:
                 lenient=lenient,
                 start=position,
                 restart=restart,
+                tolerance=tolerance,
             )
         except CncError as error:
             self.program = None

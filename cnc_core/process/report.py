@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..engine.causes import time_by_cause
+
 KEPT_TEXTS = 1000
 # a counter of the engine's state: the warning when it is not zero
 LOG_WARNINGS = {
@@ -65,4 +67,5 @@ def engine_figures(state: Any, cycle_s: float) -> dict[str, Any]:
         "cycles": int(state.cycle),
         "sim_time_s": int(state.cycle) * cycle_s,
         "requests": requests,
+        "time_by_cause": time_by_cause(state),
     } | counters

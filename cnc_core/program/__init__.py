@@ -112,7 +112,7 @@ class Program:
         collect: bool = False,
         lenient: bool = False,
         start: npt.NDArray[np.float64] | None = None,
-        tolerance: float = 0.0,
+        tolerance: float | None = None,
         programmed: bool = False,
         answers: Path | None = None,
         restart: Restart | None = None,
@@ -153,6 +153,8 @@ class Program:
         self._again = (
             BlockBatch.empty()
         )  # functions that a restart puts out again
+        if tolerance is None:
+            tolerance = cell.channel.tolerance_mm
         contour = self._contour_stages(machine, tolerance, programmed)
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         axes = self._axis_stages(machine, programmed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 import time
 from dataclasses import dataclass
@@ -62,3 +63,13 @@ def wait_for_cycle(launcher: int, cycle: int) -> None:
                 return
         time.sleep(0.02)
     raise AssertionError("the CNC does not run")
+
+
+def wait_for_segment(process: subprocess.Popen[str], owner: str) -> None:
+    """Until a process has made a segment whose name begins so."""
+    for _ in range(1500):
+        if list(SHM.glob(f"{owner}*")):
+            return
+        assert process.poll() is None, "ended before"
+        time.sleep(0.02)
+    raise AssertionError("no segment was made")

@@ -8,6 +8,7 @@
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/publish.h"
 #include "engine/geo/record.h"
+#include "engine/geo/standstill.h"
 #include "engine/geo/technology.h"
 #include "engine/state/state.h"
 
@@ -99,8 +100,10 @@ void geo_cycle(struct engine *engine) {
     ATOMIC_SET(engine->withdrawal.waits,
                engine->geo.waiting_continue || engine->geo.waiting_techno);
     geo_evaluate(engine);
+    count_time(engine);
     ATOMIC_SET(engine->geo.cycle, engine->geo.cycle + 1);
     note_end(engine);
+    note_standstill(engine);
     if (engine->hli.segment) {
         publish(engine);
     }

@@ -8,6 +8,7 @@
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/lookahead_window.h"
 #include "engine/geo/modes.h"
+#include "engine/geo/standstill.h"
 #include "engine/plan/prediction.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
@@ -38,48 +39,6 @@ static void publish_axis(struct engine *engine, int i) {
     show_u32(&lr->active_position_acs_r, (uint32_t)now);
     show_u32(&lr->current_position_acs_r, (uint32_t)now);
     show_u16(&lr->axis_state_r, state);
-}
-
-static uint32_t stop_conditions(struct engine *engine) {
-    uint32_t bits = 0;
-    if (engine->geo.v > 0) {
-        return 0;
-    }
-    if (engine->orders.feedhold) {
-        bits |= 1u;
-    }
-    if (ATOMIC_GET(engine->orders.held_axes)) {
-        bits |= 2u;
-    }
-    if (ATOMIC_GET(engine->modes.stopped)) {
-        bits |= 1024u;
-    }
-    if (!engine->orders.released) {
-        bits |= 4096u;
-    }
-    if (engine->program.active && !engine->program.finished
-        && engine->store.done >= ATOMIC_GET(engine->store.head)) {
-        bits |= 8192u;
-    }
-    if (ATOMIC_GET(engine->modes.state) == 6u) {
-        bits |= 512u;
-    }
-    if (engine->orders.override <= 0) {
-        bits |= 4u;
-    }
-    if (engine->geo.waiting_continue) {
-        bits |= engine->geo.stands_single                              ? 8u
-                : piece_at(&engine->run, engine->geo.piece)->inserted  ? 2048u
-                : piece_at(&engine->run, engine->geo.piece)->code == 1 ? 32u
-                                                                       : 16u;
-    }
-    if (engine->geo.waiting_techno) {
-        bits |= 64u;
-    }
-    if (engine->geo.dwelling) {
-        bits |= 256u;
-    }
-    return bits;
 }
 
 static void publish_next_stop(struct engine *engine) {

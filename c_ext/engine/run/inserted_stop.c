@@ -92,6 +92,7 @@ void insert_stop(struct engine *engine, const struct piece *before) {
     stop.n = before->n;
     stop.count = before->count;
     stop.line = before->line;
+    stop.file = before->file;
     stop.element = before->element;
     stop.origin = before->origin;
     stop.from = before->from + before->length;

@@ -20,7 +20,7 @@
 /* everything pushed has been executed; reported once per engine_expect_drain */
 #define ENGINE_DRAINED 2
 #define ENGINE_PROGRAM_END 3 /* program end; reported once */
-/* lockstep: the PLC has not finished its scan within the time slice */
+/* lockstep: the PLC has not finished its scans within the time slice */
 #define ENGINE_PLC_WAIT 4
 #define ENGINE_RECORD_FULL 5 /* the sample buffer is full */
 /* program ended and the PLC needs the cell no longer */
@@ -33,6 +33,41 @@
 #define ENGINE_PLC_ERROR 10 /* the PLC has sent an error record */
 /* the path is driven forward again behind backward motion; reported once */
 #define ENGINE_RETRACED 11
+/* the path has stood for as long as engine_tell_standstill says; reported once
+ * a standstill */
+#define ENGINE_STANDS 12
+
+/* why the path stands: bits of stop_condition_r, ... */
+#define ENGINE_STOP_FEEDHOLD 0x1
+#define ENGINE_STOP_AXIS_HOLD 0x2
+#define ENGINE_STOP_OVERRIDE 0x4
+#define ENGINE_STOP_SINGLE_BLOCK 0x8
+#define ENGINE_STOP_M00 0x10
+#define ENGINE_STOP_M01 0x20
+#define ENGINE_STOP_FUNCTION 0x40
+#define ENGINE_STOP_DWELL 0x100
+#define ENGINE_STOP_ERROR 0x200
+#define ENGINE_STOP_MODE 0x400
+#define ENGINE_STOP_INSERTED 0x800
+#define ENGINE_STOP_RELEASE 0x1000
+#define ENGINE_STOP_NO_BLOCKS 0x2000
+/* ... and what it has no bit for */
+#define ENGINE_STOP_RAPID_OVERRIDE 0x10000
+#define ENGINE_STOP_EXTERNAL_SPEED 0x20000
+#define ENGINE_STOP_UNKNOWN 0x40000
+
+/* what limits the speed: index of engine_state.time_by_cause */
+#define ENGINE_CAUSE_FEED 0
+#define ENGINE_CAUSE_OVERRIDE 1
+#define ENGINE_CAUSE_VELOCITY 2 /* of an axis */
+#define ENGINE_CAUSE_ACCELERATION 3
+#define ENGINE_CAUSE_JERK 4
+#define ENGINE_CAUSE_EXACT_CORNER 5 /* ramps at a corner driven exactly */
+#define ENGINE_CAUSE_EXACT_STOP 6   /* ramps at a stop of the program */
+#define ENGINE_CAUSE_DWELL 7
+#define ENGINE_CAUSE_WAIT 8
+#define ENGINE_CAUSES 9
+#define ENGINE_CAUSE_NONE 99
 
 #define ENGINE_SPINDLES 6
 
@@ -111,9 +146,20 @@ typedef struct engine_state {
     uint64_t
         halt_row; /* behind engine_halt: the row in which the path stands, */
     double halt_s, halt_whole; /* and how much of it has been driven, mm */
+    double time_by_cause[ENGINE_CAUSES]; /* s of cycles of programs */
     uint64_t infeasible; /* planner: state that could not be continued legally;
                             must stay 0 */
 } engine_state;
+
+/* Where the path stands and why. */
+typedef struct engine_standstill {
+    uint32_t conditions;    /* ENGINE_STOP_...; 0: it moves, or no program is
+                               active */
+    uint32_t held_axes;     /* bit per axis with feed hold */
+    uint64_t since;         /* cycle in which it began */
+    uint64_t cycle;         /* of this answer */
+    uint32_t line, n, file; /* of the block; line 0: before the first one */
+} engine_standstill;
 
 /* HLI_PROC_TRANS_TO_MODE_STATE as the PLC wrote it; `parameter` ends with NUL.
  */
@@ -314,7 +360,7 @@ int64_t engine_elements(const struct engine *engine,
                         int64_t max_rows);
 
 /* Pump planner and GEO for up to n cycles on this thread. `wait_ns`: longest
- * wait for a lockstep PLC. */
+ * time with a lockstep PLC. */
 int engine_run(struct engine *engine, int64_t count, int64_t wait_ns);
 /* Real time: start and stop the planner and GEO threads; wait for an event. */
 int engine_start(struct engine *engine, int use_fifo);
@@ -349,6 +395,10 @@ int engine_serve_start(struct engine *engine);
 void engine_serve_stop(struct engine *engine);
 
 void engine_get_state(struct engine *engine, engine_state *out);
+void engine_get_standstill(struct engine *engine, engine_standstill *out);
+/* ENGINE_STANDS after so many cycles of a standstill that is no dwell; 0:
+ * never. Before any thread runs. */
+void engine_tell_standstill(struct engine *engine, uint64_t cycles);
 void engine_set_phase(struct engine *engine, uint32_t phase);
 /* Committed override (1.0 = 100 %) for offline tests of live changes; real
  * cells take it from the HLI. */

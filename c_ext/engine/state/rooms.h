@@ -437,6 +437,29 @@ typedef struct watchdog {
     int event;
 } watchdog;
 
+/* Why the path stands (standstill.c). */
+typedef struct standstill {
+    uint32_t conditions; /* ENGINE_STOP_...; 0: it moves */
+    uint32_t line, n, file;
+    uint64_t since, piece;
+    uint64_t tell_after; /* cycles; 0: never */
+    int event;
+} standstill;
+
+/* Where the time goes (time_causes.c). */
+typedef struct time_causes {
+    double seconds[ENGINE_CAUSES];
+    double falling[ENGINE_CAUSES]; /* s of a ramp whose low end is ahead */
+    bool falls;
+    uint32_t low; /* of the ramp up: ENGINE_CAUSE_... */
+    double speed; /* of the cycle before */
+    uint64_t piece;
+    double tangent[NC_AXES]; /* at the end of the last motion come to */
+    bool has_tangent;
+    bool corner_ahead; /* the piece under the tool begins with a corner */
+    uint64_t corner_cycle, stop_cycle; /* passed last */
+} time_causes;
+
 typedef struct retracing {
     int event;
     bool backward; /* the last motion */

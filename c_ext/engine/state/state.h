@@ -59,6 +59,9 @@ struct engine {
     struct orders orders;
     struct watchdog watchdog;
     struct retracing retracing;
+    struct time_causes time_causes;
+    /* GEO; `event` is taken by the cell, which sets `tell_after` */
+    struct standstill standstill;
     /* GEO writes, the cell takes */
     struct path_commands path_commands;
     struct recording recording;

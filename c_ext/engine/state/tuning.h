@@ -20,6 +20,17 @@
 #define EXACT_PUMPS 64  /* pumps timed each by the CPU clock, later ones ... */
 #define TIMED_SHARE 16  /* ... one in so many, at random */
 
+/* Causes of time (time_causes.c). Evidence: tests/unit/planning/
+ * test_time_by_cause.py. */
+/* share of the speed: less change in a cycle is none */
+#define CAUSE_FLAT 1e-4
+#define CAUSE_REACHED 0.99 /* share of a limit that has reached it */
+/* rad, about: a smaller change of direction is none */
+#define CAUSE_TURN 1e-4
+#define CAUSE_NEAR_CYCLES 2 /* cycles: a corner so long ago is a low end */
+/* pieces of a cycle that are looked at, at the most */
+#define CAUSE_PIECES 64
+
 /* Taking back and rejoining. Evidence: feed hold against a search over all
  * stops, tests/unit/engine/test_feed_hold_distance.py. */
 /* s: motion left to GEO while a planner thread computes the stop, ... */

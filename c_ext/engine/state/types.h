@@ -279,7 +279,7 @@ typedef struct piece {
     bool inserted;        /* stop or function that the PLC has inserted */
     uint32_t n, count, line;
     int32_t code;
-    uint16_t flags;
+    uint16_t flags, file;
     uint8_t kind, type, axis1, axis2;
     uint16_t moving;  /* bit per axis that moves */
     bool stop_before; /* standstill at the start */

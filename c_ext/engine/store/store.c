@@ -12,6 +12,7 @@ struct piece *store_slot(struct engine *engine, const nc_block *row) {
     piece->n = row->n;
     piece->count = row->count;
     piece->line = row->line;
+    piece->file = row->file;
     piece->flags = row->flags;
     piece->origin = engine->store.head;
     piece->row = engine->push.rows_taken;

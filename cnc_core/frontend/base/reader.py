@@ -185,6 +185,12 @@ class BlockReader(ABC):
         return wait
 
     @property
+    def place_now(self) -> Place:
+        """The block that is being executed, or the next line."""
+        block = self.block_now
+        return block.place(0) if block and block.lines else self._here()
+
+    @property
     def restartable(self) -> Restartable | None:
         """A dialect with macros for pauses and restarts returns itself."""
         return None

@@ -1,0 +1,121 @@
+"""What a run waits for, as its CNC process sees it."""
+
+from __future__ import annotations
+
+import re
+import time
+from typing import Any
+
+from cnc_core._engine import lib
+
+from ..config import CellConfig
+from ..engine import Engine, Standstill
+from .options import CncOptions
+from .preparation import Preparation
+from .stands import PlcSight, reasons
+from .waiting import Scene
+
+OWN_N = re.compile(r"\s*[nN](\d+)")
+# phases of a run
+ATTACHING, NOT_STARTED = "attaching", "not started"
+RUNNING, ENDED = "running", "ended"
+START = (
+    "start of the program",
+    "the PLC commands ACTIVE: StartProgram, or mode_and_state",
+)
+FINISH = (
+    "the PLC behind the program's end",
+    "the PLC: finished() of its tasks returns TRUE",
+)
+
+
+class RunScene:
+    """Looks at one run; ``phase`` and ``preparation`` are kept true by its
+    process.
+    """
+
+    def __init__(
+        self, engine: Engine, root: Any, cell: CellConfig, options: CncOptions
+    ) -> None:
+        self._engine, self._root, self._cell = engine, root, cell
+        self._options = options
+        self.phase = ATTACHING
+        self.preparation: Preparation | None = None
+        self._scans, self._scanned_at = 0, time.monotonic()
+
+    def __call__(self) -> Scene:
+        plc = self._plc()
+        if self.phase == ATTACHING or (self._lockstep and not plc.attached):
+            return Scene([("a PLC", plc.missing)])
+        if self._lockstep and plc.silent_s > 1.0:
+            return Scene([("a scan of the PLC", plc.trouble())])
+        if self.phase == NOT_STARTED:
+            return Scene([(START[0], plc.trouble() or START[1])])
+        if self.phase == ENDED:
+            return Scene([FINISH] if self._options.once else [])
+        return self._standing(plc)
+
+    @property
+    def _lockstep(self) -> bool:
+        return self._options.run.clock == "lockstep"
+
+    def _plc(self) -> PlcSight:
+        """The PLC; its scans are counted on from look to look."""
+        side, now = self._root.sidecar.plc, time.monotonic()
+        scans = int(side.scans)
+        if scans != self._scans or not side.scans_due:
+            self._scans, self._scanned_at = scans, now
+        options = self._options
+        missing = (
+            "give one by --plc"
+            if options.once
+            else f"hli-cosim plc FILE.py --name {options.name}"
+        )
+        silent_s = now - self._scanned_at
+        return PlcSight(bool(side.attached), silent_s, missing)
+
+    def _standing(self, plc: PlcSight) -> Scene:
+        stands = self._engine.standstill
+        if not stands.conditions:
+            return Scene([])
+        found = reasons(stands, self._root, self._cell, plc)
+        place, text = self._place(stands)
+        if text:
+            named = f"what its program waits for ({text})"
+            found = [
+                (named if what == "what its program waits for" else what, who)
+                for what, who in found
+            ]
+        cell_s = (stands.cycle - stands.since) * self._cell.cycle_s
+        # a dwell is no wait: it is told by wall time alone
+        dwells = stands.conditions & lib.ENGINE_STOP_DWELL
+        return Scene(found, place, 0.0 if dwells else cell_s, stands.since)
+
+    def _place(self, stands: Standstill) -> tuple[tuple[str, int, int], str]:
+        """File, line and N where the path stands; the text of a block that
+        waits.
+        """
+        program = self.preparation.program if self.preparation else None
+        if program is None:
+            return ("", 0, 0), ""
+        files = program.reader.files
+        waits = stands.conditions & lib.ENGINE_STOP_NO_BLOCKS
+        others = stands.conditions & ~lib.ENGINE_STOP_NO_BLOCKS
+        if waits and not others:
+            here = program.reader.place_now
+            number = OWN_N.match(here.source)
+            n = int(number[1]) if number else 0
+            return (here.file, here.line, n), here.source.strip()
+        known = stands.line and stands.file < len(files)
+        file = str(files[stands.file]) if known else str(program.path)
+        return (file, stands.line, stands.n), ""
+
+    def moves(self) -> str:
+        """What a run does that waits for nothing."""
+        state = self._root.channel[0].bahn_state
+        if self.phase == ENDED:
+            return "the program has ended"
+        return (
+            f"the program goes on at N{state.block_number_r}"
+            f" with {state.active_feed_r / 1000.0:.4g} mm/s"
+        )
