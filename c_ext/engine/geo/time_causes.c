@@ -77,6 +77,9 @@ static uint32_t low_end(const struct engine *engine) {
 
 /* The ramp down belongs to its low end; NONE: to what has shaped it. */
 static void settle_ramp(struct time_causes *causes, uint32_t low) {
+    if (!causes->falls) {
+        return;
+    }
     for (uint32_t i = 0; i < ENGINE_CAUSES; i++) {
         causes->seconds[low == ENGINE_CAUSE_NONE ? i : low] +=
             causes->falling[i];
