@@ -21,6 +21,7 @@ from hli import segment
 from plc_client.task import refuse_cell_start
 
 from ..config import CellConfig, load_config
+from ..config.reading import config_of, config_text
 from ..errors import CncError, Place
 from ..frontend.operator import read_answers
 from ..process import recording as recorder
@@ -38,26 +39,32 @@ from .plc_choice import PlcChoice
 from .result import RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
 from .supervision import stop, supervise
+from .worker import worker_for_run
 
 __all__ = ["Cell", "RunResult"]
 
 
 class Cell:
-    """A machine from a configuration file (None: the built-in one, X Y Z) that
-    runs programs beside a PLC.
+    """A machine that runs programs beside a PLC.
+
+    ``config``: a configuration file, its content as a dict, or a CellConfig;
+    None: the built-in machine X Y Z.  ConfigError tells what is wrong in it.
     """
 
     def __init__(
         self,
-        config: str | Path | None = None,
+        config: str | Path | dict[str, Any] | CellConfig | None = None,
         *,
         clock: str = "lockstep",
         service: str | None = None,
     ) -> None:
-        self.config_path = (
-            Path(config).resolve() if config is not None else None
-        )
-        self.config: CellConfig = load_config(self.config_path)
+        self.config_path: Path | None = None
+        self.config: CellConfig
+        if isinstance(config, (str, Path)):
+            self.config_path = Path(config).resolve()
+            config = load_config(self.config_path)
+        self._given = config is not None and self.config_path is None
+        self.config = CellConfig() if config is None else config_of(config)
         self.clock, self.service = clock, service
         self._job: Job | None = None
 
@@ -183,7 +190,7 @@ class Cell:
             program,
             name,
             options,
-            config=self.config_path,
+            config=self._config_file(folder),
             wait_plc=not alone,
             report=folder / "cnc.json",
             samples=folder / SAMPLES if options.record else None,
@@ -191,9 +198,22 @@ class Cell:
             terminal=sys.stdin is not None and sys.stdin.isatty(),
         )
         started = time.monotonic()
-        cnc = Child.of_cnc(chosen, folder)
-        plc = None if alone else Child.of_plc(name, choice.arguments, folder)
+        worker = worker_for_run()
+        cnc = Child.of_cnc(chosen, folder, worker)
+        plc = (
+            None
+            if alone
+            else Child.of_plc(name, choice.arguments, folder, worker)
+        )
         return Job(cnc, plc, folder, name, started)
+
+    def _config_file(self, folder: Path) -> Path | None:
+        """The file from which the CNC process takes its configuration."""
+        if not self._given:
+            return self.config_path
+        path = folder / "cell.json"
+        path.write_text(config_text(self.config))
+        return path
 
     def _collect(self, job: Job, target: Path | None) -> RunResult:
         """The result from the reports of both processes."""

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..process.options import CncOptions
+from .worker import WarmProcess, Worker
 
 SAMPLES = "samples.f64"
 
@@ -26,46 +27,59 @@ class Child:
         arguments: Sequence[str],
         folder: Path,
         terminal: bool = False,
+        worker: Worker | None = None,
     ) -> None:
         self.title = title
         self.report_file = folder / f"{title}.json"
         self.log_file = folder / f"{title}.log"
-        command = [
-            sys.executable,
-            "-P",
-            "-m",
-            module,
-            *arguments,
-            "--parent",
-            str(os.getpid()),
-        ]
-        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
-        # what user code prints goes to our standard error, as it comes
-        with self.log_file.open("wb") as log:
-            stdin = None if terminal else subprocess.DEVNULL
-            self.process = subprocess.Popen(
-                command,
-                stdin=stdin,
-                stdout=sys.__stderr__,
-                stderr=log,
-                env=environment,
+        with (
+            self.log_file.open("wb") as log,
+            open(os.devnull, "rb") as nothing,
+        ):
+            # what user code prints goes to our standard error, as it comes
+            streams = (
+                0 if terminal else nothing.fileno(),
+                sys.__stderr__.fileno() if sys.__stderr__ else 2,
+                log.fileno(),
+            )
+            self.process: WarmProcess | subprocess.Popen[bytes] = (
+                worker.start(module, arguments, streams)
+                if worker is not None
+                else _started(module, arguments, streams)
             )
 
     @classmethod
-    def of_cnc(cls, options: CncOptions, folder: Path) -> Child:
+    def of_cnc(
+        cls, options: CncOptions, folder: Path, worker: Worker | None = None
+    ) -> Child:
         """A CNC process with its report in the folder."""
         arguments = [options.as_json()]
         return cls(
-            "cnc", "cnc_core.process", arguments, folder, options.terminal
+            "cnc",
+            "cnc_core.process",
+            arguments,
+            folder,
+            options.terminal,
+            worker,
         )
 
     @classmethod
-    def of_plc(cls, name: str, arguments: Sequence[str], folder: Path) -> Child:
+    def of_plc(
+        cls,
+        name: str,
+        arguments: Sequence[str],
+        folder: Path,
+        worker: Worker | None = None,
+    ) -> Child:
         """A PLC process on the segment, for one run."""
         report = str(folder / "plc.json")
         more = ["--report", report, "--once"]
         return cls(
-            "plc", "plc_client", ["--name", name, *arguments, *more], folder
+            "plc",
+            "plc_client",
+            ["--name", name, *arguments, *more],
+            folder,
+            worker=worker,
         )
 
     @property
@@ -92,6 +106,23 @@ class Child:
 
     def said(self) -> str:
         return self.log_file.read_text(errors="replace").strip()
+
+
+def _started(
+    module: str, arguments: Sequence[str], streams: tuple[int, int, int]
+) -> subprocess.Popen[bytes]:
+    """A process that is started anew."""
+    stdin, stdout, stderr = streams
+    return subprocess.Popen(
+        [
+            *(sys.executable, "-P", "-m", module, *arguments),
+            *("--parent", str(os.getpid())),
+        ],
+        stdin=stdin,
+        stdout=stdout,
+        stderr=stderr,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+    )
 
 
 @dataclass
