@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .segment import Segment
 from .structures import (
+    HLI_AHEAD,
     HLI_AXIS,
     HLI_CHANNEL,
     HLI_EXT_VAR,
@@ -35,6 +36,9 @@ class Areas:
             "gpVECh", root.ext_var_channel, self.gNrCh
         )
         self.gpVEGlobal: HLI_EXT_VAR = root.ext_var_global
+        self.gpAhead: Pointers[HLI_AHEAD] = Pointers(
+            "gpAhead", root.ahead, min(self.gNrCh, len(root.ahead))
+        )
         self.sidecar: HLI_SIDECAR = root.sidecar
 
     def symbol(self, path: str) -> Symbol:

@@ -87,6 +87,16 @@ def snapshot(view: View, timeout_s: float = 1.0) -> Any:
     return view_class(structure)(copy)
 
 
+def _facts_of(root: Any, unit: View) -> Any:
+    """Where the extension tells about answers of the unit; the unit of a channel
+    without extension has none that ever says something.
+    """
+    for channel, area in zip(root.channel, root.ahead, strict=False):
+        if channel.contour_lookahead._address == unit._address:
+            return area._c.answer
+    return layout.HLI_AHEAD_ANSWER()
+
+
 class ContourUnit:
     """One contour look-ahead unit and its bells: request, take, exchange (PLC);
     wait_request, answer (CNC).
@@ -109,6 +119,10 @@ class ContourUnit:
         self._rows = ffi.cast("void *", self.rows.ctypes.data)
         self._bytes = memoryview(self.rows.view(np.uint8).data)
         self._request = ffi.new("double[2]")
+        self._ahead = _facts_of(root, unit)
+        self._answered = layout.HLI_AHEAD_ANSWER()
+        self._facts_from = ffi.cast("void *", ctypes.addressof(self._ahead))
+        self._facts = ffi.cast("void *", ctypes.addressof(self._answered))
 
     # -- PLC side
     def request(self, start_position: float, length: float) -> bool:
@@ -122,7 +136,21 @@ class ContourUnit:
         request is pending.
         """
         n: int = lib.hs_clah_take(self._unit, self._rows)
+        if n in (0, BLOCK_ROWS):
+            ctypes.memmove(
+                ctypes.addressof(self._answered),
+                ctypes.addressof(self._ahead),
+                ctypes.sizeof(self._answered),
+            )
         return n if n >= 0 else -1
+
+    def rest(self, n: int) -> tuple[bool, int]:
+        """(more, empty) of the answer of `n` elements that was taken last:
+        whether there are more, why there are none (HLI_AHEAD_EMPTY_*).
+        """
+        if 0 < n < BLOCK_ROWS:
+            return False, layout.HLI_AHEAD_NOT_EMPTY
+        return bool(self._answered.more), int(self._answered.empty)
 
     def next(self, start_position: float, length: float) -> int:
         """``take`` and ``request`` in one C call, for whoever owns the pending
@@ -132,7 +160,13 @@ class ContourUnit:
         request that is not finite.
         """
         n: int = lib.hs_clah_next(
-            self._unit, self._bell, start_position, length, self._rows
+            self._unit,
+            self._bell,
+            start_position,
+            length,
+            self._rows,
+            self._facts_from,
+            self._facts,
         )
         return n
 

@@ -252,8 +252,8 @@ class HLI_BAHN_MC_CONTROL(View):
     backward_storage_off: MC_CONTROL_BOOL_UNIT
     """Clears the store; written by: both."""
     rt_loop_enable: MC_CONTROL_BOOL_UNIT
-    """``V.RTG.LOOP.ENABLED``: another pass of the real-time loop; written
-    by: both.
+    """``V.RTG.LOOP.ENABLED``: the real-time loop is driven, and once more at
+    its end; written by: both.
     """
     ext_command_speed: MC_CONTROL_SGN32_UNIT
     """Path speed instead of feed, rapid and override; negative: backward;
@@ -348,7 +348,9 @@ class HLI_BAHN_STATE(View):
     block_search_state_r: int
     """0; written by: CNC."""
     program_end_r: bool
-    """TRUE: the program has ended; written by: CNC."""
+    """TRUE: no program is processed, ahead of the first one too; written by:
+    CNC.
+    """
     interpolation_active_r: bool
     """TRUE: the path is driven; written by: CNC."""
     axes_in_position_r: bool
@@ -385,10 +387,16 @@ class HLI_BAHN_STATE(View):
     """TRUE: dist_v_0_r and the positions count; written by: CNC."""
     esa_data_valid: ArrayView[bool]
     """TRUE: esa_vb counts; written by: CNC."""
+    inside_rt_loop_r: bool
+    """TRUE: inside a real-time loop; written by: CNC."""
     g_function_r: ArrayView[int]
     """0; written by: CNC."""
     prog_name_r: str
     """Name of the program; written by: CNC."""
+    rt_loop_count_r: int
+    """``V.RTG.LOOP.COUNT``: passes of the real-time loop that are over;
+    written by: CNC.
+    """
     coord_r: ViewArray[HLI_COORD]
     """Status by axis; written by: CNC."""
     pos_v_0_pcs_r: ArrayView[int]
@@ -623,6 +631,14 @@ class HLI_CONTOUR_LOOKAHEAD_BLOCK(View):
     """N of the block; written by: CNC."""
     block_count_r: int
     """Counted block; written by: CNC."""
+    circle_turns: int
+    """Whole turns of a helix beyond circle_angle; not in the manual; written
+    by: CNC.
+    """
+    rt_loop_pass: int
+    """``HLI_CLAH_PASS_*``: 0 not in a real-time loop, 1 entering pass, 2
+    loop to loop, 3 last pass; not in the manual; written by: CNC.
+    """
     start_position: float
     """Distance from program start; unit: 0.1 um; written by: CNC."""
     length: float
@@ -632,7 +648,7 @@ class HLI_CONTOUR_LOOKAHEAD_BLOCK(View):
     compensated_radius: float
     """Radius on the driven path; unit: 0.1 um; written by: CNC."""
     circle_angle: float
-    """Swept angle; beyond 2 pi for several turns of a helix; unit: rad;
+    """Swept angle, clockwise in [-2 pi, 0), else in (0, 2 pi]; unit: rad;
     written by: CNC.
     """
     length_min: float
@@ -918,6 +934,184 @@ class HLI_SIDECAR(View):
     stats: HLI_SIDE_STATS
     """Counters; written by: CNC."""
 
+class HLI_AHEAD_REQUEST(View):
+    """A request of the queue."""
+
+    start_position: float
+    """From where on; unit: index or 0.1 um; written by: PLC."""
+    length: float
+    """How far; 0 for the log; unit: 0.1 um; written by: PLC."""
+    mode: int
+    """``HLI_AHEAD_MODE_LOG`` or ``HLI_AHEAD_MODE_CONTOUR``; written by: PLC."""
+    flags: int
+    """Sum of ``HLI_AHEAD_BEYOND``, ``_EVENTS``, ``_DETAILS``; written by:
+    PLC.
+    """
+    epoch: int
+    """Epoch that start_position counts in; 0: the present one; written by:
+    PLC.
+    """
+    tag: int
+    """Any number; the answer bears it; written by: PLC."""
+
+class HLI_AHEAD_ANSWER(View):
+    """An answer beside its elements."""
+
+    count: int
+    """Elements that it holds; written by: CNC."""
+    empty: int
+    """Why it holds none: ``HLI_AHEAD_EMPTY_*``; written by: CNC."""
+    end: int
+    """What ends that which is known: ``HLI_AHEAD_END_*``; written by: CNC."""
+    mode: int
+    """1 marked log, 2 contour; written by: CNC."""
+    epoch: int
+    """The present epoch; written by: CNC."""
+    tag: int
+    """As in the request; written by: CNC."""
+    more: bool
+    """TRUE: there are more elements in the range than fit; written by: CNC."""
+    start_position: float
+    """As in the request; unit: index or 0.1 um; written by: CNC."""
+    length: float
+    """As in the request; unit: 0.1 um; written by: CNC."""
+    dist_prog_start: float
+    """Where the path was; unit: 0.1 um; written by: CNC."""
+    dist_prog_start_high: float
+    """Alias of ``dist_prog_start``."""
+
+class HLI_AHEAD_DETAIL(View):
+    """An element beside its block."""
+
+    flags: int
+    """Sum of ``HLI_AHEAD_RAPID`` and of ``HLI_AHEAD_HAS_*``: which members
+    count; written by: CNC.
+    """
+    epoch: int
+    """The epoch that the block's start_position counts in; written by: CNC."""
+    code: int
+    """M, H, T: number; written by: CNC."""
+    value: float
+    """Dwell s, S rev/min, additional value of M and H; written by: CNC."""
+    way: float
+    """From the present place to its start, over epochs; unit: 0.1 um;
+    written by: CNC.
+    """
+    feed: float
+    """As programmed; 0: rapid; unit: 1 um/s; written by: CNC."""
+    driven_length: float
+    """Of the driven path; differs under smoothing; unit: 0.1 um; written by:
+    CNC.
+    """
+    speed_start: float
+    """Planned path speed at its start; unit: 1 um/s; written by: CNC."""
+    speed_end: float
+    """Planned path speed at its end; unit: 1 um/s; written by: CNC."""
+    time_start: float
+    """Motion time until its start is reached; unit: us; written by: CNC."""
+    time_end: float
+    """Motion time until its end is reached; unit: us; written by: CNC."""
+    start: ArrayView[float]
+    """Axis positions at its start; unit: 0.1 um; written by: CNC."""
+    end: ArrayView[float]
+    """Axis positions at its end; unit: 0.1 um; written by: CNC."""
+    direction_start: ArrayView[float]
+    """Direction of the main axes at its start, a unit vector; written by:
+    CNC.
+    """
+    direction_end: ArrayView[float]
+    """Direction of the main axes at its end; written by: CNC."""
+
+class HLI_AHEAD_SLOT(View):
+    """A slot of the queue."""
+
+    request: HLI_AHEAD_REQUEST
+    """The PLC's from claiming to asking; written by: PLC."""
+    answer: HLI_AHEAD_ANSWER
+    """How many, whether more, why none; written by: CNC."""
+    block: ViewArray[HLI_CONTOUR_LOOKAHEAD_BLOCK]
+    """Elements, as of the manual; with ``HLI_AHEAD_EVENTS`` functions and
+    dwells too (types 16 to 20); written by: CNC.
+    """
+    detail: ViewArray[HLI_AHEAD_DETAIL]
+    """One for each of ``block``, with ``HLI_AHEAD_DETAILS``; written by:
+    CNC.
+    """
+
+class HLI_AHEAD_STATE(View):
+    """Of this cycle."""
+
+    motion_time: float
+    """Motion time; stands while the path waits for the PLC; unit: us;
+    written by: CNC.
+    """
+    epoch: int
+    """The present epoch; written by: CNC."""
+    edition: int
+    """Changes with the plan; written by: CNC."""
+    plan_valid: bool
+    """TRUE: the plan holds; written by: CNC."""
+
+class HLI_AHEAD_KNOT(View):
+    """A place in time."""
+
+    motion_time: float
+    """As ``state.motion_time``; unit: us; written by: CNC."""
+    distance: float
+    """Runs on over epochs; only differences mean something; unit: 0.1 um;
+    written by: CNC.
+    """
+    rate: float
+    """Change of the distance; unit: 0.1 um/s; written by: CNC."""
+    speed: float
+    """Of the driven path; unit: 1 um/s; written by: CNC."""
+
+class HLI_AHEAD_PLAN(View):
+    """The plan of the coming motion."""
+
+    seq: int
+    """Seqlock; odd while the CNC writes; written by: CNC."""
+    edition: int
+    """Changes with the plan; written by: CNC."""
+    count: int
+    """Knots; written by: CNC."""
+    complete: bool
+    """TRUE: at its end the path rests; written by: CNC."""
+    override: float
+    """That it was made with; 1 is 100 %; written by: CNC."""
+    knot: ViewArray[HLI_AHEAD_KNOT]
+    """Places in time; between two of them the distance is a cubic of the
+    time; written by: CNC.
+    """
+
+class HLI_AHEAD(View):
+    """``gpAhead[i]``: the look-ahead extension of a channel; not of the
+    manual.
+    """
+
+    version_r: int
+    """Version of the extension, 1; written by: CNC."""
+    sizeof_r: int
+    """Its size; unit: bytes; written by: CNC."""
+    answer: HLI_AHEAD_ANSWER
+    """What the last answer of ``contour_lookahead`` is, beside its elements;
+    written by: CNC.
+    """
+    slot_rw: ArrayView[int]
+    """Of each slot: phase (``HLI_AHEAD_FREE`` ..) in the low byte, above it
+    the generation of the PLC; written by: both.
+    """
+    plan_enable_w: bool
+    """TRUE: the CNC shows its plan; written by: PLC."""
+    state: HLI_AHEAD_STATE
+    """Every cycle, under the seqlock of the channel; written by: CNC."""
+    plan: HLI_AHEAD_PLAN
+    """The plan of the coming motion, under a seqlock of its own; written by:
+    CNC.
+    """
+    slot: ViewArray[HLI_AHEAD_SLOT]
+    """The queue; written by: both."""
+
 class HLI_SEGMENT(View):
     """The shared-memory object of one cell."""
 
@@ -936,4 +1130,8 @@ class HLI_SEGMENT(View):
     sidecar: HLI_SIDECAR
     """Turns, bells, seqlock and life of both processes; not public; written
     by: both.
+    """
+    ahead: ViewArray[HLI_AHEAD]
+    """``gpAhead[i]``: the look-ahead extension, behind all other areas;
+    written by: both.
     """

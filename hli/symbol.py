@@ -27,6 +27,7 @@ _POINTERS = (
     "gpAx",
     "gpVECh",
     "gpVEGlobal",
+    "gpAhead",
     "gNrCh",
     "gNrAx",
 )

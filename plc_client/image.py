@@ -62,6 +62,9 @@ class InputImage:
         for i, channel in enumerate(hli.gpCh):
             if channel is not None:
                 self._channel(channel, self._plain if i else self._locked)
+        for area in hli.gpAhead:
+            if area is not None:
+                self._extension(area)
         for axis in hli.gpAx:
             if axis is not None:
                 self._axis(axis)
@@ -92,6 +95,12 @@ class InputImage:
             unit, "state", ahead.structure(layout.HLI_CONTOUR_LOOKAHEAD_STATE)
         )
         copies += [both, ahead]
+
+    def _extension(self, area: Any) -> None:
+        place = layout.HLI_AHEAD.state
+        copy = _Copy(area, place.offset, place.size)
+        self._replace(area, "state", copy.structure(layout.HLI_AHEAD_STATE))
+        self._locked.append(copy)
 
     def _axis(self, axis: Any) -> None:
         place = layout.HLI_AXIS.lr_state

@@ -31,6 +31,8 @@ from hli.symbol import (
 )
 from hli.view import ArrayView, Pointers, View, ViewArray
 
+from .scan_record import ScanRecord
+
 ROWS = 1_000_000
 """Rows of the watch list.
 
@@ -243,7 +245,8 @@ class Watch:
         self._time: array[float] = array("d")
         self._rows = rows
         self._every = 1
-        self.any = False  # whether something is watched
+        self.any = False  # whether something is watched or recorded
+        self.to: ScanRecord | None = None  # every scan goes there, too
         self._scan = 0
 
     def add(self, path: str, symbol: Symbol) -> None:
@@ -268,9 +271,12 @@ class Watch:
             if symbol.value is not None:
                 _check_number(path, symbol)
 
-    def record(self, time_s: float) -> None:
+    def record(self, time_s: float, cycle: int = 0) -> None:
         """One row."""
         self._scan += 1
+        if self.to is not None:
+            values = [_number(s.value) for s in self._symbols.values()]
+            self.to.add(cycle, time_s, self._scan, values)
         if not self._symbols or self._scan % self._every:
             return
         self._time.append(time_s)
@@ -285,6 +291,16 @@ class Watch:
         self._values = {
             path: values[1::2] for path, values in self._values.items()
         }
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The symbols as they were named."""
+        return tuple(self._symbols)
+
+    def record_to(self, target: ScanRecord) -> None:
+        """Hand every scan to a recording, with the symbols of now."""
+        self.to = target
+        self.any = True
 
     def columns(self) -> dict[str, np.ndarray[Any, Any]]:
         """Copies of what was recorded."""

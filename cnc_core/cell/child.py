@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from ..process.options import CncOptions
+from ..recording.parts import Parts
 from .worker import WarmProcess, Worker
-
-SAMPLES = "samples.f64"
 
 
 class Child:
@@ -69,11 +68,15 @@ class Child:
         name: str,
         arguments: Sequence[str],
         folder: Path,
+        record: Path | None = None,
         worker: Worker | None = None,
     ) -> Child:
-        """A PLC process on the segment, for one run."""
+        """A PLC process on the segment, for one run; ``record``: its part of the
+        recording.
+        """
         report = str(folder / "plc.json")
         more = ["--report", report, "--once"]
+        more += ["--record", str(record)] if record else []
         return cls(
             "plc",
             "plc_client",
@@ -135,15 +138,11 @@ class Job:
     name: str
     started: float
     stalled: bool = False
+    parts: Parts | None = None  # of the recording
 
     @property
     def children(self) -> list[Child]:
         return [child for child in (self.cnc, self.plc) if child is not None]
-
-    @property
-    def samples(self) -> Path:
-        """The file of the recorded cycles while the run lasts."""
-        return self.folder / SAMPLES
 
     def reports(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """The reports of CNC and PLC; empty where a side left none."""

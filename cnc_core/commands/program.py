@@ -214,7 +214,7 @@ def plan(
         plan_program,
         save_samples,
     )
-    from ..process.recording import check_writable  # noqa: PLC0415
+    from ..recording.parts import check_writable  # noqa: PLC0415
 
     if samples:
         check_samples_target(samples)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cnc_core.errors import CncError, Place
 from cnc_core.frontend.base.block_text import BlockText, check_length, read_line
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 from cnc_core.frontend.base.reader import BlockReader
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.iso.codes import RULES
@@ -114,7 +114,7 @@ class IsoFrontEnd(BlockReader):
         switch = 1
         if stream.current.kind is Kind.NUMBER:
             token = stream.next()
-            switch = int(token.text) if token.text.isdigit() else 0
+            switch = int(token.text) if digits(token.text) else 0
             if not 1 <= switch <= SWITCHES:
                 raise fail(
                     900012,
