@@ -4,6 +4,7 @@ and removed after each test.
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -42,10 +43,25 @@ def pytest_collect_file(
 
 
 @pytest.fixture
-def cell() -> Iterator[Cell]:
-    """A co-simulation cell: ``cell.run("part.nc", plc=MyPlc)``."""
-    with Cell() as value:
+def cell(request: pytest.FixtureRequest) -> Iterator[Cell]:
+    """A co-simulation cell: ``cell.run("part.nc", plc=MyPlc)``.
+
+    ``@pytest.mark.cell("cell.toml")`` gives it a configuration: a path, a dict
+    or a CellConfig.  ``indirect=True`` of ``parametrize`` gives it several.
+    """
+    mark = request.node.get_closest_marker("cell")
+    config = mark.args[0] if mark else None
+    with contextlib.suppress(AttributeError):  # not parametrized
+        config = request.param
+    with Cell(config) as value:
         yield value
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The mark ``cell``."""
+    config.addinivalue_line(
+        "markers", "cell(config): configuration of the fixture cell"
+    )
 
 
 class PlcFactory:

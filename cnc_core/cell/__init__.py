@@ -22,6 +22,7 @@ from hli.errors import HliError
 from plc_client.task import refuse_cell_start
 
 from ..config import CellConfig, load_config
+from ..config.reading import config_of, config_text
 from ..errors import CncError, Place
 from ..frontend.operator import read_answers
 from ..process.options import (
@@ -41,26 +42,32 @@ from .plc_choice import PlcChoice
 from .result import RunInterrupted, RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
 from .supervision import stop, supervise
+from .worker import worker_for_run
 
 __all__ = ["Cell", "RunInterrupted", "RunResult"]
 
 
 class Cell:
-    """A machine from a configuration file (None: the built-in one, X Y Z) that
-    runs programs beside a PLC.
+    """A machine that runs programs beside a PLC.
+
+    ``config``: a configuration file, its content as a dict, or a CellConfig;
+    None: the built-in machine X Y Z.  ConfigError tells what is wrong in it.
     """
 
     def __init__(
         self,
-        config: str | Path | None = None,
+        config: str | Path | dict[str, Any] | CellConfig | None = None,
         *,
         clock: str = "lockstep",
         service: str | None = None,
     ) -> None:
-        self.config_path = (
-            Path(config).resolve() if config is not None else None
-        )
-        self.config: CellConfig = load_config(self.config_path)
+        self.config_path: Path | None = None
+        self.config: CellConfig
+        if isinstance(config, (str, Path)):
+            self.config_path = Path(config).resolve()
+            config = load_config(self.config_path)
+        self._given = config is not None and self.config_path is None
+        self.config = CellConfig() if config is None else config_of(config)
         self.clock, self.service = clock, service
         self._job: Job | None = None
 
@@ -194,7 +201,7 @@ class Cell:
             program,
             name,
             options,
-            config=self.config_path,
+            config=self._config_file(folder),
             wait_plc=not alone,
             report=folder / "cnc.json",
             samples=parts.cnc if parts else None,
@@ -202,16 +209,25 @@ class Cell:
             terminal=sys.stdin is not None and sys.stdin.isatty(),
         )
         started = time.monotonic()
-        cnc = Child.of_cnc(chosen, folder)
         only = options.record_only
         scans = not only or "plc" in only
         record = parts.plc if parts and scans else None
+        worker = worker_for_run()
+        cnc = Child.of_cnc(chosen, folder, worker)
         plc = (
             None
             if alone
-            else Child.of_plc(name, choice.arguments, folder, record)
+            else Child.of_plc(name, choice.arguments, folder, record, worker)
         )
         return Job(cnc, plc, folder, name, started, parts=parts)
+
+    def _config_file(self, folder: Path) -> Path | None:
+        """The file from which the CNC process takes its configuration."""
+        if not self._given:
+            return self.config_path
+        path = folder / "cell.json"
+        path.write_text(config_text(self.config))
+        return path
 
     def _collect(
         self, job: Job, options: RunOptions, *, judged: bool

@@ -13,6 +13,7 @@ from typing import Any
 
 from ..process.options import CncOptions
 from ..recording.parts import Parts
+from .worker import WarmProcess, Worker
 
 
 class Child:
@@ -26,38 +27,40 @@ class Child:
         folder: Path,
         terminal: bool = False,
         own_session: bool = False,
+        worker: Worker | None = None,
     ) -> None:
         self.title = title
         self.report_file = folder / f"{title}.json"
         self.log_file = folder / f"{title}.log"
-        command = [
-            sys.executable,
-            "-P",
-            "-m",
-            module,
-            *arguments,
-            "--parent",
-            str(os.getpid()),
-        ]
-        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
-        # what user code prints goes to our standard error, as it comes
-        with self.log_file.open("wb") as log:
-            stdin = None if terminal else subprocess.DEVNULL
-            self.process = subprocess.Popen(
-                command,
-                stdin=stdin,
-                stdout=sys.__stderr__,
-                stderr=log,
-                env=environment,
-                start_new_session=own_session,
+        with (
+            self.log_file.open("wb") as log,
+            open(os.devnull, "rb") as nothing,
+        ):
+            # what user code prints goes to our standard error, as it comes
+            streams = (
+                0 if terminal else nothing.fileno(),
+                sys.__stderr__.fileno() if sys.__stderr__ else 2,
+                log.fileno(),
+            )
+            self.process: WarmProcess | subprocess.Popen[bytes] = (
+                worker.start(module, arguments, streams, own_session)
+                if worker is not None
+                else _started(module, arguments, streams, own_session)
             )
 
     @classmethod
-    def of_cnc(cls, options: CncOptions, folder: Path) -> Child:
+    def of_cnc(
+        cls, options: CncOptions, folder: Path, worker: Worker | None = None
+    ) -> Child:
         """A CNC process with its report in the folder."""
         arguments = [options.as_json()]
         return cls(
-            "cnc", "cnc_core.process", arguments, folder, options.terminal
+            "cnc",
+            "cnc_core.process",
+            arguments,
+            folder,
+            options.terminal,
+            worker=worker,
         )
 
     @classmethod
@@ -67,6 +70,7 @@ class Child:
         arguments: Sequence[str],
         folder: Path,
         record: Path | None = None,
+        worker: Worker | None = None,
     ) -> Child:
         """A PLC process on the segment, for one run; ``record``: its part of the
         recording.
@@ -81,6 +85,7 @@ class Child:
             ["--name", name, *arguments, *more],
             folder,
             own_session=True,
+            worker=worker,
         )
 
     @property
@@ -107,6 +112,27 @@ class Child:
 
     def said(self) -> str:
         return self.log_file.read_text(errors="replace").strip()
+
+
+def _started(
+    module: str,
+    arguments: Sequence[str],
+    streams: tuple[int, int, int],
+    own_session: bool,
+) -> subprocess.Popen[bytes]:
+    """A process that is started anew."""
+    stdin, stdout, stderr = streams
+    return subprocess.Popen(
+        [
+            *(sys.executable, "-P", "-m", module, *arguments),
+            *("--parent", str(os.getpid())),
+        ],
+        stdin=stdin,
+        stdout=stdout,
+        stderr=stderr,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        start_new_session=own_session,
+    )
 
 
 @dataclass

@@ -6,6 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ..errors import CncError, Place
+
 # members of the CNC's report that the result takes over
 FROM_CNC = (
     "cycles",
@@ -72,6 +76,32 @@ class RunResult:
         result.overruns = sum(map(int, overruns))
         result.handshake_us = handshake_us(plc)
         return result
+
+    @property
+    def columns(self) -> dict[str, np.ndarray[Any, Any]]:
+        """The watched symbols as arrays, and ``t`` (s); a row for each scan.
+
+        NaN where a symbol had no value.
+        """
+        watched = self.plc.get("watch") or {}
+        return {name: np.array(v, float) for name, v in watched.items()}
+
+    def check(self) -> RunResult:
+        """This result; CncError with the reason of a run that did not complete."""
+        if self.end == "completed":
+            return self
+        found = [
+            CncError(
+                e["code"],
+                e["text"],
+                Place(e["file"] or "", e["line"] or 0, e["column"] or 0),
+            )
+            for e in self.errors
+        ] or [CncError(905001, f"the run ended {self.end}")]
+        first, *first.also = found
+        if first.place.line:
+            first.place.source = self.error_text
+        raise first
 
     def as_json(self) -> dict[str, Any]:
         return {

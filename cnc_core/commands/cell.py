@@ -110,6 +110,8 @@ def demo(
 
 
 def _print_demo(result: Any) -> None:
+    from ..planning.picture import EXTRA  # noqa: PLC0415
+
     run, plc = result.run, result.plc
     if not run.cycles:
         return
@@ -137,8 +139,9 @@ def _print_demo(result: Any) -> None:
         ["handshake over a scan", _us(run.handshake_us)],
         ["raw C exchange beside it", _us(result.raw_us)],
         ["overruns", str(run.overruns)],
-        ["picture", str(result.folder / "demo.png")],
     ]
+    picture = str(result.folder / "demo.png") if result.drawn else EXTRA
+    rows.append(["picture", picture])
     title = "hli-cosim demo: CNC and PLC side by side"
     print_table(title, ("what", "value"), rows)
 

@@ -16,7 +16,7 @@ from ..benchmarks import N_BLOCKS, quantiles_us
 from ..cell import Cell, RunResult
 from ..config import CellConfig, load_config
 from ..planning import plan_program
-from ..planning.picture import demo_picture
+from ..planning.picture import can_draw, demo_picture
 from ..program import Program
 
 PASS_S = 10.15  # one pass of the part with the PLC's override
@@ -33,6 +33,7 @@ class DemoResult:
     plc: dict[str, Any]
     raw_us: dict[str, float]
     folder: Path
+    drawn: bool = True
 
     def as_json(self) -> dict[str, Any]:
         out = self.run.as_json()
@@ -129,9 +130,14 @@ def run_demo(seconds: float, folder: Path) -> DemoResult:
     with Cell(config) as cell:
         run = cell.run(program, "builtin:demo", record=recording)
     plc = dict(run.plc.get("result") or {})
-    if plc and run.recorded:
+    drawn = bool(plc and run.recorded) and can_draw()
+    if drawn:
         with np.load(recording) as columns:
             demo_picture(folder / "demo.png", dict(columns), plc)
     return DemoResult(
-        run, plc, quantiles_us(raw.measure_raw(N_BLOCKS, 0.5).ns), folder
+        run,
+        plc,
+        quantiles_us(raw.measure_raw(N_BLOCKS, 0.5).ns),
+        folder,
+        drawn,
     )

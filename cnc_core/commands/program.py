@@ -247,6 +247,10 @@ def plan(
 
     if samples:
         check_samples_target(samples)
+    if picture:
+        from ..planning.picture import need_matplotlib  # noqa: PLC0415
+
+        need_matplotlib()
     for target in (samples, picture):
         if target:
             check_writable(target)

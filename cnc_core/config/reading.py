@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -80,16 +81,36 @@ def _line_of(text: str, key: str) -> int:
     )
 
 
+def config_of(values: dict[str, Any] | CellConfig) -> CellConfig:
+    """Validated configuration from the content of a cell file; ConfigError
+    names the keys that are wrong.
+    """
+    if isinstance(values, CellConfig):
+        return values
+    return _validated(values, "", "")
+
+
+def config_text(cell: CellConfig) -> str:
+    """The configuration as ``load_config`` reads it from a file ``.json``."""
+    return json.dumps(cell.model_dump(exclude_unset=True, by_alias=True))
+
+
 def parse_config(text: str, file: str = "") -> CellConfig:
     """Validated configuration from TOML text; ConfigError with the place of the
     first mistake.
     """
     try:
-        return CellConfig.model_validate(tomllib.loads(text))
+        values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(
             f"not TOML: {error}", _toml_place(file, text, str(error))
         ) from None
+    return _validated(values, text, file)
+
+
+def _validated(values: Any, text: str, file: str) -> CellConfig:
+    try:
+        return CellConfig.model_validate(values)
     except ValidationError as error:
         first = error.errors()[0]
         named = re.search(r"machine parameter (\w+)", first["msg"])
@@ -118,4 +139,6 @@ def load_config(path: str | Path | None) -> CellConfig:
         raise ConfigError(
             f"configuration cannot be read: {error}", Place(str(path))
         ) from None
+    if Path(path).suffix == ".json":
+        return _validated(json.loads(text), text, str(path))
     return parse_config(text, str(path))

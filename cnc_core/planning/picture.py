@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..engine.causes import TITLES, shares
+from ..errors import CncError
 from ..units import FloatArray
 
 CAUSE_COLORS = {
@@ -27,7 +28,26 @@ CAUSE_COLORS = {
 MAX_POINTS = 20_000  # samples drawn at the most
 
 
+EXTRA = "pictures need the extra: pip install 'hli-cosim[pictures]'"
+
+
+def can_draw() -> bool:
+    """Whether matplotlib is installed."""
+    try:
+        import matplotlib  # noqa: F401, PLC0415
+    except ImportError:
+        return False
+    return True
+
+
+def need_matplotlib() -> None:
+    """CncError if pictures cannot be drawn."""
+    if not can_draw():
+        raise CncError(902001, EXTRA)
+
+
 def _figure(width: float, height: float) -> Any:
+    need_matplotlib()
     import matplotlib  # noqa: PLC0415
 
     matplotlib.use("Agg")

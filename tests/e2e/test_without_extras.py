@@ -1,0 +1,50 @@
+"""What works where the extras are not installed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from support.command_line import T1, Outcome
+
+Cli = Callable[..., Outcome]
+HIDING = """
+import importlib.abc, sys
+
+class Hidden(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("matplotlib", "scipy", "pyarrow"):
+            raise ModuleNotFoundError(name)
+
+sys.meta_path.insert(0, Hidden())
+"""
+
+
+@pytest.fixture
+def no_extras(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No process finds a package of an extra."""
+    (tmp_path / "hide").mkdir()
+    (tmp_path / "hide" / "sitecustomize.py").write_text(HIDING)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "hide"))
+
+
+@pytest.mark.usefixtures("no_extras")
+def test_the_demo_runs_without_a_picture(cli: Cli, tmp_path: Path) -> None:
+    """And names the extra."""
+    outcome = cli("demo", "--seconds", "1")
+    assert outcome.status == 0, outcome.err
+    assert "hli-cosim[pictures]" in "".join(outcome.out.split())
+    assert not (tmp_path / "hli-cosim-demo" / "demo.png").exists()
+
+
+@pytest.mark.usefixtures("no_extras")
+def test_a_picture_names_its_extra(
+    cli: Cli, program: Callable[..., Path]
+) -> None:
+    """Before the program is planned."""
+    outcome = cli("plan", program(T1), "--picture", "p.png")
+    assert outcome.status == 1
+    assert "hli-cosim[pictures]" in outcome.err
+    assert cli("plan", program(T1), "--samples", "s.npz").status == 0
