@@ -41,7 +41,7 @@ def main() -> None:
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
         signal.signal(signal.SIGHUP, lambda *_: sys.exit(129))
     try:
-        code = app(standalone_mode=False)
+        code = app(standalone_mode=False, prog_name="hli-cosim")
         sys.exit(code if isinstance(code, int) else 0)
     except (KeyboardInterrupt, typer.Abort):
         sys.stderr.write("interrupted\n")

@@ -186,6 +186,8 @@ class Process:
                 continue
             try:
                 scanner.forces.force(symbol.path, symbol, value)
+            except SymbolError:
+                raise
             except UNFIT as error:
                 raise SymbolError(f"force {path}={value!r}: {error}") from None
 

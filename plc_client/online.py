@@ -29,7 +29,7 @@ from hli.symbol import (
     resolve,
     tokens,
 )
-from hli.view import ArrayView
+from hli.view import ArrayView, Pointers, View, ViewArray
 
 from .scan_record import ScanRecord
 
@@ -346,6 +346,26 @@ def _is_number(value: Any) -> bool:
     return True
 
 
+def _check_kind(path: str, symbol: Symbol, value: Any) -> None:
+    """SymbolError: a text for a number or a BOOL, or anything for a structure."""
+    now = symbol.value
+    if isinstance(now, (View, ViewArray, ArrayView, Pointers)):
+        raise SymbolError(
+            f"force {path}={value}: {path} is no single value; name a member"
+        )
+    if not isinstance(value, str) or not isinstance(
+        now, (int, float, np.number, np.bool_)
+    ):
+        return
+    if isinstance(now, (bool, np.bool_)):
+        raise SymbolError(
+            f"force {path}={value}: {path} is a BOOL; write TRUE or FALSE"
+        )
+    raise SymbolError(
+        f"force {path}={value}: {path} is a number, {now!r} now; write a number"
+    )
+
+
 class Forces:
     """Forced symbols, written twice a scan."""
 
@@ -355,8 +375,9 @@ class Forces:
 
     def force(self, path: str, symbol: Symbol, value: Any) -> None:
         """Hold a symbol at a value; a value that does not fit raises at once
-        (TypeError, OverflowError).
+        (SymbolError, TypeError, OverflowError).
         """
+        _check_kind(path, symbol, value)
         symbol.value = value
         self.hold(path, symbol, value)
 
@@ -396,6 +417,7 @@ class Forces:
                 check(symbol)
             except SymbolError as error:
                 raise SymbolError(f"force {path}={value!r}: {error}") from None
+            _check_kind(path, symbol, value)
 
     def apply(self) -> None:
         """Write all forced values.
@@ -457,13 +479,7 @@ class Online:
         before = dict(self._forces._forced)
         symbols = [(path, self._symbol(path), value) for path, value in given]
         for path, symbol, value in symbols:
-            now = symbol.value
-            if isinstance(now, (int, float, np.number)) and isinstance(
-                value, str
-            ):
-                raise SymbolError(
-                    f"force {path}={value!r}: {path} is a number, {now!r} now"
-                )
+            _check_kind(path, symbol, value)
         for path, symbol, value in symbols:
             try:
                 self._forces.force(symbol.path, symbol, value)
