@@ -124,25 +124,34 @@ def _mark_window(
     if not len(counts) or not counts.any():
         return
     known = np.where(counts > 0, table["override"], np.inf)
-    k = int(np.argmin(known))
+    length = table["window_end"] - table["dist_prog_start"]
+    # of the scans with the lowest override the one that looked furthest
+    k = int(np.argmax(np.where(known == known.min(), length, -np.inf)))
     s_tenth_um = np.asarray(columns["s"]) * 10_000.0
     seen = (s_tenth_um >= table["dist_prog_start"][k]) & (
         s_tenth_um <= table["window_end"][k]
     )
     here = int(np.searchsorted(s_tenth_um, table["dist_prog_start"][k]))
+    # a band below the path: the path's colour stays what the speed is
     axes.plot(
         *plane[seen].T,
-        color="tab:red",
-        linewidth=5,
-        alpha=0.45,
-        label="contour the PLC saw ahead",
+        color="black",
+        alpha=0.3,
+        linewidth=11,
+        solid_capstyle="round",
+        zorder=0,
+        label=f"contour the PLC looked at, {table['override'][k]:.0f} % set",
     )
     axes.plot(
         *plane[min(here, len(plane) - 1)],
-        "o",
-        color="tab:red",
-        markersize=8,
-        label="tool at that scan",
+        linestyle="none",
+        marker="o",
+        markerfacecolor="white",
+        markeredgecolor="black",
+        markeredgewidth=2,
+        markersize=9,
+        zorder=5,
+        label=f"tool at that scan, t = {table['cell_time_s'][k]:.2f} s",
     )
     axes.legend(loc="upper right")
 

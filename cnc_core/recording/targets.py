@@ -185,7 +185,7 @@ def _write_npz(source: Source, aside: Path) -> None:
             "pos",
             (count, len(axes)),
             (
-                np.column_stack([part[axis] for axis in axes])
+                np.column_stack([part["t"], *(part[a] for a in axes)])[:, 1:]
                 for part in _export_chunks(source)
             ),
         )

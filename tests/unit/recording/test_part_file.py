@@ -151,3 +151,15 @@ def test_a_name_that_is_being_recorded_is_refused(tmp_path: Path) -> None:
     first = Parts(tmp_path / "run.arrow")
     with pytest.raises(Exception, match="is writing it"):
         Parts(first.target)
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_a_run_that_recorded_nothing_has_a_recording(
+    tmp_path: Path, suffix: str
+) -> None:
+    """A CNC that died before its first cycle: the file is there, without rows."""
+    parts = Parts(tmp_path / f"run{suffix}")
+    assert parts.finish(end="aborted") == 0
+    assert parts.target.exists()
+    if suffix != ".csv":
+        assert Recording(parts.target).meta["end"] == "aborted"
