@@ -152,6 +152,13 @@ class ProgramMachine:
     axis_ids: tuple[int, ...] = ()
 
     @property
+    def programs(self) -> tuple[str, ...]:
+        """Subprograms that the cell names."""
+        settings = (setting.program for setting in self.hsc_settings.values())
+        named = (*self.g_programs.values(), self.m6_program, *settings)
+        return tuple(name for name in named if name)
+
+    @property
     def ids(self) -> tuple[int, ...]:
         """Logical axis numbers in channel order."""
         return self.axis_ids or tuple(range(1, len(self.axes) + 1))

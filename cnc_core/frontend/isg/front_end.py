@@ -12,6 +12,7 @@ import numpy as np
 
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
 from cnc_core.errors import ERRORS, CncError, Place
+from cnc_core.files import Folders
 from cnc_core.frontend.base.block_text import (
     BlockText,
     check_length,
@@ -95,6 +96,7 @@ class IsgFrontEnd(ProgramLevels):
         self._searcher = Searcher(self.state, lambda: self._skip_mask)
         self.control = Control(self.state, self._searcher)
         self.control.line_behind = lambda: self.modal.line + self._lines_left
+        self.flow.folders = Folders(path.parent, named=machine.programs)
         self._finder = Finder(self.state, path.parent, CycleRunner(self.state))
         self._skip_mask = port.skip_levels()
         self._declaring = self._declared_ahead = self._previewed = False
@@ -216,7 +218,7 @@ class IsgFrontEnd(ProgramLevels):
         """Refuse wrong cycle calls before any axis moves."""
         self._previewed = True
         state, path = self.state, self._main.file.path
-        if not self._port.answers or not calls_cycles(path):
+        if not self._port.answers or not calls_cycles(path, self.flow.folders):
             return
         port = DryPort(state.machine.start, self._skip_mask)
         static = copy.deepcopy(state.store.static)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cnc_core.errors import CncError, Place
+from cnc_core.files import Folders
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.codes import CODES, Field
@@ -158,11 +159,11 @@ DEFAULTS: dict[str, dict[str, Value]] = {
 class SetupFile:
     """The lines of one file; CncError for the first line that is none."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, folders: Folders | None = None) -> None:
         self.path = path
         self.errors: list[CncError] = []
         self.lines: list[SetupLine] = []
-        source = Source(path)
+        source = Source(path, folders=folders)
         try:
             self._read(source)
         finally:

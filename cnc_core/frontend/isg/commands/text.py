@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from datetime import datetime
-from pathlib import PurePosixPath
 
-from cnc_core.errors import ERRORS
+from cnc_core import files
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import Kind, fail
 
 from ..language.messages import formatted
@@ -169,16 +169,10 @@ class TextCommands(CommandBase):
 
 def inside(name: str, offset: int) -> str:
     """A file name that stays in the folder of the run; an error for any other."""
-    path = PurePosixPath(name.replace("\\", "/"))
-    if (
-        not name.strip()
-        or path.is_absolute()
-        or ".." in path.parts
-        or ":" in name
-        or "\0" in name
-    ):
-        raise fail(907053, f"{name!r}: {ERRORS[907053]}", offset)
-    return str(path)
+    try:
+        return str(files.inside(name))
+    except CncError as error:
+        raise fail(error.code, error.text, offset) from None
 
 
 def _shown(value: float | str) -> str:

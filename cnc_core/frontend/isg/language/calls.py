@@ -357,15 +357,16 @@ class Finder:
         return self._places[key]
 
     def _look_up(self, call: Call) -> Path | None:
-        wanted = Path(call.name.replace("\\", "/"))
-        folders = [self._folder, self._state.flow.file.path.parent]
-        for folder in folders:
-            path = folder / wanted
-            if path.is_file():
-                return path
-            other = _other_case(path)
-            if other is not None:
-                return other
+        flow = self._state.flow
+        try:
+            for folder in (self._folder, flow.file.path.parent):
+                path = flow.folders.place(call.name, folder)
+                found = path if flow.folders.has(path) else _other_case(path)
+                if found is not None and flow.folders.has(found):
+                    return found
+        except CncError as error:
+            if registry.find(call.name) is None:
+                raise fail(error.code, error.text, call.offset) from None
         return None
 
     def locals_of(self, file: ProgramFile) -> dict[str, Mark]:
@@ -427,7 +428,7 @@ def _other_case(path: Path) -> Path | None:
             (
                 p
                 for p in path.parent.iterdir()
-                if p.name.lower() == path.name.lower() and p.is_file()
+                if p.name.lower() == path.name.lower()
             ),
             None,
         )

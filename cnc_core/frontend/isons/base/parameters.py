@@ -128,6 +128,11 @@ GENERIC: dict[str, Parameter] = {
     ),
     "NO_SHORT": _choice(0, 0, 2, stored="short segments are removed by G74"),
     "USE_G60": _choice(0, 0, 1, acts="programs begin with G60 in place of G61"),
+    "TOL_G60": _not_negative(
+        10.0,
+        acts="G60: how far the driven path may leave the programmed one at"
+        " corners that do not stop, system units; 0: not at all",
+    ),
     "TIME_OUT_CMD": _not_negative(
         5000.0, stored="commands to the simulated CN cannot be lost"
     ),

@@ -322,7 +322,7 @@ class Instructions:
         name = self._name("a file name")
 
         def run() -> Items:
-            text = self._program.text_of(name)
+            text = self._program.text_of(name, self._start)
             if text is None:
                 raise fail(
                     901001, f"LOAD_VAR: file not found: {name}", self._start
@@ -349,7 +349,9 @@ class Instructions:
         self._comma()
         name = self._name("a file name")
         return self._simple(
-            lambda: target(float(self._program.text_of(name) is not None))
+            lambda: target(
+                float(self._program.text_of(name, self._start) is not None)
+            )
         )
 
     def _get_var(self) -> Run:

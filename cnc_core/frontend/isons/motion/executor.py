@@ -157,6 +157,7 @@ class Executor:
             self.channel.modal.apply(MotionWords(inch=code == 20))
         elif code in (60, 61):
             self.channel.modal.apply(MotionWords(exact_stop=code == 61))
+            self.channel.modes_changed = True
 
     def _has_tool(self) -> bool:
         return self.channel.diameter is not None or self.channel.tool != 0

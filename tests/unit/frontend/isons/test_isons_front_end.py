@@ -21,7 +21,7 @@ from cnc_core.errors import CncError, ConfigError
 from cnc_core.frontend import create
 from cnc_core.frontend.port import OfflinePort, Wait
 from cnc_core.program import Program
-from support.isons_programs import CELL, run
+from support.isons_programs import CELL, exact_cell, run
 from support.programs import error_of
 
 
@@ -209,7 +209,7 @@ def test_events(tmp_path):
     path = tmp_path / "program.isons"
     path.write_text("G0X5\nGOSUB S\nG0X9\n@S\nERROR 7\n")
     program = Program(
-        path, parse_config(CELL + config), "isons", OfflinePort(np.zeros(4))
+        path, exact_cell(CELL + config), "isons", OfflinePort(np.zeros(4))
     )
     batches = program.batches()
     with pytest.raises(CncError) as caught:
@@ -539,7 +539,7 @@ def test_modal_state_stays_from_program_to_program(tmp_path):
     ):
         path = tmp_path / f"{name}.isons"
         path.write_text(text)
-        program = Program(path, parse_config(CELL), "isons", port)
+        program = Program(path, exact_cell(CELL), "isons", port)
         rows.append(
             [row.copy() for batch in program.batches() for row in batch.rows]
         )
