@@ -99,7 +99,7 @@ class IsonsConfig(Table):
     positioners: Annotated[
         int, Field(ge=0, le=machine_parameters.POSITIONERS_MAX)
     ] = 4
-    passes_max: Annotated[int, Field(ge=0)] = 20_000
+    passes_max: Annotated[int, Field(ge=0)] = 100_000
     io_block: Annotated[
         int, Field(ge=1, le=EXTERNAL_BLOCKS - IO_BLOCKS + 1)
     ] = 1

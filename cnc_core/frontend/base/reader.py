@@ -97,7 +97,8 @@ class BlockReader(ABC):
         self._drained = (
             False  # the wait in front of the next block has come true
         )
-        self._idle = self._repeated = 0
+        # blocks, waits included, since the last row; without waits; in all
+        self._idle = self._computed = self._repeated = 0
         self._breath = 0
         self.block_now: BlockText | None = None  # being prepared or executed
         # of the block that is being executed, behind its first one
@@ -210,7 +211,7 @@ class BlockReader(ABC):
                     break
                 out[filled] = item[0]
                 filled += 1
-                self._idle = 0
+                self._idle = self._computed = 0
                 self._queue.popleft()
             elif (
                 self._ended
@@ -241,7 +242,7 @@ class BlockReader(ABC):
         if self._scan and self._plain():
             rows, stop = self.modal.scan(file.source, out)
         if rows:
-            self._idle = 0
+            self._idle = self._computed = 0
             self._count_repeated(rows * self.flow.level.repeats)
         if stop in (scanner.OTHER, scanner.ERROR):
             self._block(file)
@@ -313,11 +314,11 @@ class BlockReader(ABC):
         self._breath += 1
         repeats = self.flow.level.repeats
         self._idle += repeats
+        self._computed += repeats
         self._count_repeated(repeats)
-        most = self.idle_blocks_max
-        if self._collect:
-            most = min(most, IDLE_CHECKED)
-        if self._idle > most:
+        checked = self._collect and self._computed > IDLE_CHECKED
+        if checked or self._idle > self.idle_blocks_max:
+            most = IDLE_CHECKED if checked else self.idle_blocks_max
             error = CncError(
                 907001, f"{ERRORS[907001]} ({most} blocks)", self._here()
             )
@@ -332,7 +333,7 @@ class BlockReader(ABC):
         if (
             self._collect
             and self._repeated > REPEATS_CHECKED
-            and self._idle < REPEATS_CHECKED
+            and self._computed < REPEATS_CHECKED
             and not self._ended
         ):
             text = f"a check follows {REPEATS_CHECKED} repeated blocks"

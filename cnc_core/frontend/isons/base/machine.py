@@ -98,5 +98,5 @@ class IsonsCell:
     app_path: str = "."
     positioners: int = 4
     io_block: int = 1
-    passes_max: int = 20_000
+    passes_max: int = 100_000
     homing: dict[str, HomingSensors] = field(default_factory=dict)
