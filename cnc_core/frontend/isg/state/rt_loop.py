@@ -73,9 +73,9 @@ class RealTimeLoop:
 
     def end(self, offset: int) -> Row:
         """``#RT ENDWHILE``."""
+        opened, self._open = self._open, None
         self._not_compensated(offset)
         self._no_spline(22129, offset)
-        opened, self._open = self._open, None
         if opened is None:
             raise fail(22181, ERRORS[22181], offset)
         away = float(np.abs(self._modal.position - opened.position).max())
