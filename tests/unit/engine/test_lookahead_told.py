@@ -34,9 +34,7 @@ def test_turns_of_a_helix_stand_beside_its_angle(
     tmp_path: Path, sign: int
 ) -> None:
     """circle_angle in [-2 pi, 0) or (0, 2 pi]; whole turns beyond it are told."""
-    code = "G1 F600 X10\nG{} X-10 Y0 Z5 I-10 J0 K2\n".format(
-        3 if sign > 0 else 2
-    )
+    code = f"G1 F600 X10\nG{3 if sign > 0 else 2} X-10 Y0 Z5 I-10 J0 K2\n"
     with Inside(tmp_path, code) as cnc:
         helix = cnc.request(0, 1e9)[1]
         whole = helix["circle_angle"] + sign * 2 * np.pi * helix["circle_turns"]
