@@ -194,7 +194,7 @@ class Scanner:
         if self.forces.any:
             self.forces.apply()
         if self.watch.any:
-            self.watch.record(self._latched_ns / 1e9)
+            self.watch.record(self._latched_ns / 1e9, self._now.cycle)
         counters = self._counters
         counters.scans = counters.heartbeat = counters.scans + 1
         if self._end_seen or self._now.phase == _ENDED:

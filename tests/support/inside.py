@@ -33,6 +33,7 @@ class Inside:
         folder: Path,
         text: str,
         config: str | CellConfig = "",
+        dialect: str | None = None,
         suffix: str = "nc",
         levels: dict[str, Any] | None = None,
         **engine: Any,
@@ -58,7 +59,7 @@ class Inside:
         self.channel.head.plc_present_w = True
         self.engine = Engine(
             self.cell,
-            segment=self.segment.base,
+            segment=self.segment,
             clock=layout.HLI_CLOCK_FREERUN,
             record_rows=200_000,
             **engine,
@@ -68,7 +69,7 @@ class Inside:
         if levels:
             self.engine.expect_cycle()
             assert self.engine.run(1) is Event.DONE
-        self.preparation = Preparation(path, self.cell, None, self.engine)
+        self.preparation = Preparation(path, self.cell, dialect, self.engine)
         self.preparation.pump()
         self.parts: list[FloatArray] = []
         self.paths: list[FloatArray] = []

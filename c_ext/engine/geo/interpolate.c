@@ -66,11 +66,13 @@ static void enter_piece(struct engine *engine, uint64_t i) {
  * either the old or the new one. */
 static void set_epoch(struct geo *geo,
                       uint32_t epoch,
+                      uint32_t resets,
                       uint64_t first,
                       double dist_shift) {
     ATOMIC_SET(geo->marks, geo->marks + 1);
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
     ATOMIC_SET(geo->epoch, epoch);
+    ATOMIC_SET(geo->resets, resets);
     ATOMIC_SET(geo->epoch_first, first);
     __atomic_store(&geo->dist_shift, &dist_shift, __ATOMIC_RELEASE);
     ATOMIC_SET(geo->marks, geo->marks + 1);
@@ -103,11 +105,16 @@ static void enter_loop(struct engine *engine,
     note_loop(&geo->loops_left_out, loop, false);
     if (dir > 0) {
         count_pass(geo, loop, -geo->loop_count);
-        set_epoch(geo, geo->epoch + 1, geo->epoch_first, geo->dist_shift);
+        set_epoch(geo,
+                  geo->epoch + 1,
+                  geo->resets,
+                  geo->epoch_first,
+                  geo->dist_shift);
     } else {
         count_pass(geo, loop, -1);
         set_epoch(geo,
                   geo->epoch - 1,
+                  geo->resets,
                   store_at(&engine->store, loop->mate)->element,
                   geo->dist_shift);
     }
@@ -130,6 +137,7 @@ static void leave_out_loop(struct engine *engine,
     }
     set_epoch(geo,
               geo->epoch + (dir > 0 ? 2u : -2u),
+              geo->resets,
               dir > 0 ? end->element : loop->first_element,
               geo->dist_shift - dir * loop->loop_distance);
 }
@@ -144,6 +152,7 @@ static void repeat_loop(struct engine *engine,
     count_pass(geo, loop, dir);
     set_epoch(geo,
               geo->epoch,
+              geo->resets,
               begin->element,
               loop->flags & NC_MODULO
                   ? geo->dist_shift
@@ -154,9 +163,17 @@ static void leave_loop(struct geo *geo, const struct piece *loop, int dir) {
     geo->in_loop = false;
     if (dir > 0) {
         geo->loop_count++; /* this pass is over; the element told stays */
-        set_epoch(geo, geo->epoch + 1, geo->epoch_first, geo->dist_shift);
+        set_epoch(geo,
+                  geo->epoch + 1,
+                  geo->resets,
+                  geo->epoch_first,
+                  geo->dist_shift);
     } else {
-        set_epoch(geo, geo->epoch - 1, loop->first_element, geo->dist_shift);
+        set_epoch(geo,
+                  geo->epoch - 1,
+                  geo->resets,
+                  loop->first_element,
+                  geo->dist_shift);
     }
 }
 
@@ -184,6 +201,7 @@ double displayed_distance(const struct geo *geo) {
 void geo_begin_distance(struct engine *engine) {
     set_epoch(&engine->geo,
               engine->push.epoch,
+              engine->push.resets,
               engine->store.element_head,
               0.0);
 }
@@ -191,6 +209,7 @@ void geo_begin_distance(struct engine *engine) {
 void geo_go_on(struct engine *engine) {
     set_epoch(&engine->geo,
               engine->push.epoch,
+              engine->push.resets,
               engine->store.element_head,
               engine->geo.dist_shift);
 }
@@ -198,9 +217,9 @@ void geo_go_on(struct engine *engine) {
 static void run_reset(struct geo *geo, const struct piece *piece) {
     geo->dist = 0.0;
     if (piece->dir > 0) {
-        set_epoch(geo, geo->epoch + 1, piece->element, 0.0);
+        set_epoch(geo, geo->epoch + 1, geo->resets + 1, piece->element, 0.0);
     } else {
-        set_epoch(geo, geo->epoch - 1, piece->mate, 0.0);
+        set_epoch(geo, geo->epoch - 1, geo->resets - 1, piece->mate, 0.0);
     }
 }
 

@@ -5,6 +5,7 @@
 #include "curve/curve.h"
 #include "engine/path/piece.h"
 #include "engine/state/state.h"
+#include "engine/store/element_more.h"
 #include "engine/store/marked_log.h"
 #include "engine/store/piece_push.h"
 #include "rows/nc_block.h"
@@ -96,12 +97,13 @@ static void row_directions(struct engine *engine,
 }
 
 /* Angle to the motion before, 0 where there is none; `in` becomes this one's
- * first direction, if the main axes move. */
+ * first direction and `out` its last one, if the main axes move. */
 static double tangent_variation(struct engine *engine,
                                 const nc_block *row,
-                                double *in) {
+                                double *in,
+                                double *out) {
     struct directions to;
-    double out[3], angle = 0.0;
+    double angle = 0.0;
     row_directions(engine, row, &to);
     if (!main_tangent(&engine->cfg, to.in, in)) {
         return 0.0;
@@ -110,7 +112,9 @@ static double tangent_variation(struct engine *engine,
         angle = angle_between(engine->push.last_tangent, in);
     }
     if (main_tangent(&engine->cfg, to.out, out)) {
-        memcpy(engine->push.last_tangent, out, sizeof out);
+        memcpy(engine->push.last_tangent,
+               out,
+               sizeof engine->push.last_tangent);
         engine->push.has_tangent = true;
     }
     return angle;
@@ -165,9 +169,11 @@ void push_element(struct engine *engine, const nc_block *row) {
         facts->compensated_radius = row->radius * TENTH_UM;
         set_angle(facts, row->angle);
     }
-    double in[3] = {0};
-    facts->tangent_variation = tangent_variation(engine, row, in);
+    double in[3] = {0}, out[3] = {0};
+    facts->tangent_variation = tangent_variation(engine, row, in, out);
     el->epoch = engine->push.epoch;
+    el->resets = engine->push.resets;
+    note_element(engine, row, in, out);
     place_by_loop(engine, el, in);
     engine->push.distance = facts->start_position + facts->length;
     memcpy(engine->push.element_end, row->end, sizeof engine->push.element_end);
