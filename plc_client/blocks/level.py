@@ -289,8 +289,8 @@ class OptionalStop(_Levels):
 
 
 class RtLoop(_Levels):
-    """``bahn_mc_control.rt_loop_enable``: as long as TRUE, ``#RT WHILE`` begins
-    another pass (V.RTG.LOOP.ENABLED).
+    """``bahn_mc_control.rt_loop_enable``: while TRUE, the loop of ``#RT WHILE``
+    is driven, and once more at its end (V.RTG.LOOP.ENABLED).
     """
 
     def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT) -> None:

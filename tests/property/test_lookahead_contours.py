@@ -76,8 +76,8 @@ class Machine(Inside):
             folder,
             text,
             CELL,
-            SUFFIX[dialect],
-            levels,
+            suffix=SUFFIX[dialect],
+            levels=levels,
             service=service,
         )
         self._immediate = immediate

@@ -182,7 +182,7 @@ def test_real_time_loops_in_both_directions(seed: int, tmp_path: Path) -> None:
     """
     rng = np.random.default_rng(100 + seed)
     text = _program(rng, loops=True)
-    path = _plain(tmp_path, text)
+    path = _plain(tmp_path, re.sub("#RT .*\n", "", text))  # every loop once
     with Inside(tmp_path, text, CONFIG) as cnc:
         chances = {"loop": 0.01, "hold": 0.002, "override": 0.003} | (
             {"backward": 0.006} if seed % 2 else {}
