@@ -9,6 +9,7 @@
 #include "engine/geo/cycle.h"
 #include "engine/geo/external.h"
 #include "engine/geo/interpolate.h"
+#include "engine/geo/lookahead_service.h"
 #include "engine/geo/publish.h"
 #include "engine/jerk_adapter/adapter.h"
 #include "engine/path/limits.h"
@@ -283,6 +284,15 @@ static void tell_plc(struct engine *engine) {
     }
 }
 
+/* Immediate service without a thread: the request of the scan that has ended is
+ * answered with what that scan has seen, before anything moves. */
+static void serve_between_scans(struct engine *engine) {
+    if (engine->cfg.service == HLI_SERVICE_IMMEDIATE && !engine->service.started
+        && engine->hli.segment) {
+        serve_request(engine);
+    }
+}
+
 int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
     for (int64_t i = 0; i < count; i++) {
         int event = pending_event(engine);
@@ -299,6 +309,7 @@ int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
             return ENGINE_PLC_FINISHED; /* looked at where the PLC's scan has
                                            ended: same in every run */
         }
+        serve_between_scans(engine);
         prediction_plan(engine, planner_pump(engine) != 0);
         geo_cycle(engine);
         tell_plc(engine);

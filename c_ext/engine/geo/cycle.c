@@ -43,6 +43,9 @@ static void note_end(struct engine *engine) {
     engine->geo.v = 0.0;
     ATOMIC_SET(engine->program.active, 0);
     ATOMIC_SET(engine->program.end, 1);
+    if (engine->hli.side) { /* in the cycle: the PLC's next scan sees it */
+        store_u32_release(&engine->hli.side->cnc.phase, HLI_PHASE_ENDED);
+    }
 }
 
 /* It stands at an M00 or M01: that one is not over, whatever turns the path

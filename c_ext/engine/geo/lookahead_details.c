@@ -27,12 +27,15 @@ void detail_begin(struct engine *engine,
     }
 }
 
-/* Whether the way there is that of the plan: a real-time loop in between may be
- * driven again. */
+/* Whether the way there is that of the plan. A loop that will be entered
+ * belongs to it; what is behind its end may have to wait for another pass. */
 static bool is_on_way(const struct detail_maker *maker,
                       uint32_t epoch,
                       uint32_t resets) {
-    return epoch - maker->range->epoch == resets - maker->range->resets;
+    const struct range *range = maker->range;
+    uint32_t ahead = epoch - range->epoch;
+    return ahead <= range->last - range->epoch
+           || ahead == resets - range->resets;
 }
 
 /* Time and speed at `way` from now, before or behind a standstill there. */
@@ -101,7 +104,7 @@ void detail_of_element(const struct detail_maker *maker,
     double covered, driven;
     __atomic_load(&more->covered, &covered, __ATOMIC_ACQUIRE);
     __atomic_load(&more->driven, &driven, __ATOMIC_ACQUIRE);
-    HLI_AHEAD_DETAIL detail = {.epoch = epoch_shown(stretch->epoch),
+    HLI_AHEAD_DETAIL detail = {.epoch = epoch_shown(element->epoch),
                                .feed = more->feed * UM_PER_MM,
                                .flags = more->rapid ? HLI_AHEAD_RAPID : 0u};
     put_place(maker->engine, more, &detail);
@@ -122,7 +125,7 @@ void detail_of_event(const struct detail_maker *maker,
                      const struct ahead_event *event,
                      const struct stretch *stretch,
                      HLI_AHEAD_DETAIL *out) {
-    HLI_AHEAD_DETAIL detail = {.epoch = epoch_shown(stretch->epoch),
+    HLI_AHEAD_DETAIL detail = {.epoch = epoch_shown(event->epoch),
                                .code = event->code,
                                .value = event->value};
     if (is_on_way(maker, event->epoch, event->resets)) {

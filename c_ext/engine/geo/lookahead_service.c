@@ -6,6 +6,7 @@
  * its own serves; the copy is repeated then.
  */
 #include <string.h>
+#include "engine/geo/interpolate.h"
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/lookahead_answer.h"
 #include "engine/geo/lookahead_window.h"
@@ -15,6 +16,9 @@
 double max_dist_prog_start(struct engine *engine) {
     if (!mode2_available(&engine->cfg)) {
         return 0.0;
+    }
+    if (left_out(&engine->program)) {
+        return displayed_distance(&engine->geo);
     }
     struct range range = window_range(engine);
     if (range.end == range.first) {
