@@ -226,11 +226,13 @@ static bool find_stretch(struct answer *answer,
     uint32_t wanted = answer->question->epoch;
     *stretch = stretch_now(&answer->range);
     facts->epoch = epoch_shown(stretch->epoch);
-    while (wanted && epoch_shown(stretch->epoch) < wanted
+    while (wanted && epoch_shown(stretch->last) < wanted
            && stretch_next(store, &answer->range, stretch)) {
     }
     answer->origin = stretch->zero;
-    if (!wanted || epoch_shown(stretch->epoch) == wanted) {
+    if (!wanted
+        || (epoch_shown(stretch->epoch) <= wanted
+            && wanted <= epoch_shown(stretch->last))) {
         return true;
     }
     uint32_t end = stretch_end(store, &answer->range, stretch);

@@ -104,7 +104,7 @@ void detail_of_element(const struct detail_maker *maker,
     double covered, driven;
     __atomic_load(&more->covered, &covered, __ATOMIC_ACQUIRE);
     __atomic_load(&more->driven, &driven, __ATOMIC_ACQUIRE);
-    HLI_AHEAD_DETAIL detail = {.epoch = epoch_shown(stretch->epoch),
+    HLI_AHEAD_DETAIL detail = {.epoch = epoch_shown(element->epoch),
                                .feed = more->feed * UM_PER_MM,
                                .flags = more->rapid ? HLI_AHEAD_RAPID : 0u};
     put_place(maker->engine, more, &detail);
@@ -125,7 +125,7 @@ void detail_of_event(const struct detail_maker *maker,
                      const struct ahead_event *event,
                      const struct stretch *stretch,
                      HLI_AHEAD_DETAIL *out) {
-    HLI_AHEAD_DETAIL detail = {.epoch = epoch_shown(stretch->epoch),
+    HLI_AHEAD_DETAIL detail = {.epoch = epoch_shown(event->epoch),
                                .code = event->code,
                                .value = event->value};
     if (is_on_way(maker, event->epoch, event->resets)) {

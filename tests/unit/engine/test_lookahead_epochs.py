@@ -130,6 +130,10 @@ def test_behind_a_loop_the_contour_goes_on(tmp_path: Path) -> None:
         far = ask(cnc, 0.0, 1e9, flags=BEYOND | DETAILS)
         assert numbers(far) == [1, 2, 3, 4]
         assert far.blocks["start_position"][3] == 30 * MM
+        first, *_, last = (int(e) for e in far.details["epoch"])
+        assert last == first + 2
+        inside = ask(cnc, 10 * MM, 1e9, epoch=first + 1)
+        assert numbers(inside) == [2, 3]
         assert not far.details["flags"][3] & (
             layout.HLI_AHEAD_HAS_WAY | START | END
         )
