@@ -1,7 +1,8 @@
 """How dense the code and the prose are: a table, and with --json its numbers.
 
 Usage: ``measure_code.py [ROOT] [--json]``.
-Python counts in cnc_core, hli and plc_client, C in c_ext, prose in the README and docs.
+Python counts in cnc_core, hli and plc_client, C in c_ext and the ST run time,
+prose in the README and docs.
 Tokens of Python leave out comments, docstrings, newlines and indentation.
 Tokens of C come from a small scanner.
 The length of a function counts the lines from its first to its last.
@@ -167,7 +168,7 @@ def percentile_95(values: list[int]) -> int:
 Names = tuple[str, ...]
 LANGUAGES: dict[str, tuple[Names, Names, Callable[[str], Measured]]] = {
     "python": (("cnc_core", "hli", "plc_client"), (".py",), python_file),
-    "c": (("c_ext",), (".c", ".h"), c_file),
+    "c": (("c_ext", "plc_client/st/runtime"), (".c", ".h"), c_file),
 }
 
 

@@ -1,8 +1,8 @@
 """One error base and one table of numbers.
 
 Vendor numbers are used where they are public (companion specifications, "DG"
-pages). All other numbers lie in our own range 900000..909999. The reference of
-errors is printed from this table.
+pages). All other numbers lie in our own range 900000..909999.
+docs/reference/errors.md is printed from this table.
 """
 
 from __future__ import annotations
@@ -59,7 +59,9 @@ ERRORS: dict[int, str] = {
     20860: "G351: only 1 and -1 are allowed",
     20927: "expression nested too deeply",
     50130: "weight above what the machine allows",
-    22073: "only motion blocks and look-ahead markers may stand in a real-time loop",
+    22073: "only motion blocks, #SPLINE and look-ahead markers may stand in a real-time loop",
+    22128: "#RT WHILE while a spline is active",
+    22129: "#RT ENDWHILE while a spline is active",
     22156: "G68: the third main axis may not be programmed",
     22158: "real-time loop during tool radius compensation",
     22181: "#RT ENDWHILE without #RT WHILE; real-time loops do not nest",
@@ -128,6 +130,8 @@ ERRORS: dict[int, str] = {
     906003: "not possible during tool radius compensation",
     906004: "no tangential arc to the compensated contour",
     906005: "circle replaced by a line at the change of the compensated side",
+    906007: "tool radius compensation without a tool",
+    906008: "the program ends during tool radius compensation",
     906006: "G05 without selection or deselection of tool radius compensation",
     # our own: program flow and variables
     907001: "too many blocks without a motion: the program does not end",
@@ -160,7 +164,7 @@ ERRORS: dict[int, str] = {
     907050: "#ERROR of the program",
     907051: "message format and values do not fit",
     907052: "#WAIT for a signal that nobody sends",
-    907053: "file name leaves the folder of the run",
+    907053: "file name leaves the folders of the program and of the run",
     907054: "external variable does not fit its storage",
     907060: "zero offset number out of range",
     907061: "not possible in this feed mode",
@@ -173,7 +177,7 @@ ERRORS: dict[int, str] = {
     907106: "call pattern: rotation about X or Y (PAT_ROTATION)",
     907107: "cycle: the tool has no radius (CYC_NO_TOOL)",
     907108: "a cycle call stands alone in its block",
-    907110: "cycle: unknown parameter is ignored",
+    907110: "cycle: unknown parameter",
     # our own: die sinking
     907120: "#TRACK CHAN ON [EXTEND] needs FCT_EXTENSION_EQUIDIST (P-CHAN-00650)",
     907121: "orbited contour: only lines may meet in a corner",
@@ -293,6 +297,11 @@ ERRORS: dict[int, str] = {
     901002: "file cannot be read",
     901003: "dialect not available",
     901004: "file cannot be written",
+    901005: "a program reads and writes regular files only, and follows no link",
+    901006: "file too long",
+    901007: "the program writes too much",
+    901008: "the run has not written this file, so it does not replace it",
+    901009: "file is no text",
     902001: "configuration error",
     903001: "software limit exceeded",
     # our own: engine and co-simulation

@@ -19,6 +19,7 @@ axis | | both | `gpAx[i]`
 ext_var_channel | | both | `gpVECh[i]`: external variables of a channel
 ext_var_global | | both | `gpVEGlobal`: external variables of all channels
 sidecar | | both | turns, bells, seqlock and life of both processes; not public
+ahead | | both | `gpAhead[i]`: the look-ahead extension, behind all other areas
 HLI_SEGMENT_HEAD
     first bytes of the segment
 magic | | CNC | the bytes `HLICOSIM`
@@ -121,8 +122,8 @@ del_dist_to_go_end | | both | mask of `#DEL DIST2GO` marks where the line may
 backward_motion | | both | TRUE: backward on the path
 simulate_motion | | both | functions ahead are put out as MOS
 backward_storage_off | | both | clears the store
-rt_loop_enable | | both | `V.RTG.LOOP.ENABLED`: another pass of the real-time
-    loop
+rt_loop_enable | | both | `V.RTG.LOOP.ENABLED`: the real-time loop is driven,
+    and once more at its end
 ext_command_speed | 1 um/s | both | path speed instead of feed, rapid and
     override; negative: backward
 ext_command_speed_valid | | both | TRUE: the external speed counts
@@ -192,7 +193,7 @@ tool_nr_r | | | tool
 file_offset_r | | | -1: not known
 override_r | 0.1 % | | override in use
 block_search_state_r | | | 0
-program_end_r | | | TRUE: the program has ended
+program_end_r | | | TRUE: no program is processed, ahead of the first one too
 interpolation_active_r | | | TRUE: the path is driven
 axes_in_position_r | | | TRUE: the path stands
 wait_axes_in_position_r | | | 0
@@ -211,8 +212,11 @@ error_r | | | TRUE: an error stands
 eta_valid_r | | | TRUE: eta_time_r counts
 pos_v_0_valid_r | | | TRUE: dist_v_0_r and the positions count
 esa_data_valid | | CNC | TRUE: esa_vb counts
+inside_rt_loop_r | | | TRUE: inside a real-time loop
 g_function_r | | | 0
 prog_name_r | | | name of the program
+rt_loop_count_r | | | `V.RTG.LOOP.COUNT`: passes of the real-time loop that are
+    over
 coord_r | | | status by axis
 pos_v_0_pcs_r | 0.1 um | | positions of standstill, programmed coordinates
 pos_v_0_acs_r | 0.1 um | | positions of standstill, axes
@@ -340,11 +344,15 @@ block_type | | CNC | `HLI_CLAH_*`: 0 none, 1 line, 2 arc, 3 log on, 4 param, 5
     log off, 6 polynomial
 block_number | | CNC | N of the block
 block_count_r | | | counted block
+circle_turns | | CNC | whole turns of a helix beyond circle_angle; not in the
+    manual
+rt_loop_pass | | CNC | `HLI_CLAH_PASS_*`: 0 not in a real-time loop, 1 entering
+    pass, 2 loop to loop, 3 last pass; not in the manual
 start_position | 0.1 um | CNC | distance from program start
 length | 0.1 um | CNC | length of the element
 programmed_radius | 0.1 um | CNC | radius as programmed
 compensated_radius | 0.1 um | CNC | radius on the driven path
-circle_angle | rad | CNC | swept angle; beyond 2 pi for several turns of a helix
+circle_angle | rad | CNC | swept angle, clockwise in [-2 pi, 0), else in (0, 2 pi]
 length_min | 0.1 um | CNC | length on the scaled contour
     (FCT_EXTENSION_EQUIDIST)
 tangent_variation | rad | CNC | turn of the tangent at the start of the element
@@ -425,4 +433,79 @@ requests_mode2 | | CNC | requests for the coming contour
 requests_bad | | CNC | requests that are not usable
 overruns | cycles | CNC | intervals missed entirely
 bad_commands | | CNC | commands that are not usable
+HLI_AHEAD
+    `gpAhead[i]`: the look-ahead extension of a channel; not of the manual
+version_r | | | version of the extension, 1
+sizeof_r | bytes | | its size
+answer | | CNC | what the last answer of `contour_lookahead` is, beside its elements
+slot_rw | | both | of each slot: phase (`HLI_AHEAD_FREE` ..) in the low byte, above it
+    the generation of the PLC
+plan_enable_w | | | TRUE: the CNC shows its plan
+state | | CNC | every cycle, under the seqlock of the channel
+plan | | CNC | the plan of the coming motion, under a seqlock of its own
+slot | | both | the queue
+HLI_AHEAD_ANSWER
+    an answer beside its elements
+count | | CNC | elements that it holds
+empty | | CNC | why it holds none: `HLI_AHEAD_EMPTY_*`
+end | | CNC | what ends that which is known: `HLI_AHEAD_END_*`
+mode | | CNC | 1 marked log, 2 contour
+epoch | | CNC | the present epoch
+tag | | CNC | as in the request
+more | | CNC | TRUE: there are more elements in the range than fit
+start_position | index or 0.1 um | CNC | as in the request
+length | 0.1 um | CNC | as in the request
+dist_prog_start | 0.1 um | CNC | where the path was
+HLI_AHEAD_REQUEST
+    a request of the queue
+start_position | index or 0.1 um | PLC | from where on
+length | 0.1 um | PLC | how far; 0 for the log
+mode | | PLC | `HLI_AHEAD_MODE_LOG` or `HLI_AHEAD_MODE_CONTOUR`
+flags | | PLC | sum of `HLI_AHEAD_BEYOND`, `_EVENTS`, `_DETAILS`
+epoch | | PLC | epoch that start_position counts in; 0: the present one
+tag | | PLC | any number; the answer bears it
+HLI_AHEAD_SLOT
+    a slot of the queue
+request | | PLC | the PLC's from claiming to asking
+answer | | CNC | how many, whether more, why none
+block | | CNC | elements, as of the manual; with `HLI_AHEAD_EVENTS` functions and
+    dwells too (types 16 to 20)
+detail | | CNC | one for each of `block`, with `HLI_AHEAD_DETAILS`
+HLI_AHEAD_DETAIL
+    an element beside its block
+flags | | CNC | sum of `HLI_AHEAD_RAPID` and of `HLI_AHEAD_HAS_*`: which members count
+epoch | | CNC | the epoch that the block's start_position counts in
+code | | CNC | M, H, T: number
+value | | CNC | dwell s, S rev/min, additional value of M and H
+way | 0.1 um | CNC | from the present place to its start, over epochs
+feed | 1 um/s | CNC | as programmed; 0: rapid
+driven_length | 0.1 um | CNC | of the driven path; differs under smoothing
+speed_start | 1 um/s | CNC | planned path speed at its start
+speed_end | 1 um/s | CNC | planned path speed at its end
+time_start | us | CNC | motion time until its start is reached
+time_end | us | CNC | motion time until its end is reached
+start | 0.1 um | CNC | axis positions at its start
+end | 0.1 um | CNC | axis positions at its end
+direction_start | | CNC | direction of the main axes at its start, a unit vector
+direction_end | | CNC | direction of the main axes at its end
+HLI_AHEAD_STATE
+    of this cycle
+motion_time | us | CNC | motion time; stands while the path waits for the PLC
+epoch | | CNC | the present epoch
+edition | | CNC | changes with the plan
+plan_valid | | CNC | TRUE: the plan holds
+HLI_AHEAD_PLAN
+    the plan of the coming motion
+seq | | CNC | seqlock; odd while the CNC writes
+edition | | CNC | changes with the plan
+count | | CNC | knots
+complete | | CNC | TRUE: at its end the path rests
+override | | CNC | that it was made with; 1 is 100 %
+knot | | CNC | places in time; between two of them the distance is a cubic of the time
+HLI_AHEAD_KNOT
+    a place in time
+motion_time | us | CNC | as `state.motion_time`
+distance | 0.1 um | CNC | runs on over epochs; only differences mean something
+rate | 0.1 um/s | CNC | change of the distance
+speed | 1 um/s | CNC | of the driven path
 """

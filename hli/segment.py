@@ -13,19 +13,15 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import errno
-import fcntl
 import itertools
 import mmap
 import os
 import re
-import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import posix_ipc
-
-from . import layout
+from . import access, layout
 from ._sync import ffi, lib
 from .errors import (
     HliAccessError,
@@ -33,11 +29,14 @@ from .errors import (
     HliInUse,
     HliNotFound,
     HliNotReady,
+    HliTimeout,
     HliVersionError,
 )
 from .export import layout_hash
 
-SHM_DIR = Path("/dev/shm")
+SHM_DIR = access.SHM_DIR
+LOCK_S = 2.0
+"""How long another process of this user may hold a segment's lock."""
 NAME_RULE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 SEGMENT_SIZE = ctypes.sizeof(layout.HLI_SEGMENT)
 HEAD_SIZE = ctypes.sizeof(layout.HLI_SEGMENT_HEAD)
@@ -55,8 +54,15 @@ class Segment:
     ``root`` is the ctypes structure over the memory, ``base`` its address.
     """
 
-    def __init__(self, name: str, memory: mmap.mmap, owner: bool) -> None:
+    def __init__(
+        self,
+        name: str,
+        memory: mmap.mmap,
+        owner: bool,
+        identity: tuple[int, int] | None = None,
+    ) -> None:
         self.name = name
+        self._identity = identity  # device and inode
         self.owner = owner
         self.memory: mmap.mmap | None = memory
         self.root: Any = layout.HLI_SEGMENT.from_buffer(memory)
@@ -82,18 +88,21 @@ class Segment:
         return bool(lib.hs_process_alive(head.owner_pid, head.owner_start))
 
     @contextlib.contextmanager
-    def locked(self) -> Iterator[None]:
+    def locked(self, wait_s: float = LOCK_S) -> Iterator[None]:
         """Hold the segment's file lock: attaching PLCs look and register one
         after the other.
+
+        HliNotFound: removed or replaced.  HliAccessError: no longer this
+        user's alone.  HliTimeout: somebody has held the lock for ``wait_s``.
         """
+        fd = access.open_file(self.name, os.O_RDONLY)
         try:
-            fd = os.open(SHM_DIR / self.name, os.O_RDONLY | os.O_CLOEXEC)
-        except FileNotFoundError:
-            raise HliNotFound(
-                f"segment {self.name!r} has just been removed"
-            ) from None
-        try:
-            fcntl.flock(fd, fcntl.LOCK_EX)
+            if self._identity not in (None, _identity(fd)):
+                raise HliNotFound(f"segment {self.name!r} has been replaced")
+            if not access.lock(fd, wait_s):
+                raise HliTimeout(
+                    f"segment {self.name!r} has been locked for {wait_s:g} s"
+                )
             yield
         finally:
             os.close(fd)
@@ -138,8 +147,8 @@ def check_name(name: str) -> str:
 
 def remove(name: str) -> None:
     """Unlink the name; nothing happens if it is gone already."""
-    with contextlib.suppress(posix_ipc.ExistentialError):
-        posix_ipc.unlink_shared_memory("/" + check_name(name))
+    with contextlib.suppress(FileNotFoundError):
+        (SHM_DIR / check_name(name)).unlink()
 
 
 # ------------------------------------------------------------------------------------------------
@@ -164,15 +173,16 @@ def create(
         raise ValueError(
             f"axis_count {axis_count}: 0..{layout.HLI_SYS_AX_MAXIDX + 1}"
         )
-    segment = Segment(
-        name, _map_new(name, channel_count, axis_count), owner=True
-    )
+    memory, identity = _map_new(name, channel_count, axis_count)
+    segment = Segment(name, memory, True, identity)
     if ready:
         segment.publish()
     return segment
 
 
-def _map_new(name: str, channel_count: int, axis_count: int) -> mmap.mmap:
+def _map_new(
+    name: str, channel_count: int, axis_count: int
+) -> tuple[mmap.mmap, tuple[int, int]]:
     """The memory, head written, with its name in one step: a creator that dies
     leaves no nameless head behind.
     """
@@ -186,7 +196,7 @@ def _map_new(name: str, channel_count: int, axis_count: int) -> mmap.mmap:
         except BaseException:
             memory.close()
             raise
-        return memory
+        return memory, _identity(fd)
     finally:
         if draft is not None:
             draft.unlink(missing_ok=True)
@@ -287,9 +297,12 @@ def _write_head(memory: mmap.mmap, channel_count: int, axis_count: int) -> None:
 
 def _in_use(name: str) -> str:
     try:
-        head = _read_head(os.open(SHM_DIR / name, os.O_RDONLY | os.O_CLOEXEC))
-    except OSError:
+        fd = access.open_file(name, os.O_RDONLY)
+    except (HliNotFound, HliAccessError):
         head = None
+    else:
+        head = _read_head(fd)
+        os.close(fd)
     if head is None:
         return (
             f"segment {name!r}: {SHM_DIR / name} is there but is no segment "
@@ -299,6 +312,11 @@ def _in_use(name: str) -> str:
         f"segment {name!r} is in use by process {head.owner_pid}; "
         "end it or choose another name"
     )
+
+
+def _identity(fd: int) -> tuple[int, int]:
+    info = os.fstat(fd)
+    return info.st_dev, info.st_ino
 
 
 # ------------------------------------------------------------------------------------------------
@@ -311,34 +329,11 @@ def attach(name: str) -> Segment:
     for a wrong name.
     """
     check_name(name)
+    fd = access.open_file(name, os.O_RDWR)
     try:
-        shared = posix_ipc.SharedMemory("/" + name)
-    except posix_ipc.ExistentialError:
-        raise HliNotFound(
-            f"segment {name!r} does not exist; is the CNC running?"
-        ) from None
-    except (posix_ipc.PermissionsError, PermissionError):
-        raise HliAccessError(
-            f"segment {name!r} may not be opened by this user"
-        ) from None
-    try:
-        _check_access(name, os.fstat(shared.fd))
-        memory = _map_checked(name, shared.fd)
+        return Segment(name, _map_checked(name, fd), False, _identity(fd))
     finally:
-        shared.close_fd()
-    return Segment(name, memory, owner=False)
-
-
-def _check_access(name: str, info: os.stat_result) -> None:
-    if info.st_uid != os.getuid():
-        raise HliAccessError(
-            f"segment {name!r} belongs to user {info.st_uid}, this process runs as {os.getuid()}"
-        )
-    mode = stat.S_IMODE(info.st_mode)
-    if mode != 0o600:
-        raise HliAccessError(
-            f"segment {name!r} has mode {mode:04o}, expected 0600"
-        )
+        os.close(fd)
 
 
 def _map_checked(name: str, fd: int) -> mmap.mmap:
@@ -441,21 +436,21 @@ def _remove_stale(path: Path) -> bool:
     removing each other's new segment.
     """
     try:
-        fd = os.open(
-            path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
-        )
-    except FileNotFoundError:
+        fd = access.open_file(path.name, os.O_RDONLY)
+    except HliNotFound:
         return True
-    except OSError:
+    except HliAccessError:
         return False
     try:
-        fcntl.flock(fd, fcntl.LOCK_EX)
-        head = _read_head(os.dup(fd))
+        # before the lock: nobody waits for what is no stale segment
+        head = _read_head(fd)
         if head is None or lib.hs_process_alive(
             head.owner_pid, head.owner_start
         ):
             return False
-        if os.stat(path).st_ino == os.fstat(fd).st_ino:
+        if not access.lock(fd, LOCK_S):
+            return False
+        if os.lstat(path).st_ino == os.fstat(fd).st_ino:
             path.unlink()
     except FileNotFoundError:
         pass
@@ -467,20 +462,8 @@ def _remove_stale(path: Path) -> bool:
 
 
 def _read_head(fd: int) -> layout.HLI_SEGMENT_HEAD | None:
-    """The head behind the descriptor (closed here) if the file is a segment of
-    this user, else None.
-    """
-    try:
-        info = os.fstat(fd)
-        if (
-            not stat.S_ISREG(info.st_mode)
-            or info.st_uid != os.getuid()
-            or info.st_size < HEAD_SIZE
-        ):
-            return None
-        head = layout.HLI_SEGMENT_HEAD.from_buffer_copy(
-            os.pread(fd, HEAD_SIZE, 0)
-        )
-        return head if head.magic == layout.HLI_MAGIC else None
-    finally:
-        os.close(fd)
+    """The head of this user's file if it is a segment's, else None."""
+    if os.fstat(fd).st_size < HEAD_SIZE:
+        return None
+    head = layout.HLI_SEGMENT_HEAD.from_buffer_copy(os.pread(fd, HEAD_SIZE, 0))
+    return head if head.magic == layout.HLI_MAGIC else None

@@ -2,10 +2,11 @@
 force`` from another terminal).
 
 A PLC process listens on a Unix socket in Linux's abstract namespace, named
-after the user and the segment: no file is left behind by a killed process, and
-the name is free again the moment the process is gone.  Both ends check that the
-other one belongs to the same user.  One connection is one order: a line of JSON
-there, a line back.
+after the user, the segment and a random number: no file is left behind by a
+killed process, and nobody can take the name first.  Who has an order finds the
+sockets of the segment in ``/proc/net/unix`` and takes the one of its own user.
+Both ends check that the other one belongs to the same user.  One connection is
+one order: a line of JSON there, a line back.
 
 A thread takes orders and sleeps otherwise; they are obeyed by the scan runtime
 between two scans (also while the PLC waits for a CNC that stands), so a task
@@ -17,6 +18,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import secrets
 import socket
 import struct
 import threading
@@ -31,14 +33,58 @@ ANSWER_S = 5.0
 """How long an order waits for a scan."""
 _LINE_S = 2.0  # a client that connects and says nothing
 _LINE_MAX = 1 << 20
+_SOCKETS = "/proc/net/unix"
+_LISTENS = 0x10000  # __SO_ACCEPTCON of Linux
 _BIND_TRIES, _BIND_PAUSE_S = 10, 0.05  # the process before may just be leaving
 
 Order = dict[str, Any]
 
 
-def address(name: str) -> str:
-    """The socket of the PLC on this segment, of this user."""
-    return f"\0hli-cosim-plc-{os.getuid()}-{name}"
+def prefix(name: str) -> str:
+    """How the sockets of PLCs on this segment, of this user, begin."""
+    return f"hli-cosim-plc-{os.getuid()}-{name}/"
+
+
+def listening_on(name: str) -> list[str]:
+    """Names of the sockets that claim to be the PLC's, the oldest first.
+
+    Anybody may have bound one.
+    """
+    begin, found = "@" + prefix(name), set[str]()
+    with open(_SOCKETS, encoding="utf-8", errors="replace") as file:
+        file.readline()  # the heads of the columns
+        for line in file:
+            fields = line.split(maxsplit=7)
+            if (
+                len(fields) == 8
+                and int(fields[3], 16) & _LISTENS
+                and fields[7].startswith(begin)
+            ):
+                found.add(fields[7].rstrip("\n")[1:])
+    return sorted(found)
+
+
+def _connected(name: str) -> socket.socket | None:
+    """A connection to the PLC of this user on the segment, if there is one.
+
+    HliAccessError: only other users listen there.
+    """
+    foreign = False
+    for each in listening_on(name):
+        connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            # never waits: a full queue is an error at once
+            connection.setblocking(False)
+            connection.connect("\0" + each)
+            _check_user(connection)
+        except (OSError, HliAccessError) as error:
+            connection.close()
+            foreign |= isinstance(error, HliAccessError)
+        else:
+            return connection
+    if foreign:
+        raise HliAccessError(f"another user listens on segment {name!r}")
+    return None
 
 
 class Orders:
@@ -72,19 +118,26 @@ class Orders:
     # -- the socket's side
     def open(self, name: str) -> None:
         """Listen.  HliError: another process of this user listens there already."""
-        for turn in range(_BIND_TRIES):
-            listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-            try:
-                listening.bind(address(name))
-                listening.listen(8)
+        for _ in range(_BIND_TRIES):
+            if not _taken(name):
                 break
-            except OSError as error:
-                listening.close()
-                if turn == _BIND_TRIES - 1:
-                    raise HliError(
-                        f"orders for the PLC on {name!r} cannot be taken: {error.strerror}"
-                    ) from None
-                time.sleep(_BIND_PAUSE_S)
+            time.sleep(_BIND_PAUSE_S)
+        else:
+            raise HliError(
+                f"orders for the PLC on {name!r} cannot be taken: "
+                "another process takes them"
+            )
+        listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        # the clock first: of two, the older one is asked
+        token = f"{time.monotonic_ns():020}-{secrets.token_hex(8)}"
+        try:
+            listening.bind(f"\0{prefix(name)}{token}")
+            listening.listen(8)
+        except OSError as error:
+            listening.close()
+            raise HliError(
+                f"orders for the PLC on {name!r} cannot be taken: {error.strerror}"
+            ) from None
         self._socket = listening
         threading.Thread(
             target=self._listen, args=(listening,), name="orders", daemon=True
@@ -106,7 +159,9 @@ class Orders:
                 return
             with (
                 connection,
-                contextlib.suppress(OSError, ValueError, TypeError, HliError),
+                contextlib.suppress(
+                    OSError, ValueError, TypeError, RecursionError, HliError
+                ),
             ):
                 _check_user(connection)
                 connection.settimeout(_LINE_S)
@@ -139,31 +194,38 @@ def send(name: str, order: Order, wait_s: float = 0.0) -> Order:
     ValueError with the PLC's words: it refuses.
     """
     end = time.monotonic() + wait_s
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
-        while True:
-            try:
-                connection.connect(address(check_name(name)))
-                break
-            except OSError:
-                if time.monotonic() >= end:
-                    problem = (
-                        f"no PLC process listens on segment {name!r}; "
-                        "is hli-cosim plc running?"
-                    )
-                    raise HliNotFound(problem) from None
-                time.sleep(_BIND_PAUSE_S)
-        _check_user(connection)
+    check_name(name)
+    while (connection := _connected(name)) is None:
+        if time.monotonic() >= end:
+            raise HliNotFound(
+                f"no PLC process listens on segment {name!r}; "
+                "is hli-cosim plc running?"
+            )
+        time.sleep(_BIND_PAUSE_S)
+    with connection:
         connection.settimeout(2.0 * ANSWER_S)
         try:
             connection.sendall(_line(order))
             answer: Order = json.loads(_read_line(connection))
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             raise HliTimeout(
                 f"the PLC on segment {name!r} did not answer"
             ) from None
     if "error" in answer:
         raise ValueError(answer["error"])
     return answer
+
+
+def _taken(name: str) -> bool:
+    """A process of this user takes orders for the segment already."""
+    try:
+        connection = _connected(name)
+    except HliAccessError:
+        return False
+    if connection is None:
+        return False
+    connection.close()
+    return True
 
 
 def _line(value: Order) -> bytes:

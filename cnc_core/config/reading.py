@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from ..errors import ConfigError, Place
 from .axes import AxisConfig, SpindleConfig
 from .cell import CellConfig
-from .channel import ChannelConfig
+from .channel import ChannelConfig, StartupConfig
 from .external import ExternalConfig
 from .isons import IsonsConfig
 from .kinematics import KinematicsConfig
@@ -36,7 +36,11 @@ def _known_keys(path: tuple[Any, ...]) -> list[str]:
         return list(
             (IsonsConfig if path[0] == "isons" else OsaiConfig).model_fields
         )
-    model = ChannelConfig if path[0] == "channel" else tables.get(str(path[0]))
+    one: dict[str, type[BaseModel]] = {
+        "channel": ChannelConfig,
+        "startup": StartupConfig,
+    }
+    model = one.get(str(path[0])) or tables.get(str(path[0]))
     return list(model.model_fields) if model else []
 
 

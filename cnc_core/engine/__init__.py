@@ -13,10 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
+from hli.segment import Segment
 
 from ..blocks import NC_AXES, NC_BLOCK, BlockBatch
+from ..blocks.to_c import pool_pointer, row_pointer
 from ..config import CellConfig, synch_value
 from ..errors import ERRORS, CncError
+from .recorded import ROW_STRUCTS, Recorded, Rows, row_type
 
 
 def _check_waist() -> None:
@@ -152,7 +155,7 @@ def bare_loop(
     if (
         lib.engine_bare_loop(
             int(period_s * 1e9),
-            ffi.cast("int64_t *", late.ctypes.data),
+            ffi.from_buffer("int64_t[]", late),
             rows,
             int(fifo),
         )
@@ -165,7 +168,8 @@ def bare_loop(
 class Engine:
     """Owner of one C engine.
 
-    ``segment``: address of a mapped HLI segment, or None for offline planning.
+    ``segment``: a mapped HLI segment, kept as long as the engine, or None for
+    offline planning.
 
     ``jerk`` False: the cell's jerk limits are left aside.
     """
@@ -175,7 +179,7 @@ class Engine:
         cell: CellConfig,
         *,
         window: int | None = None,
-        segment: int | None = None,
+        segment: Segment | None = None,
         clock: int = 1,
         service: int = 0,
         record_rows: int = 0,
@@ -183,17 +187,16 @@ class Engine:
     ) -> None:
         self.axes = len(cell.axes)
         config = _engine_config(cell, window, clock, service, 0, jerk)
-        pointer = ffi.cast("void *", segment) if segment else ffi.NULL
+        self._segment = segment  # C works on its memory
+        pointer = segment.pointer(0) if segment else ffi.NULL
         handle = lib.engine_new(config, pointer)
         if handle == ffi.NULL:
             raise MemoryError("engine")
         self._handle = ffi.gc(handle, lib.engine_free)
         self._set_synchronisation(cell)
-        self._take = np.empty((0, self.axes + 4))
-        if record_rows:
-            self._take = np.empty((record_rows, self.axes + 4))
-            if lib.engine_record(self._handle, record_rows) != 0:
-                raise MemoryError("sample ring")
+        self._rows = record_rows
+        if record_rows and lib.engine_record(self._handle, record_rows):
+            raise MemoryError("sample ring")
 
     def _set_synchronisation(self, cell: CellConfig) -> None:
         pre = cell.channel.m_pre_outp
@@ -233,12 +236,8 @@ class Engine:
         CncError for a row the engine refuses.
         """
         rows = np.ascontiguousarray(batch.rows[first:])
-        pointer = ffi.cast("nc_block *", rows.ctypes.data)
-        pool = (
-            ffi.cast("double *", batch.pool.ctypes.data)
-            if len(batch.pool)
-            else ffi.NULL
-        )
+        pointer = row_pointer(rows)
+        pool = pool_pointer(batch.pool)
         taken = int(
             lib.engine_push(
                 self._handle, pointer, len(rows), pool, len(batch.pool)
@@ -450,7 +449,7 @@ class Engine:
         was no time for one). Call before ``start``.
         """
         self._timing = tuple(np.zeros(rows, np.int64) for _ in range(3))
-        pointers = [ffi.cast("int64_t *", a.ctypes.data) for a in self._timing]
+        pointers = [ffi.from_buffer("int64_t[]", a) for a in self._timing]
         lib.engine_time(self._handle, *pointers, rows)
         return self._timing
 
@@ -476,17 +475,45 @@ class Engine:
         """Stop the immediate look-ahead service."""
         lib.engine_serve_stop(self._handle)
 
+    def take(self, what: Recorded) -> Rows:
+        """Rows recorded since the last call, a structured array with the members
+        of the C struct; at most as many as the ring holds.
+        """
+        out = np.empty(self._rows, row_type(ROW_STRUCTS[what], self.axes))
+        n = lib.engine_record_take(
+            self._handle, what.value, ffi.from_buffer(out), len(out)
+        )
+        return out[:n]
+
+    def lost(self, what: Recorded) -> int:
+        """Rows of this kind that found no room in real time."""
+        return int(lib.engine_record_lost(self._handle, what.value))
+
+    def end_record(self) -> None:
+        """Record what is still open: functions that were not acknowledged."""
+        lib.engine_record_end(self._handle)
+
+    def elements_from(self, first: int) -> Rows:
+        """The elements pushed from number ``first`` on; by who pushes them."""
+        count = max(0, int(self.state.elements) - first)
+        out = np.empty(count, row_type("engine_element"))
+        n = lib.engine_elements(
+            self._handle,
+            first,
+            ffi.from_buffer("engine_element[]", out),
+            count,
+        )
+        return out[:n]
+
     def take_samples(self) -> Samples:
-        """Samples recorded since the last call."""
-        buffer = ffi.cast("double *", self._take.ctypes.data)
-        n = int(lib.engine_record_take(self._handle, buffer, len(self._take)))
-        rows, a = self._take[:n].copy(), self.axes
+        """The motion of the cycles recorded since the last call."""
+        rows = self.take(Recorded.SAMPLES)
         return Samples(
-            rows[:, 0],
-            rows[:, 1 : a + 1],
-            rows[:, a + 1],
-            rows[:, a + 2],
-            rows[:, a + 3].astype(np.int64),
+            rows["cycle"].astype(np.float64),
+            np.ascontiguousarray(rows["position"]),
+            rows["path"].copy(),
+            rows["speed"].copy(),
+            rows["element"].astype(np.int64),
         )
 
     @property

@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from cnc_core.errors import CncError
+from cnc_core.files import open_regular
+
 DEFAULT_DIALECT = "isg"
 EXTENSIONS = (
     {".nc": "isg", ".cyc": "isg", ".ecy": "isg"}
@@ -22,9 +25,9 @@ _SIGNS = {
         re.M | re.I,
     ),
     "iso": re.compile(
-        r"#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])"
+        r"\A[\s%]*O\s*\d+\s*?$|#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])"
         r"|(?<![A-Z\d.])G(?:59|9[012]|28|30|61|43)\.[1-9]",
-        re.I,
+        re.M | re.I,
     ),
     "isons": re.compile(
         r"^\s*(?:END_IF|END_LOOP|END_PROGRAM|USER_ZERO|USER_OFFSET|GOSUB"
@@ -50,9 +53,9 @@ def detect(path: Path) -> str:
     if path.suffix.lower() in OWN_EXTENSIONS:
         return by_name
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             text = file.read(SNIFFED_BYTES).decode("latin-1")
-    except OSError:
+    except (CncError, OSError):
         return by_name  # the reader reports it
     if _HSM.search(text):
         return "osai"

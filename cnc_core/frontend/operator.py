@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import CncError, Place
+from ..files import read_text
 
 LOOK_S = 0.2  # between two looks whether the run is to end
 
@@ -122,12 +123,8 @@ def _prompt(question: Question) -> str:
 def read_answers(path: Path) -> list[Answer]:
     """The script of a file; CncError if it is none."""
     try:
-        entries = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise CncError(
-            901002, f"answers: {error.strerror}", Place(str(path))
-        ) from None
-    except ValueError as error:
+        entries = json.loads(read_text(path))
+    except (ValueError, RecursionError) as error:
         raise CncError(
             902001, f"answers: not JSON: {error}", Place(str(path))
         ) from None

@@ -11,11 +11,24 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ..files import Quota
 from ..units import FloatArray
 from .machine import External
 from .operator import Answer, Operator, Question
 
 ExternalValue = float | str
+MESSAGES_KEPT = 10_000
+
+
+def keep(texts: list[str], text: str, most: int) -> None:
+    """Add a text that somebody else can cause as often as he likes.
+
+    ``most``: no more are kept.
+    """
+    if len(texts) < most:
+        texts.append(text)
+    elif len(texts) == most:
+        texts.append("further messages are not kept")
 
 
 class Wait(Enum):
@@ -116,7 +129,10 @@ class ChannelPort(Protocol):
         ...
 
     def write_file(self, name: str, text: str) -> None:
-        """Write a file in the folder of the run; its old text is lost."""
+        """Write a file in the folder of the run, or write it again.
+
+        Refused: a file that the run has not written.
+        """
         ...
 
     def read_file(self, name: str) -> str | None:
@@ -143,10 +159,14 @@ class OfflinePort:
         self._skip_levels = skip_levels
         self._external: dict[tuple[str, str, int], ExternalValue] = {}
         self.messages: list[str] = []
+        self._quota = Quota()
         self.retained: dict[str, Any] = {}
-        self.texts: dict[
-            str, str
-        ] = {}  # what a run would have written, by file name
+        self._texts: dict[str, list[str]] = {}
+
+    @property
+    def texts(self) -> dict[str, str]:
+        """What a run would have written, by file name."""
+        return {name: "".join(parts) for name, parts in self._texts.items()}
 
     def position(self) -> FloatArray:
         return self._position.copy()
@@ -159,7 +179,7 @@ class OfflinePort:
         self._position = np.array(position, dtype=np.float64)
 
     def message(self, text: str) -> None:
-        self.messages.append(text)
+        keep(self.messages, text, MESSAGES_KEPT)
 
     def ask(self, question: Question) -> Answer | None:
         """The script's answer; behind the script a dialog counts as
@@ -192,10 +212,13 @@ class OfflinePort:
         self._external[variable.scope, variable.name, element] = value
 
     def append_file(self, name: str, text: str) -> None:
-        self.texts[name] = self.texts.get(name, "") + text
+        self._quota.take(name, text)
+        self._texts.setdefault(name, []).append(text)
 
     def write_file(self, name: str, text: str) -> None:
-        self.texts[name] = text
+        self._quota.take(name, text)
+        self._texts[name] = [text]
 
     def read_file(self, name: str) -> str | None:
-        return self.texts.get(name)
+        parts = self._texts.get(name)
+        return None if parts is None else "".join(parts)

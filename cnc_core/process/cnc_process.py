@@ -8,8 +8,10 @@ is published by the engine's cycle; this module only moves things along.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import resource
+import shutil
 import sys
 import tempfile
 import time
@@ -19,6 +21,7 @@ from typing import Any
 from hli._sync import lib as sync
 
 from hli import layout, segment
+from hli.errors import HliTimeout
 
 from .. import frontend
 from ..config import load_config
@@ -26,14 +29,16 @@ from ..engine import Engine, Event
 from ..engine.external import BLOCK_BYTES
 from ..errors import CncError
 from ..frontend.operator import Operator, read_answers
+from ..frontend.port import MESSAGES_KEPT, keep
 from ..program.restart import Restart
+from ..recording.account import account, as_bytes
+from ..recording.recorder import Recorder
 from .identity import CLOCKS, SERVICES, fill_identity
 from .live_port import LivePort
 from .modes import READY, SELECTED, ModeControl
 from .options import OUT_FOLDER, CncOptions
 from .preparation import Preparation
-from .recording import PartWriter
-from .report import engine_figures, keep, log_warnings
+from .report import KEPT_TEXTS, engine_figures, log_warnings
 
 RECORD_ROWS = 16384
 # how long one wait may last before signals and the PLC's life are looked at
@@ -101,22 +106,20 @@ class CncProcess:
         self.engine = Engine(
             self.cell,
             window=options.lookahead,
-            segment=self.segment.base,
+            segment=self.segment,
             clock=CLOCKS[options.run.clock],
             service=SERVICES[self.service],
             record_rows=RECORD_ROWS if options.samples else 0,
         )
-        self.recorder = PartWriter(options.samples) if options.samples else None
+        self.recorder = self._recorder(options) if options.samples else None
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
         self.engine.stand_by()
-        folder = (
-            options.report.parent
-            if options.report
-            else Path(tempfile.gettempdir())
-        )
-        scratch = folder / f"hli-cosim-{os.getpid()}-MDI.nc"
-        self._scratch = scratch
+        # the launcher's folder, or one of this process: of this user alone
+        self._own_folder = None if options.report else _scratch_folder()
+        folder = options.report.parent if options.report else self._own_folder
+        assert folder is not None
+        self._scratch = folder / f"hli-cosim-{os.getpid()}-MDI.nc"
         after = (
             READY
             if self.cell.channel.state_after_program == "READY"
@@ -126,11 +129,24 @@ class CncProcess:
             self.engine,
             self,
             options.file.resolve().parent,
-            scratch,
+            self._scratch,
             after,
             self._report_error,
         )
         self.modes.select(options.file)
+
+    def _recorder(self, options: CncOptions) -> Recorder:
+        assert options.samples is not None
+        about = account(
+            options.file, self.cell, options.run.clock, options.config
+        )
+        return Recorder(
+            self.engine,
+            options.samples,
+            self.cell,
+            as_bytes(about),
+            options.run.record_only,
+        )
 
     # ---------------------------------------------------------------- life
     def on_signal(self, number: int, _frame: Any) -> None:
@@ -155,9 +171,10 @@ class CncProcess:
         self.engine.serve_stop()
         self._collect_program()
         self._scratch.unlink(missing_ok=True)
+        if self._own_folder:
+            shutil.rmtree(self._own_folder, ignore_errors=True)
         if self.driving_since:
             self.wall_time_s = time.monotonic() - self.driving_since
-        self._take_samples()
         if self.recorder:
             self.recorder.close()
         self.engine.set_phase(layout.HLI_PHASE_SHUTDOWN)
@@ -179,7 +196,8 @@ class CncProcess:
         """
         if not self.side.plc.attached or self.plc_alive():
             return
-        with self.segment.locked():  # the next PLC may be registering
+        # the next PLC may be registering: then the next look does it
+        with contextlib.suppress(HliTimeout), self.segment.locked(0.0):
             if self.side.plc.attached and not self.plc_alive():
                 self.side.plc.attached = 0
                 self.side.plc.finished = 0
@@ -296,7 +314,13 @@ class CncProcess:
             restart=self._take_restart(),
             held=self.modes.held,
         )
+        if self.recorder:
+            self.preparation.told = self.recorder.event
+            port.told = self.recorder.event
+        self._note("start", path.name)
         self.preparation.pump()
+        if self.recorder:
+            self.recorder.elements()
         self.engine.set_phase(
             layout.HLI_PHASE_READY
             if self.options.run.hold_start
@@ -373,7 +397,8 @@ class CncProcess:
         report, it ends nothing.
         """
         self.engine.post_error(error)
-        keep(self.warnings, str(error))
+        self._note("warning", error=error)
+        keep(self.warnings, str(error), KEPT_TEXTS)
         if not self.options.once:
             print(error, file=sys.stderr, flush=True)
 
@@ -391,11 +416,11 @@ class CncProcess:
             if preparation.program
             else []
         )
-        self.messages += [
-            text for text in preparation.port.messages if text not in warned
-        ]
+        for text in preparation.port.messages:
+            if text not in warned:
+                keep(self.messages, text, MESSAGES_KEPT)
         for text in warned:
-            keep(self.warnings, text)
+            keep(self.warnings, text, KEPT_TEXTS)
         limit = self.cell.channel.contour_lookahead_log_max
         self.warnings += log_warnings(self.engine.state, limit)
         if preparation.program:
@@ -477,15 +502,19 @@ class CncProcess:
             self._watchdog()
         elif event is Event.PROGRAM_END:
             self._program_ended()
-        elif event is Event.RECORD_FULL:
-            self._take_samples()
+        elif event is Event.RECORD_FULL and self.recorder:
+            self.recorder.make_room()
+        if self.recorder:
+            self.recorder.elements()
 
     def _plc_error(self) -> None:
         record = self.engine.take_plc_error()
         if record:
+            self._note("plc error", f"{record[0]}, reaction class {record[1]}")
             keep(
                 self.messages,
                 f"PLC error {record[0]}, reaction class {record[1]}",
+                MESSAGES_KEPT,
             )
 
     def _watchdog(self) -> None:
@@ -511,6 +540,9 @@ class CncProcess:
             if self.modes.aborted
             else "completed"
         )
+        self._note("end", self.end)
+        if error:
+            self._note("error", error=error)
         self.engine.set_error(error.code if error else 0)
         if error and not self.options.once:
             print(error, file=sys.stderr, flush=True)
@@ -524,12 +556,13 @@ class CncProcess:
             return True
         return time.monotonic() - self.ended_at > LINGER_S
 
-    def _take_samples(self) -> None:
-        while self.recorder:
-            samples = self.engine.take_samples()
-            if not len(samples.cycle):
-                return
-            self.recorder.add(samples)
+    def _note(
+        self, kind: str, text: str = "", error: CncError | None = None
+    ) -> None:
+        """Record an event, if anything is recorded."""
+        if self.recorder:
+            code, line = (error.code, error.place.line) if error else (0, 0)
+            self.recorder.event(kind, text or str(error or ""), code, line)
 
     # ---------------------------------------------------------------- report
     def report(self) -> dict[str, Any]:
@@ -545,7 +578,21 @@ class CncProcess:
             "warnings": self.warnings,
             "errors": [error.as_json() for error in self.errors],
             "source": first.place.source if first else "",
+            "recording": self._recording(),
             "dialect": self.dialect,
             "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
             / 1024.0,
         }
+
+    def _recording(self) -> dict[str, Any]:
+        """What is missing in the recording, and why."""
+        if self.recorder is None:
+            return {}
+        return {"lost": self.recorder.lost, "problem": self.recorder.problem}
+
+
+def _scratch_folder() -> Path:
+    """A folder of this process; the next launcher removes it if it is killed."""
+    me = os.getpid()
+    name = f"hli-cosim-run-{me}-{sync.hs_process_start(me)}-"
+    return Path(tempfile.mkdtemp(prefix=name))

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..engine import external
-from ..errors import CncError
+from ..files import RunFolder
 from ..frontend.machine import External
 from ..frontend.operator import Answer, Operator, Question
-from ..frontend.port import ExternalValue
+from ..frontend.port import MESSAGES_KEPT, ExternalValue, keep
 from .options import OUT_FOLDER
 
 
@@ -55,9 +55,10 @@ class LivePort:
             "channel": bytearray(external.AREA_BYTES),
             "global": bytearray(external.AREA_BYTES),
         }
-        self._folder = folder
+        self._folder = RunFolder(folder)
         self.latched = start.copy()
         self.messages: list[str] = []
+        self.told: Callable[[str, str], None] = lambda _kind, _text: None
 
     def moved(self, position: npt.NDArray[np.float64]) -> None:
         """The machine knows its position itself."""
@@ -75,7 +76,8 @@ class LivePort:
         return self.latched.copy(), self.latched_s
 
     def message(self, text: str) -> None:
-        self.messages.append(text)
+        keep(self.messages, text, MESSAGES_KEPT)
+        self.told("message", text)
 
     def ask(self, question: Question) -> Answer | None:
         return self.operator.ask(question)
@@ -105,20 +107,10 @@ class LivePort:
             self._put_out(0 if variable.scope == "channel" else 1, begin, data)
 
     def append_file(self, name: str, text: str) -> None:
-        self._put(name, text, "a")
+        self._folder.append(name, text)
 
     def write_file(self, name: str, text: str) -> None:
-        self._put(name, text, "w")
+        self._folder.write(name, text)
 
     def read_file(self, name: str) -> str | None:
-        path = self._folder / name
-        return path.read_text(encoding="utf-8") if path.is_file() else None
-
-    def _put(self, name: str, text: str, how: str) -> None:
-        path = self._folder / name
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with path.open(how, encoding="utf-8") as file:
-                file.write(text)
-        except OSError as error:
-            raise CncError(901004, f"{path}: {error.strerror}") from None
+        return self._folder.read(name)

@@ -41,17 +41,6 @@ COUNTERS = (
 )
 
 
-def keep(texts: list[str], text: str) -> None:
-    """Add a text that a PLC can cause at its scan rate.
-
-    No more than KEPT_TEXTS are kept.
-    """
-    if len(texts) < KEPT_TEXTS:
-        texts.append(text)
-    elif len(texts) == KEPT_TEXTS:
-        texts.append("further messages are not kept")
-
-
 def log_warnings(state: Any, limit: int) -> list[str]:
     """Warnings that only show when the log is written, one each per program.
 

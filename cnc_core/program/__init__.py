@@ -18,6 +18,7 @@ from .. import frontend
 from ..blocks import NC_BLOCK, BlockBatch
 from ..config import CellConfig
 from ..errors import ERRORS, CncError, Place
+from ..files import open_regular
 from ..frontend.front_end import FrontEnd, Restartable
 from ..frontend.machine import ProgramMachine
 from ..frontend.operator import Operator, read_answers
@@ -63,12 +64,12 @@ def source_place(path: Path, line: int) -> Place:
     """Place of a line of a program file, with its text."""
     text = ""
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             for number, raw in enumerate(file, 1):
                 if number == line:
                     text = raw.decode("latin-1").rstrip("\r\n")
                     break
-    except OSError:
+    except (CncError, OSError):
         pass
     return Place(str(path), line, 1, text)
 

@@ -54,9 +54,39 @@ void interleave(void);
  * one motion row. */
 typedef struct element {
     HLI_CONTOUR_LOOKAHEAD_BLOCK facts;
-    uint32_t epoch; /* number of distance resets before it */
-    uint32_t fill;
+    uint32_t epoch;  /* number of distance resets, and of begins and ends of
+                        real-time loops, before it */
+    uint32_t resets; /* ... of distance resets alone */
+    uint32_t loop;   /* number of the real-time loop that `role` is about */
+    uint8_t role;    /* LOOP_... */
+    double other_variation; /* tangent_variation where the loop has been
+                               repeated (first in it) or left out (first
+                               behind it) */
 } element;
+
+#define LOOP_NONE 0u
+#define LOOP_FIRST 1u  /* first element in a real-time loop */
+#define LOOP_INSIDE 2u /* any other in it */
+#define LOOP_BEHIND 3u /* first one behind it */
+
+/* What the extension tells of an element beside its facts; mm, mm/s. */
+typedef struct element_more {
+    double start[NC_AXES], end[NC_AXES];
+    double tangent_in[3], tangent_out[3]; /* of the main axes; 0: none moves */
+    double feed;                          /* 0: rapid */
+    double covered, driven; /* so much of it is covered by pieces, which are so
+                               long; service: read while SDA adds */
+    bool rapid;
+} element_more;
+
+/* A function or a dwell where it is programmed. */
+typedef struct ahead_event {
+    uint64_t element; /* in front of it */
+    double distance;  /* 0.1 um, as facts.start_position */
+    double value;
+    uint32_t epoch, resets, block_type, n, count;
+    int32_t code;
+} ahead_event;
 
 /* Synchronisation types (P-CHAN-00041) that act; values of hli_reference 6.4.
  */
@@ -93,6 +123,7 @@ typedef struct techno_counts {
 typedef struct techno_slot {
     bool used, acked, replay;
     uint32_t synch;
+    struct engine_function recorded;
 } techno_slot;
 
 typedef struct early_output {
@@ -238,9 +269,14 @@ typedef struct piece {
     int8_t dir;         /* 1 forward, -1 backward */
     bool replay;   /* on a stretch that has been driven before: functions have
                       units of their own */
-    bool again;    /* end of a real-time loop: it is driven once more */
-    bool shortcut; /* line of a deleted distance to go */
-    bool inserted; /* stop or function that the PLC has inserted */
+    bool again;    /* end of a real-time loop, as it comes: the loop is driven,
+                      for the first time or once more */
+    uint32_t loop; /* real-time loop: its number */
+    uint64_t first_element; /* real-time loop: first element ahead of it that
+                               its distance goes on from */
+    double loop_distance; /* real-time loop: displayed distance of a pass, mm */
+    bool shortcut;        /* line of a deleted distance to go */
+    bool inserted;        /* stop or function that the PLC has inserted */
     uint32_t n, count, line;
     int32_t code;
     uint16_t flags;
@@ -293,6 +329,15 @@ static inline jerk_law law_of_phase(const phase *ph) {
                       .crackle = ph->crackle,
                       .pop = ph->pop};
 }
+
+/* What is planned, as places and times (plan/timetable.h). */
+typedef struct timetable {
+    uint32_t edition, count;
+    bool complete;   /* at rest at its end, and nothing comes behind */
+    bool full;       /* the plan goes on behind its end */
+    double override; /* that it was planned with, 1: 100 % */
+    HLI_AHEAD_KNOT knot[HLI_AHEAD_KNOT_MAXIDX + 1];
+} timetable;
 
 typedef struct tail {
     phase *phases; /* first .. count - 1 */

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from cnc_core.errors import CncError
+from cnc_core.files import Folders
 from cnc_core.frontend.base.source import Source
 
 FILES_OPEN = 16  # subprogram files kept open for the next call
@@ -40,11 +41,14 @@ class ProgramFile:
     """One source file.  ``number``: its index in the program's file table.
 
     ``blocks``: prepared blocks by position.  ``places``: found places by
-    whatever tells them apart.
+    whatever tells them apart.  ``folders``: where a called file may lie.
     """
 
-    def __init__(self, path: Path, number: int) -> None:
+    def __init__(
+        self, path: Path, number: int, folders: Folders | None = None
+    ) -> None:
         self.path, self.number = path, number
+        self._folders = folders
         self.blocks: dict[int, Any] = {}
         self.places: dict[Hashable, Any] = {}
         self._source: Source | None = None
@@ -52,7 +56,7 @@ class ProgramFile:
     @property
     def source(self) -> Source:
         if self._source is None:
-            self._source = Source(self.path)
+            self._source = Source(self.path, folders=self._folders)
         return self._source
 
     @source.setter
@@ -101,12 +105,14 @@ class Flow:
     ``skip``, ``call``, ``leave``.  ``apply`` makes it behind the block. One
     block asks for one of them at most.
 
+    ``folders``: where called files may lie; a dialect adds those of the cell.
     ``levels_max``: levels, the main program included.
     ``too_deep``: error of one level more.
     """
 
     def __init__(self, path: Path, levels_max: int, too_deep: int) -> None:
         self.files: list[Path] = [path]
+        self.folders = Folders(path.parent)
         self._known: dict[Path, ProgramFile] = {}
         self._levels_max, self._too_deep = levels_max, too_deep
         self.levels: list[Level] = [Level(self.file_of(path), START)]
@@ -122,7 +128,9 @@ class Flow:
             number = 0 if not self._known else len(self.files)
             if number:
                 self.files.append(path)
-            known = self._known[path] = ProgramFile(path, number)
+            known = self._known[path] = ProgramFile(
+                path, number, self.folders if number else None
+            )
         return known
 
     @property

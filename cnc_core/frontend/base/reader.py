@@ -35,6 +35,8 @@ WARNINGS_MAX = 1000  # of one number
 # blocks without a row (and, where somebody answers, without a wait): error
 # 907001
 IDLE_BLOCKS_MAX = 5_000_000
+# what a check follows where blocks come again: without a row; all of them
+IDLE_CHECKED, REPEATS_CHECKED = 50_000, 40_000
 
 
 @dataclass
@@ -95,7 +97,7 @@ class BlockReader(ABC):
         self._drained = (
             False  # the wait in front of the next block has come true
         )
-        self._idle = 0
+        self._idle = self._repeated = 0
         self._breath = 0
         self.block_now: BlockText | None = None  # being prepared or executed
         # of the block that is being executed, behind its first one
@@ -234,6 +236,7 @@ class BlockReader(ABC):
             rows, stop = self.modal.scan(file.source, out)
         if rows:
             self._idle = 0
+            self._count_repeated(rows * self.flow.level.repeats)
         if stop in (scanner.OTHER, scanner.ERROR):
             self._block(file)
         elif stop == scanner.MORE and file.source.exhausted:
@@ -302,16 +305,32 @@ class BlockReader(ABC):
         other program ends by itself.
         """
         self._breath += 1
-        self._idle += self.flow.level.repeats
-        if self._idle > self.idle_blocks_max:
+        repeats = self.flow.level.repeats
+        self._idle += repeats
+        self._count_repeated(repeats)
+        most = self.idle_blocks_max
+        if self._collect:
+            most = min(most, IDLE_CHECKED)
+        if self._idle > most:
             error = CncError(
-                907001,
-                f"{ERRORS[907001]} ({self.idle_blocks_max} blocks)",
-                self._here(),
+                907001, f"{ERRORS[907001]} ({most} blocks)", self._here()
             )
             self.errors.append(error)
             if not self._collect:
                 self._queue.append(error)
+            self._ended = True
+
+    def _count_repeated(self, count: int) -> None:
+        """A check ends where blocks have come again too often."""
+        self._repeated += count
+        if (
+            self._collect
+            and self._repeated > REPEATS_CHECKED
+            and self._idle < REPEATS_CHECKED
+            and not self._ended
+        ):
+            text = f"a check follows {REPEATS_CHECKED} repeated blocks"
+            self._warn(909173, f"{ERRORS[909173]}: {text}", self._here())
             self._ended = True
 
     def _here(self) -> Place:

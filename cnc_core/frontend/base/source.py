@@ -8,10 +8,15 @@ from pathlib import Path
 from typing import BinaryIO
 
 from cnc_core.errors import CncError, Place
+from cnc_core.files import Folders, open_regular, unreadable
 
 CHUNK_BYTES = 1 << 20
 # the longest line kept: a block's characters in UTF-8, and a line break
 LINE_BYTES = 4 * 4096 + 16
+HEAD_BYTES = 65536
+# no text has them; DC1 to DC4, DEL and the end of a file of DOS come with
+# programs from punched tape and serial lines
+BINARY = re.compile(rb"[\x00-\x06\x0e-\x10\x15-\x19\x1b-\x1f]")
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
@@ -21,12 +26,19 @@ class Source:
 
     ``buffer[offset:]`` has been read from the file and not been consumed.
     ``final``: the file ends with the buffer.
+    ``folders``: where a called file may lie.  None: the user has named it.
     Consumed bytes stay in the buffer until the next chunk is read. Short jumps
     back therefore cost nothing.
     """
 
-    def __init__(self, path: Path, chunk_bytes: int = CHUNK_BYTES) -> None:
+    def __init__(
+        self,
+        path: Path,
+        chunk_bytes: int = CHUNK_BYTES,
+        folders: Folders | None = None,
+    ) -> None:
         self.path = path
+        self._folders = folders
         self.buffer = b""
         self.offset = 0
         self.final = False
@@ -38,23 +50,26 @@ class Source:
         if self.buffer.startswith(BYTE_ORDER_MARK):
             self.offset = len(BYTE_ORDER_MARK)
         self._begin = self.offset
+        self._refuse_binary()
 
     def _open(self) -> BinaryIO:
-        try:
-            return self.path.open("rb")
-        except FileNotFoundError:
-            raise CncError(
-                901001,
-                f"file not found: {self.path}",
-                Place(file=str(self.path)),
-            ) from None
-        except OSError as error:
-            raise self._unreadable(error) from None
+        if self._folders is None:
+            return open_regular(self.path)
+        return self._folders.open(self.path)
 
     def _unreadable(self, error: OSError) -> CncError:
-        return CncError(
-            901002,
-            f"file cannot be read: {error.strerror}",
+        return unreadable(self.path, error)
+
+    def _refuse_binary(self) -> None:
+        """CncError for a file that is no text, before each byte is an error."""
+        head = self.buffer[:HEAD_BYTES]
+        found = BINARY.search(head)
+        if found is None:
+            return
+        self.close()
+        raise CncError(
+            901009,
+            f"no text: byte 0x{found[0][0]:02x} at offset {found.start()}",
             Place(file=str(self.path)),
         )
 

@@ -12,13 +12,14 @@ import numpy as np
 
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
 from cnc_core.errors import ERRORS, CncError, Place
+from cnc_core.files import Folders
 from cnc_core.frontend.base.block_text import (
     BlockText,
     check_length,
     read_block,
     strip_comments,
 )
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 from cnc_core.frontend.base.reader import Prepared, located
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.variables import Scope
@@ -95,6 +96,7 @@ class IsgFrontEnd(ProgramLevels):
         self._searcher = Searcher(self.state, lambda: self._skip_mask)
         self.control = Control(self.state, self._searcher)
         self.control.line_behind = lambda: self.modal.line + self._lines_left
+        self.flow.folders = Folders(path.parent, named=machine.programs)
         self._finder = Finder(self.state, path.parent, CycleRunner(self.state))
         self._skip_mask = port.skip_levels()
         self._declaring = self._declared_ahead = self._previewed = False
@@ -197,28 +199,26 @@ class IsgFrontEnd(ProgramLevels):
             self.state.machine,
             self.state.lenient,
         )
-        if self._declaring and not _is_endvar(stream):
-            return self._declarations(stream, formulas), False
-        made = macros.definition(text)
+        made = None if self._declaring else macros.definition(text)
         if made:
             return self._macro(*made), False
         parser = WordParser(stream, self._axes, formulas, self.state)
         if parser.n_number():
             stream.accept(":")
+        if self._declaring and _command(stream) != "ENDVAR":
+            return self._declarations(stream, formulas), False
         self._label(stream)
-        pattern = (
-            stream.is_op("#") and stream.following.text.upper() in PATTERN_WORDS
-        )
+        command = _command(stream)
         run = self._statement(stream, formulas, parser)
         return self._counted(
-            run, pattern
+            run, command
         ), formulas.drain or self._command_drains
 
     def _preview(self) -> None:
         """Refuse wrong cycle calls before any axis moves."""
         self._previewed = True
         state, path = self.state, self._main.file.path
-        if not self._port.answers or not calls_cycles(path):
+        if not self._port.answers or not calls_cycles(path, self.flow.folders):
             return
         port = DryPort(state.machine.start, self._skip_mask)
         static = copy.deepcopy(state.store.static)
@@ -370,9 +370,12 @@ class IsgFrontEnd(ProgramLevels):
 
         return run
 
-    def _counted(self, run: Run, pattern: bool) -> Run:
-        """``pattern``: the block may stand inside a call pattern."""
+    def _counted(self, run: Run, command: str) -> Run:
+        """A comment is no block of the program."""
+        if command == "COMMENT":
+            return run
         data, patterns = self._data, self.state.patterns
+        pattern = command in PATTERN_WORDS
 
         def counted() -> Items:
             data.statements += 1
@@ -431,7 +434,7 @@ class IsgFrontEnd(ProgramLevels):
         token = stream.current
         if token.kind is Kind.NUMBER:
             stream.next()
-            level = int(token.text) if token.text.isdigit() else 0
+            level = int(token.text) if digits(token.text) else 0
         if not 1 <= level <= SKIP_LEVELS:
             raise fail(
                 900012,
@@ -521,6 +524,11 @@ class IsgFrontEnd(ProgramLevels):
         return _of(self.control.comment(offset))
 
 
+def _command(stream: TokenStream) -> str:
+    """The first word behind a ``#`` that stands next; else nothing."""
+    return stream.following.text.upper() if stream.is_op("#") else ""
+
+
 def _nothing() -> Items:
     return ()
 
@@ -531,10 +539,6 @@ def _of(run: Callable[[], None]) -> Run:
         return ()
 
     return items
-
-
-def _is_endvar(stream: TokenStream) -> bool:
-    return stream.is_op("#") and stream.following.text.upper() == "ENDVAR"
 
 
 def _keeps_quotes(text: str) -> bool:

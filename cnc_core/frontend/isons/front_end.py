@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
-from cnc_core.errors import CncError
+from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.block_text import (
     BlockText,
     PhysicalLine,
@@ -115,6 +115,7 @@ class IsonsFrontEnd(BlockReader):
         self.store = Store(self.warn)
         self.forms = Forms(port)
         self.macros = Macros(path, cell)
+        self.flow.folders = self.macros.folders
         self.nodes = Nodes(cell.canopen)
         self._set_up_channel(machine, modal, cell)
         modal.apply(MotionWords(exact_stop=not self.parameters["USE_G60"]))
@@ -138,7 +139,7 @@ class IsonsFrontEnd(BlockReader):
         self._block_mark = START  # of the block that is being executed
         self.tool_place: tuple[int, Mark, list[Any]] | None = None
         self.waits: dict[int, float] = {}
-        self._files = RunFiles(port, self.flow.files[0].parent)
+        self._files = RunFiles(port, self.macros.folders)
         self.flow.level.user = LevelData(MAIN, self.store.scope)
         self._closing = False
         self._failed: CncError | None = None
@@ -429,6 +430,10 @@ class IsonsFrontEnd(BlockReader):
         """
         self._queue.extend(self.held_rows())
         self.forms.close()
+        if self.channel.output.side != OFF and not self._closing:
+            place = Place(str(self.flow.file.path), max(1, self.modal.line))
+            text = f"{ERRORS[906008]}: G40 is missing"
+            self._warn(906008, text, place)
         self.channel.completed = self._failed is None
         if self._closing:
             self._ended = True
@@ -569,9 +574,9 @@ class IsonsFrontEnd(BlockReader):
 
     # files and messages
 
-    def text_of(self, name: str) -> str | None:
+    def text_of(self, name: str, offset: int) -> str | None:
         """Text of a file that the program reads, None if there is none."""
-        return self._files.text_of(name)
+        return self._files.text_of(name, offset)
 
     def write_file(self, name: str, text: str) -> None:
         self._files.write(name, text)

@@ -17,6 +17,7 @@ from cnc_core.blocks.profile_columns import (
     ProfileChunk,
 )
 from cnc_core.errors import ERRORS, CncError, Place
+from cnc_core.files import Folders
 from cnc_core.frontend.base.block_text import (
     BlockText,
     PhysicalLine,
@@ -45,11 +46,13 @@ PROFILES: dict[str, type[Profile]] = {
     POLYNOMIALS: PolynomialProfile,
     CONTROL_POINTS: BsplineProfile,
 }
-CODE = re.compile(r"\s*\(\s*([A-Za-z]\w\w)\s*(?:,\s*([^)]*?)\s*)?\)\s*$")
-ASSIGNMENT = re.compile(r"\s*(?:N\d+\s*)?([EL]\d+)\s*=")
-NUMBERED = re.compile(r"\s*N\d+\s*(?=\()")
-END_OR_BEGIN = re.compile(rb"^[ \t]*(?:N\d+[ \t]*)?G6[01]\b", re.M)
-BEGIN = re.compile(r"[ \t]*(?:N\d+[ \t]*)?G61\b")
+CODE = re.compile(
+    r"\s*\(\s*([A-Za-z][A-Za-z0-9_]{2})\s*(?:,\s*([^)]*?)\s*)?\)\s*$"
+)
+ASSIGNMENT = re.compile(r"\s*(?:N[0-9]+\s*)?([EL][0-9]+)\s*=")
+NUMBERED = re.compile(r"\s*N[0-9]+\s*(?=\()")
+END_OR_BEGIN = re.compile(rb"^[ \t]*(?:N[0-9]+[ \t]*)?G6[01]\b", re.M)
+BEGIN = re.compile(r"[ \t]*(?:N[0-9]+[ \t]*)?G61\b")
 DEGREES = (3, 4, 5)
 SUPPORTED_G = {0, 1, 60, 61, 70, 71, 90, 91}
 ARCS = (2, 3)
@@ -195,11 +198,11 @@ class OsaiFrontEnd(BlockReader):
     def _open_setup(self, name: str, offset: int) -> None:
         if not name:
             raise fail(909201, "(HSM,file) names no setup file", offset)
-        path = self._given or self._beside(name)
+        path = self._given or self._beside(name, offset)
         if path is None:
             self._setup, self._no_setup = None, True
             raise fail(909201, f"setup file {name} not found", offset)
-        self._setup = SetupFile(path)
+        self._setup = SetupFile(path, self._reach(path))
         records, errors = self._setup.resolve(self._variables)
         errors += [] if errors else check(records, self._machine)
         self._spec_ok = not errors
@@ -221,16 +224,24 @@ class OsaiFrontEnd(BlockReader):
         self._queue.append(errors[0])
         self._ended = True
 
-    def _beside(self, name: str) -> Path | None:
-        folder = self.files[0].parent
+    def _reach(self, path: Path) -> Folders | None:
+        """Where a setup may lie; None for the one that the user has given."""
+        return None if path == self._given else self.flow.folders
+
+    def _beside(self, name: str, offset: int) -> Path | None:
+        folders = self.flow.folders
         names = [
             name,
             *(name + suffix for suffix in (".osai", ".hsm", ".nc", ".txt")),
         ]
-        return next((folder / n for n in names if (folder / n).is_file()), None)
+        try:
+            places = [folders.place(n, folders.own) for n in names]
+            return next((path for path in places if folders.has(path)), None)
+        except CncError as error:
+            raise fail(error.code, error.text, offset) from None
 
     def _call(self, name: str, offset: int) -> None:
-        path = self._beside(name) if name else None
+        path = self._beside(name, offset) if name else None
         if path is None:
             raise fail(
                 907030, f"subprogram {name or '(no name)'} not found", offset

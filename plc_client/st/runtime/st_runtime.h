@@ -1,4 +1,5 @@
-/* What generated C of Structured Text stands on: types, checked addresses, traps. */
+/* What generated C of Structured Text stands on: types, checked addresses,
+ * traps. */
 #ifndef ST_RUNTIME_H
 #define ST_RUNTIME_H
 
@@ -43,64 +44,92 @@ typedef struct {
 } st_class;
 
 /* -- state of the program; one shared object is one program */
-extern st_i64 st_now ST_HIDDEN;       /* the cell's clock in ns */
-extern int32_t st_turns ST_HIDDEN;    /* turns of loops until the clock is read */
+extern st_i64 st_now ST_HIDDEN;    /* the cell's clock in ns */
+extern int32_t st_turns ST_HIDDEN; /* turns of loops until the clock is read */
 extern uintptr_t st_deepest ST_HIDDEN;
 extern uintptr_t st_memory_low ST_HIDDEN, st_memory_high ST_HIDDEN;
 extern uintptr_t st_hli_low ST_HIDDEN, st_hli_high ST_HIDDEN;
 extern uintptr_t st_stack_high ST_HIDDEN;
 
 /* -- traps: they do not return */
-ST_COLD void st_trap_bound(const char *pou, int line, st_i64 value, st_i64 low, st_i64 high);
-ST_COLD void st_trap_range(const char *pou, int line, st_i64 value, st_i64 low, st_i64 high);
+ST_COLD void st_trap_bound(const char *pou,
+                           int line,
+                           st_i64 value,
+                           st_i64 low,
+                           st_i64 high);
+ST_COLD void st_trap_range(const char *pou,
+                           int line,
+                           st_i64 value,
+                           st_i64 low,
+                           st_i64 high);
 ST_COLD void st_trap_null(const char *pou, int line, const char *name);
-ST_COLD void st_trap_wild(const char *pou, int line, const char *name, uintptr_t address, st_i64 size);
+ST_COLD void st_trap_wild(const char *pou,
+                          int line,
+                          const char *name,
+                          uintptr_t address,
+                          st_i64 size);
 ST_COLD void st_trap_divide(const char *pou, int line, double dividend);
 ST_COLD void st_trap_stack(const char *pou);
 ST_COLD void st_trap_abstract(void);
 void st_loop_spent(const char *pou, int line) ST_HIDDEN;
 void st_failed(st_ptr text) ST_HIDDEN;
-extern const char *st_site_pou ST_HIDDEN; /* the call of an assertion that runs */
+extern const char *st_site_pou
+    ST_HIDDEN; /* the call of an assertion that runs */
 extern int st_site_line ST_HIDDEN;
 st_ptr st_move(st_ptr pointer, st_i64 by, const char *pou, int line) ST_HIDDEN;
 
-#define ST_LOOP(pou, line)                                                                         \
-    do {                                                                                           \
-        if (--st_turns < 0)                                                                        \
-            st_loop_spent(pou, line);                                                              \
+#define ST_LOOP(pou, line)                                                     \
+    do {                                                                       \
+        if (--st_turns < 0)                                                    \
+            st_loop_spent(pou, line);                                          \
     } while (0)
-#define ST_ENTER()                                                                                 \
-    do {                                                                                           \
-        if ((uintptr_t)__builtin_frame_address(0) < st_deepest)                                    \
-            st_trap_stack(st_here);                                                                \
+#define ST_ENTER()                                                             \
+    do {                                                                       \
+        if ((uintptr_t)__builtin_frame_address(0) < st_deepest)                \
+            st_trap_stack(st_here);                                            \
     } while (0)
 #define ST_LEAVE() (void)0
 
 /* -- addresses */
 static inline int st_readable(uintptr_t p, st_i64 size) {
     uintptr_t end = p + (uintptr_t)size;
-    if (p >= st_memory_low && end <= st_memory_high)
+    if (p >= st_memory_low && end <= st_memory_high) {
         return 1;
-    if (p >= st_hli_low && end <= st_hli_high)
+    }
+    if (p >= st_hli_low && end <= st_hli_high) {
         return 1;
+    }
     return p >= st_deepest && end <= st_stack_high;
 }
 
-static inline st_ptr st_deref(st_ptr p, st_i64 size, const char *pou, int line, const char *name) {
-    if (__builtin_expect(p == 0, 0))
+static inline st_ptr st_deref(st_ptr p,
+                              st_i64 size,
+                              const char *pou,
+                              int line,
+                              const char *name) {
+    if (__builtin_expect(p == 0, 0)) {
         st_trap_null(pou, line, name);
-    if (__builtin_expect(!st_readable((uintptr_t)p, size), 0))
+    }
+    if (__builtin_expect(!st_readable((uintptr_t)p, size), 0)) {
         st_trap_wild(pou, line, name, (uintptr_t)p, size);
+    }
     return p;
 }
 
-static inline st_ptr st_set(st_ptr p, const char *pou, int line, const char *name) {
-    if (__builtin_expect(p == 0, 0))
+static inline st_ptr st_set(st_ptr p,
+                            const char *pou,
+                            int line,
+                            const char *name) {
+    if (__builtin_expect(p == 0, 0)) {
         st_trap_null(pou, line, name);
+    }
     return p;
 }
 
-static inline st_ptr st_bound_named(st_ptr p, const char *pou, int line, const char *name) {
+static inline st_ptr st_bound_named(st_ptr p,
+                                    const char *pou,
+                                    int line,
+                                    const char *name) {
     return st_set(p, pou, line, name);
 }
 
@@ -108,15 +137,25 @@ static inline st_ptr st_bound(st_ptr p, const char *pou, int line) {
     return st_set(p, pou, line, "reference");
 }
 
-static inline st_i64 st_index(st_i64 value, st_i64 low, st_i64 high, const char *pou, int line) {
-    if (__builtin_expect(value < low || value > high, 0))
+static inline st_i64 st_index(st_i64 value,
+                              st_i64 low,
+                              st_i64 high,
+                              const char *pou,
+                              int line) {
+    if (__builtin_expect(value < low || value > high, 0)) {
         st_trap_bound(pou, line, value, low, high);
+    }
     return value - low;
 }
 
-static inline st_i64 st_range(st_i64 value, st_i64 low, st_i64 high, const char *pou, int line) {
-    if (__builtin_expect(value < low || value > high, 0))
+static inline st_i64 st_range(st_i64 value,
+                              st_i64 low,
+                              st_i64 high,
+                              const char *pou,
+                              int line) {
+    if (__builtin_expect(value < low || value > high, 0)) {
         st_trap_range(pou, line, value, low, high);
+    }
     return value;
 }
 
@@ -128,8 +167,9 @@ static inline void st_set_bit(st_ptr p, int bit, int value) {
 static inline void *st_method(st_ptr self, int slot) {
     const st_class *cls = *(const st_class *const *)(const void *)self;
     void *found = cls != 0 ? cls->methods[slot] : 0;
-    if (__builtin_expect(found == 0, 0))
+    if (__builtin_expect(found == 0, 0)) {
         st_trap_abstract();
+    }
     return found;
 }
 
@@ -140,48 +180,67 @@ void st_body(st_ptr self) ST_HIDDEN;
 /* -- the HLI's semaphores: the named functions of the memory ordering */
 extern uint8_t (*st_load_u8)(const void *) ST_HIDDEN;
 extern void (*st_store_u8)(void *, uint8_t) ST_HIDDEN;
-static inline st_bool st_load_flag(st_ptr p) { return st_load_u8(p) != 0; }
-static inline void st_store_flag(st_ptr p, int value) { st_store_u8(p, value != 0); }
+static inline st_bool st_load_flag(st_ptr p) {
+    return st_load_u8(p) != 0;
+}
+static inline void st_store_flag(st_ptr p, int value) {
+    st_store_u8(p, value != 0);
+}
 
 /* -- numbers */
 static inline st_i64 st_div_i(st_i64 a, st_i64 b, const char *pou, int line) {
-    if (__builtin_expect(b == 0, 0))
+    if (__builtin_expect(b == 0, 0)) {
         st_trap_divide(pou, line, (double)a);
+    }
     return b == -1 ? (st_i64)(0 - (st_u64)a) : a / b;
 }
 
 static inline st_i64 st_mod_i(st_i64 a, st_i64 b, const char *pou, int line) {
-    if (__builtin_expect(b == 0, 0))
+    if (__builtin_expect(b == 0, 0)) {
         st_trap_divide(pou, line, (double)a);
+    }
     return b == -1 ? 0 : a % b;
 }
 
 static inline st_u64 st_div_u(st_u64 a, st_u64 b, const char *pou, int line) {
-    if (__builtin_expect(b == 0, 0))
+    if (__builtin_expect(b == 0, 0)) {
         st_trap_divide(pou, line, (double)a);
+    }
     return a / b;
 }
 
 static inline st_u64 st_mod_u(st_u64 a, st_u64 b, const char *pou, int line) {
-    if (__builtin_expect(b == 0, 0))
+    if (__builtin_expect(b == 0, 0)) {
         st_trap_divide(pou, line, (double)a);
+    }
     return a % b;
 }
 
 static inline double st_div_f(double a, double b, const char *pou, int line) {
-    if (__builtin_expect(b == 0.0, 0))
+    if (__builtin_expect(b == 0.0, 0)) {
         st_trap_divide(pou, line, a);
+    }
     return a / b;
 }
 
 st_i64 st_clamped(double value) ST_HIDDEN;
 st_u64 st_round_u64(double value) ST_HIDDEN;
 st_i64 st_power(st_i64 base, st_i64 exponent) ST_HIDDEN;
-static inline st_i64 st_round(double value) { return st_clamped(rint(value)); }
-static inline st_i64 st_truncate(double value) { return st_clamped(trunc(value)); }
-static inline double st_frac(double value) { return value - trunc(value); }
-static inline double st_sqrt(double value) { return sqrt(value); }
-static inline st_i64 st_abs(st_i64 value) { return value < 0 ? (st_i64)(0 - (st_u64)value) : value; }
+static inline st_i64 st_round(double value) {
+    return st_clamped(rint(value));
+}
+static inline st_i64 st_truncate(double value) {
+    return st_clamped(trunc(value));
+}
+static inline double st_frac(double value) {
+    return value - trunc(value);
+}
+static inline double st_sqrt(double value) {
+    return sqrt(value);
+}
+static inline st_i64 st_abs(st_i64 value) {
+    return value < 0 ? (st_i64)(0 - (st_u64)value) : value;
+}
 
 static inline st_u64 st_shl(st_u64 value, st_i64 n, int bits) {
     return n < 0 || n >= bits ? 0 : value << n;
@@ -192,8 +251,9 @@ static inline st_u64 st_shr(st_u64 value, st_i64 n, int bits) {
 }
 
 static inline st_i64 st_sar(st_i64 value, st_i64 n, int bits) {
-    if (n < 0)
+    if (n < 0) {
         return 0;
+    }
     return value >> (n >= bits ? bits - 1 : n);
 }
 
@@ -202,7 +262,9 @@ static inline st_u64 st_rol(st_u64 value, st_i64 n, int bits) {
     return by == 0 ? value : (value << by) | (value >> (bits - by));
 }
 
-static inline st_u64 st_ror(st_u64 value, st_i64 n, int bits) { return st_rol(value, bits - n % bits, bits); }
+static inline st_u64 st_ror(st_u64 value, st_i64 n, int bits) {
+    return st_rol(value, bits - n % bits, bits);
+}
 
 static inline st_i64 st_day(st_i64 time, st_i64 by) {
     st_i64 sum = (time + by) % 86400000;
@@ -220,14 +282,25 @@ st_i64 st_len(st_ptr text) ST_HIDDEN;
 st_i64 st_wlen(st_ptr text) ST_HIDDEN;
 st_i64 st_find(st_ptr text, st_ptr part) ST_HIDDEN;
 st_i64 st_wfind(st_ptr text, st_ptr part) ST_HIDDEN;
-#define ST_TEXT_FUNCTIONS(p)                                                                       \
-    void p##left(st_ptr to, st_i64 size, st_ptr text, st_i64 n) ST_HIDDEN;                         \
-    void p##right(st_ptr to, st_i64 size, st_ptr text, st_i64 n) ST_HIDDEN;                        \
-    void p##mid(st_ptr to, st_i64 size, st_ptr text, st_i64 n, st_i64 from) ST_HIDDEN;             \
-    void p##concat(st_ptr to, st_i64 size, st_ptr a, st_ptr b) ST_HIDDEN;                          \
-    void p##insert(st_ptr to, st_i64 size, st_ptr a, st_ptr b, st_i64 behind) ST_HIDDEN;           \
-    void p##delete(st_ptr to, st_i64 size, st_ptr text, st_i64 n, st_i64 from) ST_HIDDEN;          \
-    void p##replace(st_ptr to, st_i64 size, st_ptr a, st_ptr b, st_i64 n, st_i64 from) ST_HIDDEN;
+#define ST_TEXT_FUNCTIONS(p)                                                   \
+    void p##left(st_ptr to, st_i64 size, st_ptr text, st_i64 n) ST_HIDDEN;     \
+    void p##right(st_ptr to, st_i64 size, st_ptr text, st_i64 n) ST_HIDDEN;    \
+    void p##mid(st_ptr to, st_i64 size, st_ptr text, st_i64 n, st_i64 from)    \
+        ST_HIDDEN;                                                             \
+    void p##concat(st_ptr to, st_i64 size, st_ptr a, st_ptr b) ST_HIDDEN;      \
+    void p##insert(st_ptr to, st_i64 size, st_ptr a, st_ptr b, st_i64 behind)  \
+        ST_HIDDEN;                                                             \
+    void p##delete (st_ptr to,                                                 \
+                    st_i64 size,                                               \
+                    st_ptr text,                                               \
+                    st_i64 n,                                                  \
+                    st_i64 from)ST_HIDDEN;                                     \
+    void p##replace(st_ptr to,                                                 \
+                    st_i64 size,                                               \
+                    st_ptr a,                                                  \
+                    st_ptr b,                                                  \
+                    st_i64 n,                                                  \
+                    st_i64 from) ST_HIDDEN;
 ST_TEXT_FUNCTIONS(st_)
 ST_TEXT_FUNCTIONS(st_w)
 
@@ -252,13 +325,37 @@ st_i64 st_parse_time(st_ptr text) ST_HIDDEN;
 
 /* -- dates */
 st_i64 st_concat_date(st_i64 year, st_i64 month, st_i64 day) ST_HIDDEN;
-st_i64 st_concat_tod(st_i64 hour, st_i64 minute, st_i64 second, st_i64 ms) ST_HIDDEN;
-st_i64 st_concat_dt(st_i64 year, st_i64 month, st_i64 day, st_i64 hour, st_i64 minute, st_i64 second, st_i64 ms)
-    ST_HIDDEN;
+st_i64 st_concat_tod(st_i64 hour,
+                     st_i64 minute,
+                     st_i64 second,
+                     st_i64 ms) ST_HIDDEN;
+st_i64 st_concat_dt(st_i64 year,
+                    st_i64 month,
+                    st_i64 day,
+                    st_i64 hour,
+                    st_i64 minute,
+                    st_i64 second,
+                    st_i64 ms) ST_HIDDEN;
 
 /* -- blocks of memory */
-st_i64 st_memcpy(st_ptr to, st_ptr from, st_i64 n, const char *pou, int line) ST_HIDDEN;
-st_i64 st_memmove(st_ptr to, st_ptr from, st_i64 n, const char *pou, int line) ST_HIDDEN;
-st_i64 st_memset(st_ptr to, st_i64 byte, st_i64 n, const char *pou, int line) ST_HIDDEN;
-st_i64 st_memcmp(st_ptr a, st_ptr b, st_i64 n, const char *pou, int line) ST_HIDDEN;
+st_i64 st_memcpy(st_ptr to,
+                 st_ptr from,
+                 st_i64 n,
+                 const char *pou,
+                 int line) ST_HIDDEN;
+st_i64 st_memmove(st_ptr to,
+                  st_ptr from,
+                  st_i64 n,
+                  const char *pou,
+                  int line) ST_HIDDEN;
+st_i64 st_memset(st_ptr to,
+                 st_i64 byte,
+                 st_i64 n,
+                 const char *pou,
+                 int line) ST_HIDDEN;
+st_i64 st_memcmp(st_ptr a,
+                 st_ptr b,
+                 st_i64 n,
+                 const char *pou,
+                 int line) ST_HIDDEN;
 #endif

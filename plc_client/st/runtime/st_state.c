@@ -18,11 +18,22 @@
 
 st_i64 st_now;
 int32_t st_turns = TURNS;
-uintptr_t st_deepest, st_memory_low, st_memory_high, st_hli_low, st_hli_high, st_stack_high;
+uintptr_t st_deepest, st_memory_low, st_memory_high, st_hli_low, st_hli_high,
+    st_stack_high;
 uint8_t (*st_load_u8)(const void *);
 void (*st_store_u8)(void *, uint8_t);
 
-enum { TRAP_NONE, TRAP_BOUND, TRAP_RANGE, TRAP_NULL, TRAP_WILD, TRAP_DIVIDE, TRAP_STACK, TRAP_LOOP, TRAP_ABSTRACT };
+enum {
+    TRAP_NONE,
+    TRAP_BOUND,
+    TRAP_RANGE,
+    TRAP_NULL,
+    TRAP_WILD,
+    TRAP_DIVIDE,
+    TRAP_STACK,
+    TRAP_LOOP,
+    TRAP_ABSTRACT
+};
 
 typedef struct {
     int32_t kind;
@@ -50,13 +61,17 @@ static int64_t clock_ns(void) {
     return (int64_t)t.tv_sec * 1000000000LL + t.tv_nsec;
 }
 
-__attribute__((noreturn)) static void leave(int kind, const char *pou, int line, const char *name) {
+__attribute__((noreturn)) static void leave(int kind,
+                                            const char *pou,
+                                            int line,
+                                            const char *name) {
     st_trap.kind = kind;
     st_trap.line = line;
     snprintf(st_trap.pou, sizeof st_trap.pou, "%s", pou);
     snprintf(st_trap.name, sizeof st_trap.name, "%s", name);
-    if (!running)
+    if (!running) {
         abort();
+    }
     longjmp(way_out, 1);
 }
 
@@ -66,19 +81,33 @@ static void values(st_i64 a, st_i64 b, st_i64 c) {
     st_trap.values[2] = c;
 }
 
-void st_trap_bound(const char *pou, int line, st_i64 value, st_i64 low, st_i64 high) {
+void st_trap_bound(const char *pou,
+                   int line,
+                   st_i64 value,
+                   st_i64 low,
+                   st_i64 high) {
     values(value, low, high);
     leave(TRAP_BOUND, pou, line, "");
 }
 
-void st_trap_range(const char *pou, int line, st_i64 value, st_i64 low, st_i64 high) {
+void st_trap_range(const char *pou,
+                   int line,
+                   st_i64 value,
+                   st_i64 low,
+                   st_i64 high) {
     values(value, low, high);
     leave(TRAP_RANGE, pou, line, "");
 }
 
-void st_trap_null(const char *pou, int line, const char *name) { leave(TRAP_NULL, pou, line, name); }
+void st_trap_null(const char *pou, int line, const char *name) {
+    leave(TRAP_NULL, pou, line, name);
+}
 
-void st_trap_wild(const char *pou, int line, const char *name, uintptr_t address, st_i64 size) {
+void st_trap_wild(const char *pou,
+                  int line,
+                  const char *name,
+                  uintptr_t address,
+                  st_i64 size) {
     values((st_i64)address, size, 0);
     leave(TRAP_WILD, pou, line, name);
 }
@@ -88,14 +117,19 @@ void st_trap_divide(const char *pou, int line, double dividend) {
     leave(TRAP_DIVIDE, pou, line, "");
 }
 
-void st_trap_stack(const char *pou) { leave(TRAP_STACK, pou, 0, ""); }
+void st_trap_stack(const char *pou) {
+    leave(TRAP_STACK, pou, 0, "");
+}
 
-void st_trap_abstract(void) { leave(TRAP_ABSTRACT, "", 0, ""); }
+void st_trap_abstract(void) {
+    leave(TRAP_ABSTRACT, "", 0, "");
+}
 
 void st_loop_spent(const char *pou, int line) {
     st_turns = TURNS;
-    if (clock_ns() < deadline_ns)
+    if (clock_ns() < deadline_ns) {
         return;
+    }
     values(allowed_ns / 1000000, 0, 0);
     leave(TRAP_LOOP, pou, line, "");
 }
@@ -127,29 +161,38 @@ void st_failed(st_ptr text) {
 /* -- classes */
 void *st_interface(st_ptr self, const char *interface, int slot) {
     const st_class *cls = *(const st_class *const *)(const void *)self;
-    if (cls == 0)
+    if (cls == 0) {
         st_trap_abstract();
-    for (const st_interface_of *i = cls->interfaces; i->interface != 0; i++)
-        if (i->interface == interface && i->methods[slot] != 0)
+    }
+    for (const st_interface_of *i = cls->interfaces; i->interface != 0; i++) {
+        if (i->interface == interface && i->methods[slot] != 0) {
             return i->methods[slot];
+        }
+    }
     st_trap_abstract();
 }
 
 int st_query(st_ptr self, const char *interface, st_ptr target) {
-    const st_class *cls = self == 0 ? 0 : *(const st_class *const *)(const void *)self;
+    const st_class *cls =
+        self == 0 ? 0 : *(const st_class *const *)(const void *)self;
     st_ptr found = 0;
-    if (cls != 0)
-        for (const st_interface_of *i = cls->interfaces; i->interface != 0; i++)
-            if (i->interface == interface)
+    if (cls != 0) {
+        for (const st_interface_of *i = cls->interfaces; i->interface != 0;
+             i++) {
+            if (i->interface == interface) {
                 found = self;
+            }
+        }
+    }
     *(st_ptr *)target = found;
     return found != 0;
 }
 
 void st_body(st_ptr self) {
     const st_class *cls = *(const st_class *const *)(const void *)self;
-    if (cls == 0 || cls->body == 0)
+    if (cls == 0 || cls->body == 0) {
         st_trap_abstract();
+    }
     ((void (*)(st_ptr))cls->body)(self);
 }
 
@@ -158,32 +201,43 @@ void st_body(st_ptr self) {
 static int object_of(uintptr_t p, uintptr_t *low, uintptr_t *high) {
     uintptr_t offset = p - st_memory_low;
     uint32_t first = 0, last = st_object_count;
-    if (p < st_memory_low || p > st_memory_high || last == 0)
+    if (p < st_memory_low || p > st_memory_high || last == 0) {
         return 0;
+    }
     while (last - first > 1) {
         uint32_t middle = (first + last) / 2;
-        if (st_objects[middle] <= offset)
+        if (st_objects[middle] <= offset) {
             first = middle;
-        else
+        } else {
             last = middle;
+        }
     }
     *low = st_memory_low + st_objects[first];
-    *high = first + 1 < st_object_count ? st_memory_low + st_objects[first + 1] : st_memory_high;
+    *high = first + 1 < st_object_count ? st_memory_low + st_objects[first + 1]
+                                        : st_memory_high;
     return 1;
 }
 
 st_ptr st_move(st_ptr pointer, st_i64 by, const char *pou, int line) {
     uintptr_t from = (uintptr_t)pointer, to = from + (uintptr_t)by, low, high;
-    if (from != 0 && object_of(from, &low, &high) && (to + 1 < low || to > high))
+    if (from != 0 && object_of(from, &low, &high)
+        && (to + 1 < low || to > high)) {
         st_trap_wild(pou, line, "pointer arithmetic", to, by);
+    }
     return (st_ptr)to;
 }
 
-static void check(st_ptr p, st_i64 n, const char *pou, int line, const char *name) {
-    if (n < 0)
+static void check(st_ptr p,
+                  st_i64 n,
+                  const char *pou,
+                  int line,
+                  const char *name) {
+    if (n < 0) {
         st_trap_wild(pou, line, name, (uintptr_t)p, n);
-    if (n > 0)
+    }
+    if (n > 0) {
         (void)st_deref(p, n, pou, line, name);
+    }
 }
 
 st_i64 st_memcpy(st_ptr to, st_ptr from, st_i64 n, const char *pou, int line) {
@@ -216,20 +270,26 @@ static void measure_stack(void) {
     void *low;
     size_t size;
     uintptr_t here = (uintptr_t)__builtin_frame_address(0);
-    if (st_stack_high != 0 && here < st_stack_high && here > st_deepest)
+    if (st_stack_high != 0 && here < st_stack_high && here > st_deepest) {
         return;
-    if (pthread_getattr_np(pthread_self(), &attributes) != 0)
+    }
+    if (pthread_getattr_np(pthread_self(), &attributes) != 0) {
         return;
+    }
     pthread_attr_getstack(&attributes, &low, &size);
     pthread_attr_destroy(&attributes);
     st_stack_high = (uintptr_t)low + size;
     uintptr_t deepest = (uintptr_t)low + STACK_RESERVE;
     st_deepest = here - STACK_LIMIT > deepest ? here - STACK_LIMIT : deepest;
-    if (here < STACK_LIMIT)
+    if (here < STACK_LIMIT) {
         st_deepest = deepest;
+    }
 }
 
-ST_API void st_attach(void *hli, int64_t size, uint8_t (*load)(const void *), void (*store)(void *, uint8_t)) {
+ST_API void st_attach(void *hli,
+                      int64_t size,
+                      uint8_t (*load)(const void *),
+                      void (*store)(void *, uint8_t)) {
     st_hli_low = (uintptr_t)hli;
     st_hli_high = st_hli_low + (uintptr_t)size;
     st_load_u8 = load;
@@ -238,7 +298,9 @@ ST_API void st_attach(void *hli, int64_t size, uint8_t (*load)(const void *), vo
     st_memory_high = st_memory_low + (uintptr_t)st_memory_size;
 }
 
-ST_API void st_allow(int64_t ns) { allowed_ns = ns; }
+ST_API void st_allow(int64_t ns) {
+    allowed_ns = ns;
+}
 
 ST_API int32_t st_guarded(void (*entry)(void), int64_t now_ns) {
     measure_stack();
@@ -247,8 +309,9 @@ ST_API int32_t st_guarded(void (*entry)(void), int64_t now_ns) {
     deadline_ns = clock_ns() + allowed_ns;
     st_trap.kind = TRAP_NONE;
     running = 1;
-    if (setjmp(way_out) == 0)
+    if (setjmp(way_out) == 0) {
         entry();
+    }
     running = 0;
     return st_trap.kind;
 }

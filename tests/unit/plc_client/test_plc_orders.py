@@ -8,6 +8,7 @@ import json
 import os
 import signal
 import socket
+import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -181,16 +182,60 @@ def test_whoever_connects_cannot_disturb(
     monkeypatch.setattr(orders, "_LINE_S", 0.05)
     for rubbish in (b"", b"\n", b"no json\n", b"[1]\n", b'{"do": 3}'):
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
-            connection.connect(orders.address(plc.hli.name))
+            (place,) = orders.listening_on(plc.hli.name)
+            connection.connect("\0" + place)
             connection.sendall(rubbish)
         plc.step()
     assert ordered(plc, "list") == {"forced": {}}
-    there = orders.address(plc.hli.name)
+    there = orders.prefix(plc.hli.name)
     with monkeypatch.context() as patched:
         patched.setattr(os, "getuid", lambda: 12345)
-        patched.setattr(orders, "address", lambda _name: there)
+        patched.setattr(orders, "prefix", lambda _name: there)
         with pytest.raises(HliAccessError, match="another user"):
             send(plc.hli.name, {"do": "list"})
+
+
+OTHER_USER = """
+import socket, sys
+sockets = []
+for number in range(3):
+    sockets.append(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM))
+    sockets[-1].bind("\\0" + sys.argv[1] + f"{number:020}-x")
+    sockets[-1].listen(0)
+print("bound", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can be two users")
+def test_another_user_cannot_take_the_plcs_name() -> None:
+    """Sockets that he binds first neither stop the PLC nor get its orders."""
+    name = unique_name()
+    with subprocess.Popen(
+        ["/usr/bin/env", "python3", "-c", OTHER_USER, orders.prefix(name)],
+        user=65534,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        cwd="/",
+    ) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == b"bound\n"
+        with pytest.raises(HliAccessError, match="another user"):
+            send(name, {"do": "list"})
+        taken = Orders()
+        taken.open(name)
+        obeying = threading.Thread(target=_obey_one, args=(taken,))
+        obeying.start()
+        assert send(name, {"do": "list"}) == {"mine": 1}
+        obeying.join()
+        taken.close()
+        other.communicate()
+
+
+def _obey_one(taken: Orders) -> None:
+    while not taken.waiting:
+        threading.Event().wait(0.001)
+    taken.serve(lambda _order: {"mine": 1})
 
 
 def test_a_plc_that_does_not_scan_takes_no_order(

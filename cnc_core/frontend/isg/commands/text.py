@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from datetime import datetime
-from pathlib import PurePosixPath
 
-from cnc_core.errors import ERRORS
+from cnc_core import files
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import Kind, fail
 
 from ..language.messages import formatted
@@ -153,7 +153,7 @@ class TextCommands(CommandBase):
     def _file_key(self) -> str:
         """MSG, M6, or G and a number."""
         stream, token = self._stream, self._stream.current
-        found = re.compile(r"MSG|M0?6(?!\d)|G\d+", re.I).match(
+        found = re.compile(r"MSG|M0?6(?![0-9])|G[0-9]+", re.I).match(
             stream.text, token.offset
         )
         if not found or token.kind is not Kind.NAME:
@@ -169,16 +169,10 @@ class TextCommands(CommandBase):
 
 def inside(name: str, offset: int) -> str:
     """A file name that stays in the folder of the run; an error for any other."""
-    path = PurePosixPath(name.replace("\\", "/"))
-    if (
-        not name.strip()
-        or path.is_absolute()
-        or ".." in path.parts
-        or ":" in name
-        or "\0" in name
-    ):
-        raise fail(907053, f"{name!r}: {ERRORS[907053]}", offset)
-    return str(path)
+    try:
+        return str(files.inside(name))
+    except CncError as error:
+        raise fail(error.code, error.text, offset) from None
 
 
 def _shown(value: float | str) -> str:

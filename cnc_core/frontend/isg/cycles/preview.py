@@ -13,6 +13,7 @@ from typing import Protocol
 
 from cnc_core.blocks import BlockBatch
 from cnc_core.errors import CncError
+from cnc_core.files import Folders, open_regular
 from cnc_core.frontend.machine import External
 from cnc_core.frontend.port import ExternalValue, OfflinePort, Wait
 from cnc_core.units import FloatArray
@@ -24,7 +25,7 @@ BLOCKS_MAX = 200_000
 CALL = re.compile(rb"\bcycle\s*\[", re.I)
 SUBPROGRAM = re.compile(rb"(?<![A-Za-z])L[ \t]+([^\s();\"\],#$]+)", re.I)
 FILES_MAX = 100
-CODES = frozenset({13320, 21381, 22178, *range(907101, 907109)})
+CODES = frozenset({13320, 21381, 22178, *range(907101, 907111)})
 
 
 class Reader(Protocol):
@@ -65,30 +66,36 @@ class DryPort(OfflinePort):
         return super().read_file(name)
 
 
-def calls_cycles(path: Path) -> bool:
+def calls_cycles(path: Path, folders: Folders) -> bool:
     """The program, or a file that it calls, calls a cycle.
 
     Very long texts are searched in their beginning only.
     """
     waiting, seen = [path], {path}
     while waiting and len(seen) <= FILES_MAX:
-        found, called = _look_through(waiting.pop())
+        file = waiting.pop()
+        found, called = _look_through(file, folders if file != path else None)
         if found:
             return True
         for name in called:
-            file = path.parent / name.replace("\\", "/")
+            try:
+                file = folders.place(name, path.parent)
+            except CncError:
+                continue  # the call will say why
             if file not in seen:
                 seen.add(file)
                 waiting.append(file)
     return False
 
 
-def _look_through(path: Path) -> tuple[bool, set[str]]:
+def _look_through(path: Path, folders: Folders | None) -> tuple[bool, set[str]]:
     """Whether a cycle is called, and the names of the subprogram files that are."""
     tail, called = b"", set[str]()
-    if not path.is_file():
+    try:
+        opened = open_regular(path) if folders is None else folders.open(path)
+    except CncError:
         return False, called
-    with path.open("rb") as file:
+    with opened as file:
         for _ in range(SEARCHED_BYTES // CHUNK_BYTES):
             chunk = file.read(CHUNK_BYTES)
             text = (tail + chunk).lower()

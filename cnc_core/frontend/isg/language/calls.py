@@ -14,7 +14,7 @@ from cnc_core.errors import CncError
 from cnc_core.frontend.base.block_text import read_block
 from cnc_core.frontend.base.flow import START, Level, Mark, ProgramFile
 from cnc_core.frontend.base.formula import Constant, Formula, text_of
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 from cnc_core.frontend.base.variables import Value
 
 from ..cycles import registry
@@ -25,7 +25,7 @@ from ..state.patterns import ID_MAX
 from ..state.state import ProgramState
 from ..state.store import ARGUMENTS_MAX
 from .formulas import Formulas
-from .text import PROGRAMS, head_of
+from .text import PROGRAMS, comment_depth, head_of
 
 NAME = re.compile(r'[^\s();"\],#$]+')
 NAME_CHARACTERS, DYNAMIC_CHARACTERS = 83, 80
@@ -64,7 +64,7 @@ class CallParser:
     def parse(self, offset: int, letters: str) -> Callable[[], Call]:
         stream, local = self._stream, letters == "LL"
         begin = offset + len(letters)
-        if stream.text[begin : begin + 1].isdigit():
+        if digits(stream.text[begin : begin + 1]):
             self._state.warn(
                 907040, "subprogram call without a blank behind L", offset
             )
@@ -235,7 +235,7 @@ class CallParser:
     ) -> int:
         """Its number."""
         stream = self._stream
-        if not stream.accept_name("P") or not stream.current.text.isdigit():
+        if not stream.accept_name("P") or not digits(stream.current.text):
             raise fail(907034, "L CYCLE: expected @P and a number", offset)
         number = int(stream.next().text)
         if not 1 <= number <= ARGUMENTS_MAX:
@@ -357,15 +357,16 @@ class Finder:
         return self._places[key]
 
     def _look_up(self, call: Call) -> Path | None:
-        wanted = Path(call.name.replace("\\", "/"))
-        folders = [self._folder, self._state.flow.file.path.parent]
-        for folder in folders:
-            path = folder / wanted
-            if path.is_file():
-                return path
-            other = _other_case(path)
-            if other is not None:
-                return other
+        flow = self._state.flow
+        try:
+            for folder in (self._folder, flow.file.path.parent):
+                path = flow.folders.place(call.name, folder)
+                found = path if flow.folders.has(path) else _other_case(path)
+                if found is not None and flow.folders.has(found):
+                    return found
+        except CncError as error:
+            if registry.find(call.name) is None:
+                raise fail(error.code, error.text, call.offset) from None
         return None
 
     def locals_of(self, file: ProgramFile) -> dict[str, Mark]:
@@ -378,7 +379,7 @@ class Finder:
         return known
 
     def _search_locals(self, file: ProgramFile) -> dict[str, Mark]:
-        source, found, line = file.source, {}, 0
+        source, found, line, comment = file.source, {}, 0, 0
         before = source.position
         source.seek(0)
         while True:
@@ -387,7 +388,9 @@ class Finder:
             if block is None:
                 break
             line += block.lines_read
-            name = local_name(head_of(block.text).text)
+            head = head_of(block.text)
+            comment = comment_depth(head, comment)
+            name = None if comment else local_name(head.text)
             if name is not None and name not in found:
                 found[name] = Mark(source.position, line)
             if len(found) > LOCALS_MAX:
@@ -425,7 +428,7 @@ def _other_case(path: Path) -> Path | None:
             (
                 p
                 for p in path.parent.iterdir()
-                if p.name.lower() == path.name.lower() and p.is_file()
+                if p.name.lower() == path.name.lower()
             ),
             None,
         )

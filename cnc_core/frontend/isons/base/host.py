@@ -115,7 +115,7 @@ class ProgramHost(Protocol):
         """File of an event's macro, None if there is none."""
         ...
 
-    def text_of(self, name: str) -> str | None:
+    def text_of(self, name: str, offset: int) -> str | None:
         """Text of a file that the program reads, None if there is none."""
         ...
 

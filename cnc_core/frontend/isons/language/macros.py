@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from cnc_core.errors import CncError
+from cnc_core.files import Folders
 from cnc_core.frontend.base.lexer import fail
 
 from ..base.machine import EVENTS, IsonsCell
@@ -16,7 +18,7 @@ SUFFIXES = (".isons", ".nc", ".iso", ".txt", "")
 
 class Macros:
     """Finds macro files; ``events``: M number by event, -1 none; OPT changes it
-    for the program that runs.
+    for the program that runs.  ``folders``: where the program may read.
     """
 
     def __init__(self, program: Path, cell: IsonsCell) -> None:
@@ -33,6 +35,7 @@ class Macros:
             if Path(cell.app_path).is_absolute()
             else here / cell.app_path
         )
+        self.folders = Folders(here, [*self._folders[1:], self._app])
         self._known: dict[str, Path | None] = {}
         self.events = dict(cell.events)
 
@@ -48,7 +51,7 @@ class Macros:
             for stem in (name, name.lower()):
                 for suffix in self._suffixes:
                     path = folder / (stem + suffix)
-                    if path.is_file():
+                    if self.folders.has(path):
                         return path
         return None
 
@@ -82,11 +85,16 @@ class Macros:
         else:
             folders = [*self._folders[:1], caller.parent]
         self._no_converter(name, offset)
-        for folder in folders:
-            path = folder / text
-            if path.is_file():
-                return path
-        raise fail(901001, f"IMPORT: file not found: {name}", offset)
+        try:
+            for folder in folders:
+                path = self.folders.place(text, folder)
+                if self.folders.has(path):
+                    return path
+        except CncError as error:
+            raise fail(error.code, f"IMPORT: {error.text}", offset) from None
+        raise fail(
+            901001, f"IMPORT: file not found: {folders[0] / text}", offset
+        )
 
     def _no_converter(self, name: str, offset: int) -> None:
         """What would read imported files in place of this front end cannot be

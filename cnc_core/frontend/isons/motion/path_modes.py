@@ -17,9 +17,11 @@ import numpy as np
 
 from cnc_core.blocks import FILTER, HAS_VALUE, NC_AXES, PATH_MODE, SMOOTHING
 from cnc_core.frontend.base.scanner import Modal, Row
+from cnc_core.frontend.machine import ProgramMachine
 
 from ..base.parameters import Parameters
 from ..base.text import AXIS_LETTERS
+from .axis_dynamics import AxisDynamics
 
 DEFAULT = 64
 NO_AXIS = 255
@@ -87,15 +89,13 @@ class PathModes:
     """
 
     def __init__(
-        self,
-        axes: tuple[str, ...],
-        rotary: tuple[bool, ...],
-        modal: Modal,
-        parameters: Parameters,
+        self, machine: ProgramMachine, modal: Modal, parameters: Parameters
     ) -> None:
         self.tip_on = False
-        self._rotary = sum(1 << i for i, turns in enumerate(rotary) if turns)
-        self._names = [name.upper() for name in axes]
+        self._rotary = sum(
+            1 << i for i, turns in enumerate(machine.rotary) if turns
+        )
+        self._names = [name.upper() for name in machine.axes]
         self._modal, self._parameters = modal, parameters
         self.mode = DEFAULT
         self.transport_limit = 0.0  # of G68 X
@@ -104,6 +104,7 @@ class PathModes:
         self.filters = Filters()
         self.mild: set[int] = set()
         self.mild_on = False
+        self._limits = AxisDynamics(machine, modal, parameters)
         # all off
         self._sent = [
             _key(self._modal.row(FILTER, 0, code=code))
@@ -128,6 +129,7 @@ class PathModes:
             *self._filter_rows(plane, depth_axis, n),
             self._mode_row(plane, n),
             *self._mild_rows(n),
+            *self._limits.rows(n),
         ]
         keys = [_key(row) for row in made]
         out = [
@@ -309,11 +311,23 @@ class PathModes:
             max(f.nurbs_step / DRIVEN_SHARE, DRIVEN_MIN_MM), DRIVEN_MAX_MM
         ), max(longest, f.nurbs_step)
 
+    def rounded_axes(self) -> frozenset[int]:
+        """Axes that the edge smoothing lets lag; none: it is off."""
+        return frozenset(self._lagging()) if self.mild_on else frozenset()
+
+    def exact_corner(self, n: int) -> list[Row]:
+        """The order that ends a smoothed section and begins the next one."""
+        return self._mild_rows(n)
+
+    def _lagging(self) -> dict[int, float]:
+        values = {
+            axis: self._parameters[f"MILD_{self._names[axis]}"]
+            for axis in self.mild
+        }
+        return {a: v for a, v in values.items() if MILD_LOW < v < MILD_HIGH}
+
     def _mild_tolerance(self) -> float:
-        values = [
-            self._parameters[f"MILD_{self._names[axis]}"] for axis in self.mild
-        ]
-        acting = [value for value in values if MILD_LOW < value < MILD_HIGH]
+        acting = self._lagging().values()
         if not acting:
             return 0.0
         lag_s = self._parameters["TAU"] / 1000.0 * MILD_HIGH / min(acting)

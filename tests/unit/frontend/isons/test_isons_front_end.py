@@ -532,7 +532,7 @@ def test_mixed_bits_and_comparisons_warn(tmp_path):
 def test_modal_state_stays_from_program_to_program(tmp_path):
     """All but rotation and compensation; origins with their slots."""
     port, rows = OfflinePort(np.zeros(4)), []
-    first = "G91\nUSER_ZERO 2 G94X10\nG60\nF2\nG50Z90\nG24\nG36X1A\nG18\nG43 X3 Z+\nG41\n"
+    first = "G91\nUSER_ZERO 2 G94X10\nG60\nF2\nG50Z90\nG24\nG36X1A\nG18\nG43 X3 Z+\nD2\nG41\n"
     for name, text in (
         ("a", first),
         ("b", "G1X1\nX5\nG90X1A359\n$A=$_X1\n$B=$_X10\n$C=$_X11\n"),
