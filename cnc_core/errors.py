@@ -317,6 +317,7 @@ ERRORS: dict[int, str] = {
     905014: "no answer in time",
     905015: "wrong segment name",
     905016: "channel or axis not configured",
+    905017: "segment cut or written over while in use",
     905020: "mode command: no program is selected and none is named",
     905021: "execution mode not supported",
     905022: "error record of the PLC",

@@ -84,6 +84,7 @@ def _print_run(result: Any, title: str) -> None:
         "requests",
         "handshake_us",
         "overruns",
+        "planner_late",
         "recorded",
     ):
         table.add_row(key, json.dumps(value[key]))

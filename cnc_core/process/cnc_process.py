@@ -21,7 +21,7 @@ from typing import Any
 from hli._sync import lib as sync
 
 from hli import layout, segment
-from hli.errors import HliTimeout
+from hli.errors import HliLost, HliTimeout
 
 from .. import frontend
 from ..config import load_config
@@ -181,6 +181,11 @@ class CncProcess:
         """A PLC that died is taken off the segment, so that the next one finds
         it free.
         """
+        if self.segment.lost:
+            raise HliLost(
+                f"segment {self.options.name!r} has been cut or written over"
+                " while it was in use; the CNC ends"
+            )
         if not self.side.plc.attached or self.plc_alive():
             return
         # the next PLC may be registering: then the next look does it
@@ -440,7 +445,7 @@ class CncProcess:
             event = self.engine.wait(SLICE_S)
         else:
             event = self.engine.run(self._stretch(), int(SLICE_S * 1e9))
-        if event in (Event.DONE, Event.PLC_WAIT):
+        if event in (Event.DONE, Event.PLC_WAIT) or self.segment.lost:
             self._look_at_plc()
             if event is Event.PLC_WAIT and not self.side.plc.attached:
                 time.sleep(0.002)

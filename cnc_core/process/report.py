@@ -33,6 +33,8 @@ LOG_WARNINGS = {
 }
 COUNTERS = (
     "overruns",
+    "planner_late",
+    "planner_late_cycles",
     "bad_commands",
     "techno_functions",
     "techno_wait_cycles",
@@ -65,4 +67,5 @@ def engine_figures(state: Any, cycle_s: float) -> dict[str, Any]:
         "cycles": int(state.cycle),
         "sim_time_s": int(state.cycle) * cycle_s,
         "requests": requests,
+        "planner_away_s": float(state.planner_away_s),
     } | counters

@@ -113,6 +113,9 @@ typedef struct engine_state {
     double halt_s, halt_whole; /* and how much of it has been driven, mm */
     uint64_t infeasible; /* planner: state that could not be continued legally;
                             must stay 0 */
+    uint64_t planner_late; /* times the path braked or stood for the planner */
+    uint64_t planner_late_cycles; /* cycles that this took */
+    double planner_away_s;        /* longest time its thread had no processor */
 } engine_state;
 
 /* HLI_PROC_TRANS_TO_MODE_STATE as the PLC wrote it; `parameter` ends with NUL.

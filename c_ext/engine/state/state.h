@@ -56,6 +56,7 @@ struct engine {
     struct geo geo;
     struct technology_state technology;
     struct orders orders;
+    struct lateness lateness;
     struct watchdog watchdog;
     struct retracing retracing;
     /* GEO writes, the cell takes */

@@ -93,6 +93,7 @@ typedef struct techno_counts {
 typedef struct techno_slot {
     bool used, acked, replay;
     uint32_t synch;
+    uint32_t generation; /* of the PLC to which it was put out */
 } techno_slot;
 
 typedef struct early_output {
