@@ -121,7 +121,7 @@ def module(name: str, headers: list[str], sources: list[str]) -> FFI:
     return ffi
 
 
-SYNC_SOURCES = ["hli/sync.c", "hli/guard.c", "hli/bench.c"]
+SYNC_SOURCES = ["hli/sync.c", "hli/guard.c", "hli/queue.c", "hli/bench.c"]
 ENGINE_HEADERS = [
     "rows/nc_block.h",
     "rows/scan.h",

@@ -1,24 +1,35 @@
 """The CNC: front ends, geometry, engine, co-simulation cell, command line."""
 
-from typing import Any
+from __future__ import annotations
 
-__all__ = ["Cell", "CncError", "RunResult", "start_plc"]
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .cell import Cell, RunResult
+    from .cell.stepping import start_plc
+    from .config import CellConfig
+    from .errors import CncError
+else:
+    _HOMES = {
+        "Cell": "cell",
+        "CellConfig": "config",
+        "CncError": "errors",
+        "RunResult": "cell",
+        "start_plc": "cell.stepping",
+    }
+
+    def __getattr__(name):
+        """Import the public names when they are asked for: processes that need
+        less start faster.
+        """
+        if name in _HOMES:
+            home = importlib.import_module(f".{_HOMES[name]}", __name__)
+            return getattr(home, name)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__():
+        return sorted({*globals(), *__all__})
 
 
-def __getattr__(name: str) -> Any:
-    """Import the public names when they are asked for: processes that need less
-    start faster.
-    """
-    if name in ("Cell", "RunResult"):
-        from . import cell  # noqa: PLC0415
-
-        return getattr(cell, name)
-    if name == "CncError":
-        from .errors import CncError  # noqa: PLC0415
-
-        return CncError
-    if name == "start_plc":
-        from .cell.stepping import start_plc  # noqa: PLC0415
-
-        return start_plc
-    raise AttributeError(f"module 'cnc_core' has no attribute {name!r}")
+__all__ = ["Cell", "CellConfig", "CncError", "RunResult", "start_plc"]

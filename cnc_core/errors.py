@@ -173,7 +173,7 @@ ERRORS: dict[int, str] = {
     907106: "call pattern: rotation about X or Y (PAT_ROTATION)",
     907107: "cycle: the tool has no radius (CYC_NO_TOOL)",
     907108: "a cycle call stands alone in its block",
-    907110: "cycle: unknown parameter is ignored",
+    907110: "cycle: unknown parameter",
     # our own: die sinking
     907120: "#TRACK CHAN ON [EXTEND] needs FCT_EXTENSION_EQUIDIST (P-CHAN-00650)",
     907121: "orbited contour: only lines may meet in a corner",

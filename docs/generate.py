@@ -1,4 +1,5 @@
-"""The tables of the reference, printed from the code into its pages.
+"""The tables of the reference, printed from the code into its pages, and the
+types of the HLI's structures for editors.
 
 A page keeps a table between ``<!-- generated: NAME ARGUMENT -->`` and
 ``<!-- end -->``.  ``python docs/generate.py`` names the pages that differ from
@@ -12,9 +13,10 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from tables import cell, command_line, dialects, errors, members
+from tables import cell, command_line, dialects, errors, members, stub
 
 DOCS = Path(__file__).resolve().parent
+STRUCTURES = DOCS.parent / "hli" / "structures.pyi"
 REGION = re.compile(
     r"(<!-- generated: (\S+)(?: (\S+))? -->\n).*?(<!-- end -->)", re.DOTALL
 )
@@ -52,11 +54,18 @@ def pages() -> list[Path]:
     return sorted((DOCS / "reference").rglob("*.md"))
 
 
+def files() -> dict[Path, str]:
+    """Every generated file with the text that the code gives."""
+    found = {
+        page: generated(page.read_text(encoding="utf-8")) for page in pages()
+    }
+    return found | {STRUCTURES: stub.stub()}
+
+
 def main() -> int:
     differ = []
-    for page in pages():
-        text = page.read_text(encoding="utf-8")
-        new = generated(text)
+    for page, new in files().items():
+        text = page.read_text(encoding="utf-8") if page.exists() else ""
         if new != text:
             differ.append(page)
             if "--write" in sys.argv:

@@ -3,14 +3,14 @@
 hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/override_from_contour.py
 """
 
-from plc_client import ContourLookahead, FeedControl, task
+from plc_client import ContourLookahead, FeedControl, Hli, task
 
 
 @task(interval=0.001)
 class OverrideFromContour:
-    def setup(self, hli):
+    def setup(self, hli: Hli):
         self.ch = hli.gpCh[0]
-        self.clah = ContourLookahead(self.ch.contour_lookahead)
+        self.clah = ContourLookahead(self.ch)
         self.feed = FeedControl(self.ch)
 
     def cyclic(self):

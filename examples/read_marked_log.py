@@ -5,7 +5,7 @@ Every entry is printed once.
 hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/read_marked_log.py
 """
 
-from plc_client import ContourLookahead, task
+from plc_client import ContourLookahead, Hli, task
 
 KINDS = {
     1: "line",
@@ -19,9 +19,9 @@ KINDS = {
 
 @task(interval=0.010)
 class ReadMarkedLog:
-    def setup(self, hli):
+    def setup(self, hli: Hli):
         self.state = hli.gpCh[0].contour_lookahead.state
-        self.clah = ContourLookahead(hli.gpCh[0].contour_lookahead)
+        self.clah = ContourLookahead(hli.gpCh[0])
         self.count = 0
 
     def cyclic(self):

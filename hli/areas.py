@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from . import layout
 from .segment import Segment
+from .structures import (
+    HLI_AHEAD,
+    HLI_AXIS,
+    HLI_CHANNEL,
+    HLI_EXT_VAR,
+    HLI_PLATFORM,
+    HLI_SEGMENT,
+    HLI_SIDECAR,
+)
 from .symbol import Symbol, resolve
-from .view import Pointers, view_class
+from .view import Pointers
 
 
 class Areas:
@@ -16,17 +22,24 @@ class Areas:
     """
 
     def __init__(self, segment: Segment) -> None:
-        root: Any = view_class(layout.HLI_SEGMENT)(segment.root)
+        root: HLI_SEGMENT = HLI_SEGMENT(segment.root)
         self.segment = segment
         self.root = root
         self.gNrCh: int = root.segment_head.channel_count
         self.gNrAx: int = root.segment_head.axis_count
-        self.gpPform: Any = root.platform
-        self.gpCh = Pointers("gpCh", root.channel, self.gNrCh)
-        self.gpAx = Pointers("gpAx", root.axis, self.gNrAx)
-        self.gpVECh = Pointers("gpVECh", root.ext_var_channel, self.gNrCh)
-        self.gpVEGlobal: Any = root.ext_var_global
-        self.sidecar: Any = root.sidecar
+        self.gpPform: HLI_PLATFORM = root.platform
+        self.gpCh: Pointers[HLI_CHANNEL] = Pointers(
+            "gpCh", root.channel, self.gNrCh
+        )
+        self.gpAx: Pointers[HLI_AXIS] = Pointers("gpAx", root.axis, self.gNrAx)
+        self.gpVECh: Pointers[HLI_EXT_VAR] = Pointers(
+            "gpVECh", root.ext_var_channel, self.gNrCh
+        )
+        self.gpVEGlobal: HLI_EXT_VAR = root.ext_var_global
+        self.gpAhead: Pointers[HLI_AHEAD] = Pointers(
+            "gpAhead", root.ahead, min(self.gNrCh, len(root.ahead))
+        )
+        self.sidecar: HLI_SIDECAR = root.sidecar
 
     def symbol(self, path: str) -> Symbol:
         """The variable behind a TwinCAT-style path:

@@ -141,7 +141,7 @@ def _public(cls: type[ctypes.Structure]) -> bool:
 
 
 def _st_constants() -> dict[str, int]:
-    public = re.compile("HLI_(.*_(MAXIDX|LAENGE)|(CLAH|IMCM)_.*)")
+    public = re.compile("HLI_(.*_(MAXIDX|LAENGE)|(CLAH|IMCM|AHEAD)_.*)")
     return {
         name: value
         for name, value in layout.CONSTANTS.items()
@@ -184,6 +184,7 @@ def _st_pointer_list() -> str:
         f"gpAx : ARRAY [0..{layout.HLI_SYS_AX_MAXIDX}] OF POINTER TO HLI_AXIS;",
         f"gpVECh : ARRAY [0..{layout.HLI_SYS_CH_MAXIDX}] OF {words};",
         f"gpVEGlobal : {words};",
+        f"gpAhead : ARRAY [0..{layout.HLI_AHEAD_CH_MAXIDX}] OF POINTER TO HLI_AHEAD;",
         "gNrCh : UINT;",
         "gNrAx : UINT;",
     ]

@@ -16,7 +16,8 @@ import numpy as np
 from . import layout
 from ._sync import ffi, lib
 from .errors import HliTimeout
-from .view import BLOCK_DTYPE, View, view_class
+from .structures import HLI_CONTOUR_LOOKAHEAD
+from .view import BLOCK_DTYPE, View, expect, root_of, spelling, view_class
 
 _ROW_BYTES = BLOCK_DTYPE.itemsize
 BLOCK_ROWS = layout.HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1
@@ -34,16 +35,14 @@ REFUSED: int = lib.HS_REFUSED
 
 def word_pointer(root: View, name: str) -> Any:
     """cffi pointer to a side word (``cnc_turn``, ``clah_bell`` ...) of a
-    segment view.
+    segment view.  TypeError: no segment view; ValueError: no side word.
     """
-    return root.sidecar._pointer(getattr(layout.HLI_SIDECAR, name).offset)
-
-
-def root_of(view: View) -> View:
-    """The segment's view around any view taken from it."""
-    while view._parent is not None:
-        view = view._parent
-    return view
+    expect(root, "word_pointer", "hli.root", layout.HLI_SEGMENT)
+    words = dict(layout.HLI_SIDECAR._fields_)  # type: ignore[arg-type]
+    if words.get(name) is not layout.HLI_SIDE_WORD:
+        raise ValueError(f"{name!r} is no side word")
+    sidecar: View = getattr(root, "sidecar")  # noqa: B009
+    return sidecar._pointer(getattr(layout.HLI_SIDECAR, name).offset)
 
 
 def snapshot(view: View, timeout_s: float = 1.0) -> Any:
@@ -52,15 +51,22 @@ def snapshot(view: View, timeout_s: float = 1.0) -> Any:
 
     These two are what the CNC writes under the seqlock; ValueError for any
     other view. Raises HliTimeout if no copy stayed undisturbed for
-    ``timeout_s`` (the writer died while it wrote).
+    ``timeout_s`` (the writer died while it wrote), TypeError for what is no
+    view of the memory.
     """
+    expect(
+        view,
+        "snapshot",
+        "hli.gpCh[0].bahn_state or hli.gpCh[0].contour_lookahead.state",
+        *layout.structures(),
+    )
     root: Any = root_of(view)
     if view not in (
         root.channel[0].bahn_state,
         root.channel[0].contour_lookahead.state,
     ):
         raise ValueError(
-            f"{type(view).__name__}: only gpCh[0].bahn_state and "
+            f"{spelling(view)}: only gpCh[0].bahn_state and "
             "contour_lookahead.state have a seqlock"
         )
     structure: Any = type(view._c)
@@ -81,12 +87,28 @@ def snapshot(view: View, timeout_s: float = 1.0) -> Any:
     return view_class(structure)(copy)
 
 
+def _facts_of(root: Any, unit: View) -> Any:
+    """Where the extension tells about answers of the unit; the unit of a channel
+    without extension has none that ever says something.
+    """
+    for channel, area in zip(root.channel, root.ahead, strict=False):
+        if channel.contour_lookahead._address == unit._address:
+            return area._c.answer
+    return layout.HLI_AHEAD_ANSWER()
+
+
 class ContourUnit:
     """One contour look-ahead unit and its bells: request, take, exchange (PLC);
     wait_request, answer (CNC).
     """
 
-    def __init__(self, unit: View) -> None:
+    def __init__(self, unit: HLI_CONTOUR_LOOKAHEAD) -> None:
+        expect(
+            unit,
+            "ContourUnit",
+            "hli.gpCh[0].contour_lookahead",
+            layout.HLI_CONTOUR_LOOKAHEAD,
+        )
         root = root_of(unit)
         self.view = unit
         self.address = unit._address
@@ -97,6 +119,10 @@ class ContourUnit:
         self._rows = ffi.cast("void *", self.rows.ctypes.data)
         self._bytes = memoryview(self.rows.view(np.uint8).data)
         self._request = ffi.new("double[2]")
+        self._ahead = _facts_of(root, unit)
+        self._answered = layout.HLI_AHEAD_ANSWER()
+        self._facts_from = ffi.cast("void *", ctypes.addressof(self._ahead))
+        self._facts = ffi.cast("void *", ctypes.addressof(self._answered))
 
     # -- PLC side
     def request(self, start_position: float, length: float) -> bool:
@@ -110,7 +136,21 @@ class ContourUnit:
         request is pending.
         """
         n: int = lib.hs_clah_take(self._unit, self._rows)
+        if n in (0, BLOCK_ROWS):
+            ctypes.memmove(
+                ctypes.addressof(self._answered),
+                ctypes.addressof(self._ahead),
+                ctypes.sizeof(self._answered),
+            )
         return n if n >= 0 else -1
+
+    def rest(self, n: int) -> tuple[bool, int]:
+        """(more, empty) of the answer of `n` elements that was taken last:
+        whether there are more, why there are none (HLI_AHEAD_EMPTY_*).
+        """
+        if 0 < n < BLOCK_ROWS:
+            return False, layout.HLI_AHEAD_NOT_EMPTY
+        return bool(self._answered.more), int(self._answered.empty)
 
     def next(self, start_position: float, length: float) -> int:
         """``take`` and ``request`` in one C call, for whoever owns the pending
@@ -120,7 +160,13 @@ class ContourUnit:
         request that is not finite.
         """
         n: int = lib.hs_clah_next(
-            self._unit, self._bell, start_position, length, self._rows
+            self._unit,
+            self._bell,
+            start_position,
+            length,
+            self._rows,
+            self._facts_from,
+            self._facts,
         )
         return n
 
@@ -185,8 +231,10 @@ class ContourUnit:
 
     def answer(self, blocks: np.ndarray[Any, Any]) -> None:
         """Answer with these elements (BLOCK_DTYPE, contiguous, the first 128
-        are used) and clear the semaphore.
+        are used) and clear the semaphore.  TypeError: other elements.
         """
+        if blocks.dtype != BLOCK_DTYPE:
+            raise TypeError(f"blocks of {blocks.dtype}: BLOCK_DTYPE is needed")
         rows = np.ascontiguousarray(blocks, BLOCK_DTYPE)
         lib.hs_clah_answer(
             self._unit,

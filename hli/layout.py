@@ -52,6 +52,12 @@ HLI_ESA_MAXIDX = 2
 # UDINT words of one external-variable area: 1000 variables of 24 bytes
 HLI_EXT_VAR_MAXIDX = 5999
 HLI_INTF_VERSION_NAME_LAENGE = 23
+# The extension HLI_AHEAD: not of the manual, so it has a version of its own
+HLI_AHEAD_VERSION = 1
+HLI_AHEAD_CH_MAXIDX = 0
+HLI_AHEAD_SLOT_MAXIDX = 3
+HLI_AHEAD_AXIS_MAXIDX = 8
+HLI_AHEAD_KNOT_MAXIDX = 511
 
 # block_type of a contour look-ahead element
 HLI_CLAH_NONE = 0
@@ -61,6 +67,51 @@ HLI_CLAH_LOG_ON = 3
 HLI_CLAH_LOG_PARAM = 4
 HLI_CLAH_LOG_OFF = 5
 HLI_CLAH_POLYNOMIAL = 6
+
+# block_type of what a queue answers in place if HLI_AHEAD_EVENTS asks for it
+HLI_CLAH_DWELL = 16
+HLI_CLAH_M = 17
+HLI_CLAH_H = 18
+HLI_CLAH_S = 19
+HLI_CLAH_T = 20
+
+# HLI_AHEAD_REQUEST: mode; flags
+HLI_AHEAD_MODE_LOG = 1
+HLI_AHEAD_MODE_CONTOUR = 2
+HLI_AHEAD_BEYOND = 1
+HLI_AHEAD_EVENTS = 2
+HLI_AHEAD_DETAILS = 4
+# HLI_AHEAD_ANSWER: why it is empty
+HLI_AHEAD_NOT_EMPTY = 0
+HLI_AHEAD_EMPTY_DISABLED = 1
+HLI_AHEAD_EMPTY_NOT_KNOWN = 2
+HLI_AHEAD_EMPTY_BEHIND_END = 3
+HLI_AHEAD_EMPTY_BEFORE_RESET = 4
+HLI_AHEAD_EMPTY_DROPPED = 5
+HLI_AHEAD_EMPTY_BAD_START = 6
+HLI_AHEAD_EMPTY_BAD_LENGTH = 7
+HLI_AHEAD_EMPTY_BAD_MODE = 8
+HLI_AHEAD_EMPTY_BAD_EPOCH = 9
+HLI_AHEAD_EMPTY_BAD_FLAGS = 10
+# HLI_AHEAD_ANSWER: what ends that which is known
+HLI_AHEAD_END_OPEN = 0
+HLI_AHEAD_END_RESET = 1
+HLI_AHEAD_END_LOOP = 2
+HLI_AHEAD_END_PROGRAM = 3
+HLI_AHEAD_END_LOG = 4
+# low byte of HLI_AHEAD.slot_rw; above it the PLC's generation
+HLI_AHEAD_FREE = 0
+HLI_AHEAD_CLAIMED = 1
+HLI_AHEAD_ASKED = 2
+HLI_AHEAD_ANSWERED = 3
+# flags of HLI_AHEAD_DETAIL
+HLI_AHEAD_RAPID = 1
+HLI_AHEAD_HAS_PLACE = 2
+HLI_AHEAD_HAS_DIRECTION = 4
+HLI_AHEAD_HAS_DRIVEN = 8
+HLI_AHEAD_HAS_WAY = 16
+HLI_AHEAD_HAS_START_PLAN = 32
+HLI_AHEAD_HAS_END_PLAN = 64
 
 # Operation modes and states of channel_mc_control.mode_and_state (hli_reference 5.4)
 HLI_IMCM_STANDBY_MODE = 1
@@ -738,6 +789,135 @@ class HLI_SIDECAR(Structure):
     ]
 
 
+# ---------------------------------------------------------------------------
+# look-ahead extension: beside the manual's members, which know nothing of it
+class HLI_AHEAD_REQUEST(Structure):
+    """One cache line; the PLC's from the claim of a slot to its asking."""
+
+    _fields_ = [
+        ("start_position", LREAL),
+        ("length", LREAL),
+        ("mode", UDINT),
+        ("flags", UDINT),
+        ("epoch", UDINT),
+        ("tag", UDINT),
+        ("fill_1", BYTE * 32),
+    ]
+
+
+class HLI_AHEAD_ANSWER(Structure):
+    """What is to be known of an answer beside its elements (one cache line)."""
+
+    _fields_ = [
+        ("count", UDINT),
+        ("empty", UDINT),
+        ("end", UDINT),
+        ("mode", UDINT),
+        ("epoch", UDINT),
+        ("tag", UDINT),
+        ("more", BOOL),
+        ("fill_1", BYTE * 7),
+        ("start_position", LREAL),
+        ("length", LREAL),
+        ("dist_prog_start", LREAL),
+        ("fill_2", BYTE * 8),
+    ]
+
+
+class HLI_AHEAD_DETAIL(Structure):
+    """What an element is beside its HLI_CONTOUR_LOOKAHEAD_BLOCK."""
+
+    _fields_ = [
+        ("flags", UDINT),
+        ("epoch", UDINT),
+        ("code", DINT),
+        ("fill_1", UDINT),
+        ("value", LREAL),
+        ("way", LREAL),
+        ("feed", LREAL),
+        ("driven_length", LREAL),
+        ("speed_start", LREAL),
+        ("speed_end", LREAL),
+        ("time_start", LREAL),
+        ("time_end", LREAL),
+        ("start", LREAL * (HLI_AHEAD_AXIS_MAXIDX + 1)),
+        ("end", LREAL * (HLI_AHEAD_AXIS_MAXIDX + 1)),
+        ("direction_start", LREAL * 3),
+        ("direction_end", LREAL * 3),
+    ]
+
+
+class HLI_AHEAD_SLOT(Structure):
+    _fields_ = [
+        ("request", HLI_AHEAD_REQUEST),
+        ("answer", HLI_AHEAD_ANSWER),
+        (
+            "block",
+            HLI_CONTOUR_LOOKAHEAD_BLOCK
+            * (HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1),
+        ),
+        (
+            "detail",
+            HLI_AHEAD_DETAIL * (HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1),
+        ),
+    ]
+
+
+class HLI_AHEAD_STATE(Structure):
+    """Written in every cycle, under the seqlock of the channel."""
+
+    _fields_ = [
+        ("motion_time", LREAL),
+        ("epoch", UDINT),
+        ("edition", UDINT),
+        ("plan_valid", BOOL),
+        ("fill_1", BYTE * 7),
+        ("fill_2", BYTE * 40),
+    ]
+
+
+class HLI_AHEAD_KNOT(Structure):
+    _fields_ = [
+        ("motion_time", LREAL),
+        ("distance", LREAL),
+        ("rate", LREAL),
+        ("speed", LREAL),
+    ]
+
+
+class HLI_AHEAD_PLAN(Structure):
+    """The plan of the coming motion, under a seqlock of its own, ``seq``."""
+
+    _fields_ = [
+        ("seq", UDINT),
+        ("edition", UDINT),
+        ("count", UDINT),
+        ("complete", BOOL),
+        ("fill_1", BYTE * 3),
+        ("override", LREAL),
+        ("fill_2", BYTE * 40),
+        ("knot", HLI_AHEAD_KNOT * (HLI_AHEAD_KNOT_MAXIDX + 1)),
+    ]
+
+
+class HLI_AHEAD(Structure):
+    """The extension of one channel: each line has one writer but ``slot_rw``."""
+
+    _fields_ = [
+        ("version_r", UDINT),
+        ("sizeof_r", UDINT),
+        ("fill_1", BYTE * 56),
+        ("answer", HLI_AHEAD_ANSWER),
+        ("slot_rw", UDINT * (HLI_AHEAD_SLOT_MAXIDX + 1)),
+        ("fill_2", BYTE * 48),
+        ("plan_enable_w", BOOL),
+        ("fill_3", BYTE * 63),
+        ("state", HLI_AHEAD_STATE),
+        ("plan", HLI_AHEAD_PLAN),
+        ("slot", HLI_AHEAD_SLOT * (HLI_AHEAD_SLOT_MAXIDX + 1)),
+    ]
+
+
 # values of HLI_SIDE_CNC.clock, .service and .phase
 HLI_CLOCK_LOCKSTEP = 0
 HLI_CLOCK_FREERUN = 1
@@ -760,6 +940,8 @@ class HLI_SEGMENT(Structure):
         ("ext_var_channel", HLI_EXT_VAR * (HLI_SYS_CH_MAXIDX + 1)),
         ("ext_var_global", HLI_EXT_VAR),
         ("sidecar", HLI_SIDECAR),
+        # behind everything else: no other offset depends on it
+        ("ahead", HLI_AHEAD * (HLI_AHEAD_CH_MAXIDX + 1)),
     ]
 
 
@@ -832,13 +1014,16 @@ def verify() -> None:
         HLI_CHANNEL.contour_lookahead.offset,
         HLI_SEGMENT.channel.offset,
         HLI_SEGMENT.sidecar.offset,
+        HLI_SEGMENT.ahead.offset,
+        HLI_AHEAD.slot.offset,
     ):
         if offset % 64:
             raise AssertionError(f"offset {offset} is not on a cache line")
-    if ctypes.sizeof(HLI_CHANNEL) % 64:
-        raise AssertionError(
-            f"HLI_CHANNEL: {ctypes.sizeof(HLI_CHANNEL)} bytes, not whole cache lines"
-        )
+    for cls in (HLI_CHANNEL, HLI_AHEAD_SLOT, HLI_AHEAD):
+        if ctypes.sizeof(cls) % 64:
+            raise AssertionError(
+                f"{cls.__name__}: {ctypes.sizeof(cls)} bytes, not whole cache lines"
+            )
 
 
 def describe() -> str:

@@ -27,6 +27,7 @@ _POINTERS = (
     "gpAx",
     "gpVECh",
     "gpVEGlobal",
+    "gpAhead",
     "gNrCh",
     "gNrAx",
 )
@@ -149,7 +150,7 @@ def _index(
 ) -> tuple[Any, Any, str]:
     # HLI_EXT_VAR: an ARRAY OF UDINT by itself
     if isinstance(value, View) and hasattr(type(value), "value"):
-        value = value.value
+        value = getattr(value, "value")  # noqa: B009
     if not isinstance(value, (tuple, ArrayView)):
         raise SymbolError(f"symbol {path!r}: {spelled} is no array")
     index = index_of(path, part)

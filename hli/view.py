@@ -21,17 +21,26 @@ import contextlib
 import ctypes
 import difflib
 import functools
-import math
 import operator
 from collections.abc import Callable, Iterator
-from typing import Any, Self
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Generic,
+    Self,
+    SupportsIndex,
+    TypeVar,
+    overload,
+)
 
 import numpy as np
 
 from . import layout
 from ._sync import ffi, lib
+from .checks import bool_checker, checker
 from .errors import HliNotConfigured
 
+_T = TypeVar("_T")
 FLAG_NAMES = frozenset({"please_rw", "done_w"})
 BLOCK_DTYPE = np.dtype(layout.HLI_CONTOUR_LOOKAHEAD_BLOCK)
 BLOCK_FIELDS = tuple(
@@ -41,56 +50,6 @@ BLOCK_FIELDS = tuple(
 
 def _is_flag(name: str) -> bool:
     return name.endswith("semaphor_rw") or name in FLAG_NAMES
-
-
-def _int_limits(ctype: Any) -> tuple[int, int]:
-    bits = 8 * ctypes.sizeof(ctype)
-    signed = ctype(-1).value < 0
-    return (
-        (-(1 << bits - 1), (1 << bits - 1) - 1)
-        if signed
-        else (0, (1 << bits) - 1)
-    )
-
-
-def _checker(name: str, ctype: Any) -> Any:
-    """Function value -> value the member can hold; raises TypeError or
-    OverflowError that names the member.
-    """
-    if ctype is layout.BOOL:
-        return _bool_checker(name)
-    if ctype is layout.LREAL:
-        return float
-    low, high = _int_limits(ctype)
-
-    def check(value: Any) -> int:
-        number = value if type(value) is int else _whole(name, value)
-        if not low <= number <= high:
-            raise OverflowError(f"{name} = {value}: out of range {low}..{high}")
-        return number
-
-    return check
-
-
-def _whole(name: str, value: Any) -> int:
-    if isinstance(value, (int, np.integer)):
-        return int(value)
-    if (
-        isinstance(value, (float, np.floating))
-        and math.isfinite(value)
-        and value == int(value)
-    ):
-        return int(value)
-    raise TypeError(f"{name} = {value!r}: a whole number is needed")
-
-
-def _bool_checker(name: str) -> Any:
-    def check(value: Any) -> bool:
-        if isinstance(value, (bool, np.bool_)) or value in (0, 1):
-            return bool(value)
-        raise TypeError(f"{name} = {value!r}: TRUE or FALSE is needed")
-
-    return check
 
 
 class View:
@@ -104,6 +63,10 @@ class View:
     """
 
     __slots__ = ("__weakref__", "_c", "_parent", "_pointers")
+    _c: Any
+    _parent: Any  # a View, or None
+    _pointers: dict[str, Any]
+    _structure: type[ctypes.Structure] = ctypes.Structure
     _names: tuple[str, ...] = ()
     _writers: dict[
         str, Callable[[View, Any], None]
@@ -111,6 +74,11 @@ class View:
     _parts: dict[str, Callable[[View], Any]] = {}  # how a part is built
 
     def __init__(self, structure: Any, parent: View | None = None) -> None:
+        if not isinstance(structure, self._structure):
+            raise TypeError(
+                f"{type(self).__name__}: {type(structure).__name__} is no"
+                f" {self._structure.__name__}"
+            )
         object.__setattr__(self, "_c", structure)
         object.__setattr__(self, "_parent", parent)
         object.__setattr__(self, "_pointers", {})
@@ -123,21 +91,29 @@ class View:
         """cffi ``void *`` into the memory; keep the view alive as long as it is
         used.
         """
+        if not 0 <= offset < ctypes.sizeof(self._c):
+            raise IndexError(
+                f"{type(self).__name__}: byte {offset} of"
+                f" {ctypes.sizeof(self._c)}"
+            )
         return ffi.cast("void *", ctypes.addressof(self._c) + offset)
 
-    def __getattr__(self, name: str) -> Any:
-        build = self._parts.get(name)
-        if build is None:
-            raise AttributeError(self._unknown(name))
-        part = build(self)
-        object.__setattr__(self, name, part)
-        return part
+    # type checkers know the members from ``structures.pyi``, and no others
+    if not TYPE_CHECKING:
 
-    def __setattr__(self, name: str, value: Any) -> None:
-        write = self._writers.get(name)
-        if write is None:
-            raise AttributeError(self._unknown(name))
-        write(self, value)
+        def __getattr__(self, name: str) -> Any:
+            build = self._parts.get(name)
+            if build is None:
+                raise AttributeError(self._unknown(name))
+            part = build(self)
+            object.__setattr__(self, name, part)
+            return part
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            write = self._writers.get(name)
+            if write is None:
+                raise AttributeError(self._unknown(name))
+            write(self, value)
 
     def __delattr__(self, name: str) -> None:
         raise AttributeError(
@@ -177,13 +153,45 @@ class View:
         return f"{type(self).__name__} has no member {name!r}{hint}"
 
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *self._names})
+        """The members, each by the one name it has in the layout."""
+        more = {"as_array"} & set(vars(type(self)))
+        return sorted({*self._members(), *more})
+
+    def _members(self) -> list[str]:
+        fields: list[Any] = list(self._structure._fields_)
+        return [name for name, *_ in fields if not name.startswith("fill_")]
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} at {self._address:#x}>"
+        """Where it stands, its type and its values; a line for each value where
+        one line does not hold them.
+        """
+        head = f"{path_of(self)}: {type(self).__name__}"
+        values = [f"{n} = {_shown(getattr(self, n))}" for n in self._members()]
+        line = f"<{head}({', '.join(values)})>"
+        if len(line) <= _REPR_COLUMNS:
+            return line
+        return "\n".join([f"<{head}", *(f"  {v}" for v in values)]) + ">"
 
 
-class ArrayView:
+_REPR_COLUMNS = 80
+_REPR_ITEMS = 8
+
+
+def _shown(value: Any) -> str:
+    """A member's value within a line."""
+    if isinstance(value, View):
+        return type(value).__name__
+    if isinstance(value, ViewArray):
+        return f"{type(value[0]).__name__} * {len(value)}"
+    if not isinstance(value, ArrayView):
+        return repr(value)
+    if value._check is None:
+        return f"{len(value)} arrays"
+    items = ", ".join(map(repr, value[:_REPR_ITEMS]))
+    return f"[{items}{', ..' if len(value) > _REPR_ITEMS else ''}]"
+
+
+class ArrayView(Generic[_T]):
     """An array of numbers or BOOLs in the memory: index, slice reads, item
     writes with range check, ``as_array()``.
     """
@@ -195,7 +203,7 @@ class ArrayView:
         self._a = array
         self._parent = parent
         self._check = (
-            _checker(name, array._type_)
+            checker(name, array._type_)
             if not hasattr(array._type_, "_length_")
             else None
         )
@@ -210,6 +218,12 @@ class ArrayView:
             )
         return index
 
+    @overload
+    def __getitem__(self, index: int) -> _T: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[_T]: ...
+
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
             return list(self._a[index])
@@ -220,14 +234,14 @@ class ArrayView:
             else ArrayView(f"{self._name}[{index}]", item, self._parent)
         )
 
-    def __setitem__(self, index: int, value: Any) -> None:
+    def __setitem__(self, index: int, value: _T) -> None:
         if self._check is None:
             raise TypeError(
                 f"{self._name}[{index}] is an array; assign its elements"
             )
         self._a[self._at(index)] = self._check(value)
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[_T]:
         return (self[i] for i in range(len(self)))
 
     def as_array(self) -> np.ndarray[Any, Any]:
@@ -235,10 +249,10 @@ class ArrayView:
         return np.ctypeslib.as_array(self._a)
 
     def __repr__(self) -> str:
-        return f"<{self._name}[{len(self)}]>"
+        return f"<{path_of(self)}: {_shown(self)}>"
 
 
-class ViewArray(tuple[Any, ...]):
+class ViewArray(tuple[_T, ...]):
     """An array of structures as a tuple of views, with the whole as one numpy
     structured array.
     """
@@ -255,7 +269,7 @@ class ViewArray(tuple[Any, ...]):
 # ------------------------------------------------------------------------------------------------
 # properties
 def _scalar(name: str, ctype: Any) -> property:
-    check = _checker(name, ctype)
+    check = checker(name, ctype)
 
     def write(self: Any, value: Any) -> None:
         setattr(self._c, name, check(value))
@@ -265,7 +279,7 @@ def _scalar(name: str, ctype: Any) -> property:
 
 
 def _flag(name: str, offset: int) -> property:
-    check = _bool_checker(name)
+    check = bool_checker(name)
 
     def pointer(self: Any) -> Any:
         found = self._pointers.get(name)
@@ -328,7 +342,7 @@ def _alias(target: str) -> property:
     )
 
 
-def _view_array(array: Any, parent: View) -> ViewArray:
+def _view_array(array: Any, parent: View) -> ViewArray[Any]:
     cls = view_class(array._type_)
     views = ViewArray(cls(array[i], parent) for i in range(len(array)))
     views._ctypes_array = array
@@ -352,7 +366,11 @@ def view_class(structure: type[ctypes.Structure]) -> type[View]:
     parts = {
         name: part for name, ctype in fields if (part := _part(name, ctype))
     }
-    members: dict[str, Any] = {"__slots__": tuple(parts), "_parts": parts}
+    members: dict[str, Any] = {
+        "__slots__": tuple(parts),
+        "_parts": parts,
+        "_structure": structure,
+    }
     for name, ctype in fields:
         if name not in parts:
             members[name] = _property(
@@ -370,9 +388,7 @@ def view_class(structure: type[ctypes.Structure]) -> type[View]:
     found = [*(name for name, _ in fields), *members]
     names = tuple(
         dict.fromkeys(
-            n
-            for n in found
-            if not n.startswith(("__", "_parts", "fill_", "as_array"))
+            n for n in found if not n.startswith(("_", "fill_", "as_array"))
         )
     )
     writers = {
@@ -413,10 +429,22 @@ def _holders(structure: type[ctypes.Structure]) -> set[str]:
     }
 
 
-def overlay(array: ArrayView, structure: type[ctypes.Structure]) -> Any:
-    """A typed view over a byte array of the memory, as the PLC's typed pointer
-    on ``attribut_r.data``.
+def overlay(array: ArrayView[int], structure: type[ctypes.Structure]) -> Any:
+    """A typed view over an array of the memory, as the PLC's typed pointer on
+    ``attribut_r.data``.
+
+    Raises TypeError (no array of the HLI, no structure) and ValueError (the
+    array is too small).
     """
+    if not isinstance(array, ArrayView):
+        raise TypeError(
+            "overlay: takes an array of the HLI, such as"
+            f" hli.gpVECh[0].value; not {spelling(array)}"
+        )
+    if not (
+        isinstance(structure, type) and issubclass(structure, ctypes.Structure)
+    ):
+        raise TypeError(f"overlay: {structure!r} is no ctypes structure")
     if len(array) < ctypes.sizeof(structure):
         raise ValueError(
             f"{structure.__name__} needs {ctypes.sizeof(structure)} bytes,"
@@ -425,7 +453,7 @@ def overlay(array: ArrayView, structure: type[ctypes.Structure]) -> Any:
     return view_class(structure)(structure.from_buffer(array._a))
 
 
-class Pointers(tuple[Any, ...]):
+class Pointers(tuple[_T, ...]):
     """``gpCh``, ``gpAx``, ``gpVECh``: a view for each area the CNC has; the
     others are NULL.
 
@@ -436,12 +464,17 @@ class Pointers(tuple[Any, ...]):
     name: str
     configured: int
 
-    def __new__(cls, name: str, views: ViewArray, count: int) -> Self:
-        pointers = super().__new__(
-            cls, (*views[:count], *([None] * (len(views) - count)))
-        )
+    def __new__(cls, name: str, views: ViewArray[_T], count: int) -> Self:
+        nulls: list[Any] = [None] * (len(views) - count)
+        pointers = super().__new__(cls, (*views[:count], *nulls))
         pointers.name, pointers.configured = name, count
         return pointers
+
+    @overload
+    def __getitem__(self, index: SupportsIndex) -> _T: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[_T, ...]: ...
 
     def __getitem__(self, index: Any) -> Any:
         try:
@@ -466,3 +499,81 @@ class Pointers(tuple[Any, ...]):
         return HliNotConfigured(
             f"{what} {index} is not configured: {self.name}[{index}] is NULL; the CNC has {there}"
         )
+
+    def __repr__(self) -> str:
+        return f"<hli.{self.name}[0..{len(self) - 1}]: {self.configured} configured>"
+
+
+# ------------------------------------------------------------------------------------------------
+# where a view stands
+_GLOBAL_NAMES = {
+    "platform": "gpPform",
+    "channel": "gpCh",
+    "axis": "gpAx",
+    "ext_var_channel": "gpVECh",
+    "ext_var_global": "gpVEGlobal",
+}
+
+
+def root_of(view: View) -> View:
+    """The outermost view around any view taken from it."""
+    while view._parent is not None:
+        view = view._parent
+    return view
+
+
+def path_of(part: View | ArrayView[Any]) -> str:
+    """How a PLC program writes it: ``hli.gpCh[0].bahn_state``.
+
+    A view of other memory begins with ``copy``.
+    """
+    parent = part._parent
+    if parent is None:
+        own = part._c if isinstance(part, View) else None
+        return "hli" if isinstance(own, layout.HLI_SEGMENT) else "copy"
+    name = part._name if isinstance(part, ArrayView) else _name_in(parent, part)
+    if isinstance(parent._c, layout.HLI_SEGMENT):
+        plain, bracket, index = name.partition("[")
+        name = _GLOBAL_NAMES.get(plain, plain) + bracket + index
+    return f"{path_of(parent)}.{name}"
+
+
+def _name_in(parent: View, part: View) -> str:
+    """The name of a part that was built before."""
+    for name in parent._parts:
+        with contextlib.suppress(AttributeError):
+            found = object.__getattribute__(parent, name)
+            if found is part:
+                return name
+            if isinstance(found, ViewArray) and part in found:
+                return f"{name}[{found.index(part)}]"
+    return type(part).__name__
+
+
+def spelling(given: Any) -> str:
+    """What a program gave where a part of the HLI was wanted, for an error's
+    text.
+    """
+    if isinstance(given, View):
+        return f"{path_of(given)} ({type(given).__name__})"
+    if isinstance(given, ArrayView):
+        return path_of(given)
+    if isinstance(given, Pointers):
+        return f"hli.{given.name} (all of them)"
+    if hasattr(given, "gpCh"):
+        return f"hli ({type(given).__name__})"
+    return repr(given) if given is None else f"a {type(given).__name__}"
+
+
+def expect(
+    view: Any, caller: str, example: str, *structures: type[ctypes.Structure]
+) -> None:
+    """Refuse what is no view of one of these structures in the memory of an
+    HLI.  Nothing of another type, size or owner gets to C.
+
+    ``example``: how it is written right.  Raises TypeError.
+    """
+    known = isinstance(view, View) and type(view._c) in structures
+    if known and isinstance(root_of(view)._c, layout.HLI_SEGMENT):
+        return
+    raise TypeError(f"{caller}: takes {example}; not {spelling(view)}")

@@ -19,6 +19,7 @@ from hli.areas import Areas
 from hli.errors import HliError, HliInUse, HliNotFound, HliNotReady, HliTimeout
 from hli.handshake import ContourUnit, snapshot, word_pointer
 from hli.segment import Segment, attach
+from hli.structures import HLI_BAHN_STATE
 
 from . import clock
 
@@ -49,8 +50,8 @@ class Hli(Areas):
         super().__init__(segment)
         self.name = segment.name
         self.role = role
-        self.cnc: Any = self.sidecar.cnc
-        self.plc: Any = self.sidecar.plc
+        self.cnc = self.sidecar.cnc
+        self.plc = self.sidecar.plc
         self._cnc_turn = word_pointer(self.root, "cnc_turn")
         self._plc_turn = word_pointer(self.root, "plc_turn")
         self._attached = self.plc._pointer(layout.HLI_SIDE_PLC.attached.offset)
@@ -93,11 +94,11 @@ class Hli(Areas):
         """``plc_present_w`` of platform, channels and configured axes: the
         control units and technology output live.
         """
-        heads = [
-            area.head for area in (*self.gpCh, *self.gpAx) if area is not None
-        ]
-        for holder in (self.gpPform, *heads):
-            holder.plc_present_w = present
+        self.gpPform.plc_present_w = present
+        for channel in self.gpCh[: self.gNrCh]:
+            channel.head.plc_present_w = present
+        for axis in self.gpAx[: self.gNrAx]:
+            axis.head.plc_present_w = present
 
     def finish(self) -> None:
         """Tell the CNC that the PLC does not need the cell any longer."""
@@ -163,11 +164,12 @@ class Hli(Areas):
     def _cnc_identity(self) -> tuple[int, int, int]:
         return (self.cnc.pid, self.cnc.start, self.cnc.generation)
 
-    def snapshot(self, channel: int = 0) -> Any:
+    def snapshot(self, channel: int = 0) -> HLI_BAHN_STATE:
         """A consistent private copy of ``gpCh[channel].bahn_state`` (channel 0
         has the seqlock).
         """
-        return snapshot(self.gpCh[channel].bahn_state)
+        copy: HLI_BAHN_STATE = snapshot(self.gpCh[channel].bahn_state)
+        return copy
 
     # -- lockstep by hand
     def release_until(self, cycle: int) -> None:

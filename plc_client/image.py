@@ -17,9 +17,10 @@ from typing import Any
 from hli._sync import ffi, lib
 
 from hli import layout
+from hli.areas import Areas
 from hli.errors import HliTimeout
 from hli.handshake import OK, word_pointer
-from hli.view import view_class
+from hli.view import spelling, view_class
 
 _latch = lib.hs_image_latch
 # at once; behind them with pauses, for a CNC that lost its core while it wrote
@@ -52,13 +53,18 @@ class InputImage:
     memory back.  Views taken before stay what they were.
     """
 
-    def __init__(self, hli: Any) -> None:
+    def __init__(self, hli: Areas) -> None:
+        if not isinstance(hli, Areas):
+            raise TypeError(f"InputImage: takes hli; not {spelling(hli)}")
         self._replaced: list[tuple[Any, str]] = []
         self._locked: list[_Copy] = []
         self._plain: list[_Copy] = []
         for i, channel in enumerate(hli.gpCh):
             if channel is not None:
                 self._channel(channel, self._plain if i else self._locked)
+        for area in hli.gpAhead:
+            if area is not None:
+                self._extension(area)
         for axis in hli.gpAx:
             if axis is not None:
                 self._axis(axis)
@@ -90,6 +96,12 @@ class InputImage:
         )
         copies += [both, ahead]
 
+    def _extension(self, area: Any) -> None:
+        place = layout.HLI_AHEAD.state
+        copy = _Copy(area, place.offset, place.size)
+        self._replace(area, "state", copy.structure(layout.HLI_AHEAD_STATE))
+        self._locked.append(copy)
+
     def _axis(self, axis: Any) -> None:
         place = layout.HLI_AXIS.lr_state
         copy = _Copy(axis, place.offset, place.size)
@@ -102,7 +114,7 @@ class InputImage:
         view._replace(name, view_class(type(structure))(structure, view))
         self._replaced.append((view, name))
 
-    def _native(self, hli: Any) -> Any:
+    def _native(self, hli: Areas) -> Any:
         """The plan of copies as the C function takes it."""
         side = layout.HLI_SIDE_CNC
         # kept alive here
@@ -111,9 +123,10 @@ class InputImage:
         ]
         image = ffi.new("hs_image *")
         image.seq = word_pointer(hli.root, "channel_seq")
-        image.cycle_at = hli.cnc._pointer(side.cycle.offset)
-        image.cell_time_at = hli.cnc._pointer(side.cell_time_ns.offset)
-        image.phase_at = hli.cnc._pointer(side.phase.offset)
+        cnc = hli.sidecar.cnc
+        image.cycle_at = cnc._pointer(side.cycle.offset)
+        image.cell_time_at = cnc._pointer(side.cell_time_ns.offset)
+        image.phase_at = cnc._pointer(side.phase.offset)
         image.together, image.single = self._tables
         image.together_count, image.single_count = (
             len(self._locked),

@@ -49,6 +49,8 @@ static bool allocate(struct engine *engine) {
         return false;
     }
     engine->store.elements = calloc(elements, sizeof(struct element));
+    engine->store.more = calloc(elements, sizeof(struct element_more));
+    engine->store.events = calloc(elements, sizeof(struct ahead_event));
     uint64_t run = power_of_two(engine->cfg.window + RUN_MORE);
     engine->run.mask = (run < RUN_RING_MAX ? run : RUN_RING_MAX) - 1;
     engine->run.pieces = calloc(engine->run.mask + 1, sizeof(struct piece));
@@ -61,7 +63,8 @@ static bool allocate(struct engine *engine) {
         engine->commit.tails[i].phases =
             calloc(engine->commit.tail_max, sizeof(phase));
     }
-    bool has_store = engine->store.elements && engine->store.pieces
+    bool has_store = engine->store.elements && engine->store.more
+                     && engine->store.events && engine->store.pieces
                      && engine->store.curves,
          has_tails =
              engine->commit.tails[0].phases && engine->commit.tails[1].phases;
@@ -85,6 +88,11 @@ static void attach_segment(struct engine *engine, void *segment) {
     engine->hli.segment = segment;
     engine->hli.channel = &engine->hli.segment->channel[engine->cfg.channel];
     engine->hli.side = &engine->hli.segment->sidecar;
+    if (engine->cfg.channel <= HLI_AHEAD_CH_MAXIDX) {
+        engine->hli.ahead = &engine->hli.segment->ahead[engine->cfg.channel];
+        engine->hli.ahead->version_r = HLI_AHEAD_VERSION;
+        engine->hli.ahead->sizeof_r = sizeof *engine->hli.ahead;
+    }
     publish_initial(engine);
 }
 
@@ -136,6 +144,8 @@ void engine_free(struct engine *engine) {
         free(engine->commit.tails[i].phases);
     }
     free(engine->store.elements);
+    free(engine->store.more);
+    free(engine->store.events);
     external_free(engine);
     jerk_adapter_free(engine);
     prediction_free(engine);

@@ -237,7 +237,8 @@ static void wake_waiters(HLI_SIDE_WORD *side) {
     }
 }
 
-static void ring(HLI_SIDE_WORD *side) {
+void hs_ring(void *side_word) {
+    HLI_SIDE_WORD *side = side_word;
     __atomic_fetch_add(&side->word, 1u, __ATOMIC_RELEASE);
     wake_waiters(side);
 }
@@ -373,7 +374,7 @@ int hs_clah_request(void *unit,
                       start_position);
     store_f64_relaxed(&contour_lookahead->request.length, length);
     store_u8_release(&contour_lookahead->semaphor_rw, 1);
-    ring(bell);
+    hs_ring(bell);
     return 1;
 }
 
@@ -403,11 +404,16 @@ int hs_clah_next(void *unit,
                  void *bell,
                  double start_position,
                  double length,
-                 void *blocks) {
+                 void *blocks,
+                 const void *facts_from,
+                 void *facts) {
     if (!isfinite(start_position) || !isfinite(length)) {
         return HS_REFUSED;
     }
     int count = hs_clah_take(unit, blocks);
+    if (count == 0 || count > HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX) {
+        memcpy(facts, facts_from, sizeof(HLI_AHEAD_ANSWER));
+    }
     if (count >= 0) {
         hs_clah_request(unit, bell, start_position, length);
     }
@@ -492,7 +498,7 @@ void hs_clah_answer(void *unit,
         contour_lookahead->response.block[i].block_type = HLI_CLAH_NONE;
     }
     store_u8_release(&contour_lookahead->semaphor_rw, 0);
-    ring(answer);
+    hs_ring(answer);
 }
 
 int hs_clah_serve(void *unit,

@@ -119,6 +119,8 @@ static inline void seq_end(volatile void *gen) {
 #define TECHNO_BIT_STD 0u
 #define TECHNO_BIT_LATE 20u
 #define TECHNO_BIT_SPINDLE 40u
+/* Count a bell up and wake who sleeps on it. */
+void hs_ring(void *side_word);
 
 /* cdef begin */
 /* Wait results */
@@ -226,14 +228,17 @@ int hs_clah_request(void *unit,
 /* Number of elements copied, or HS_BUSY while the semaphore is TRUE. */
 int hs_clah_take(const void *unit, void *blocks);
 /* One call of a cyclic function block that owns the unit: take the answer, then
- * place the next request. Number of elements copied; nothing is done and the
- * result is HS_BUSY while the semaphore is TRUE, HS_REFUSED for a request that
- * is not finite. */
+ * place the next request. Of an answer that is empty or full, the facts
+ * (HLI_AHEAD_ANSWER) are copied from where the extension has them. Number of
+ * elements copied; nothing is done and the result is HS_BUSY while the
+ * semaphore is TRUE, HS_REFUSED for a request that is not finite. */
 int hs_clah_next(void *unit,
                  void *bell,
                  double start_position,
                  double length,
-                 void *blocks);
+                 void *blocks,
+                 const void *facts_from,
+                 void *facts);
 /* CNC side, for servers written in Python (tests, benchmarks): wait for a
  * request; answer it with n elements. */
 int hs_clah_wait_request(void *unit,
@@ -253,6 +258,29 @@ int hs_clah_serve(void *unit,
                   uint32_t count,
                   double *request,
                   int64_t timeout_ns);
+
+/* The queue of the extension (HLI_AHEAD): a word a slot, of which the low byte
+ * is its phase and the rest the generation of the PLC that has claimed it. A
+ * slot that a PLC before has claimed, or whose answer it has not taken, is free
+ * for the next PLC; one that it has asked is free once it is answered. */
+#define HS_SLOT_PHASE 0xFF
+/* Claim a slot: its index, or HS_BUSY. From then on its request is ours. */
+int hs_ahead_claim(void *area, uint32_t generation);
+/* The request of the slot is written: ask, and ring the bell. */
+void hs_ahead_ask(void *area, void *bell, uint32_t slot, uint32_t generation);
+/* Number of elements of the answer, copied with `details` (may be NULL) and the
+ * facts, or HS_BUSY; HS_GONE: the slot is not ours any more. The slot is free
+ * behind it. */
+int hs_ahead_take(void *area,
+                  uint32_t slot,
+                  uint32_t generation,
+                  void *blocks,
+                  void *details,
+                  void *facts);
+/* CNC side, for servers written in Python: the next slot from `from` on that is
+ * asked, or HS_BUSY; answer it (its elements and facts are written). */
+int hs_ahead_asked(const void *area, uint32_t from);
+void hs_ahead_answer(void *area, void *answer, uint32_t slot);
 
 /* Technology units (TECHNO_UNIT_CH, TECHNO_UNIT_AX): index >= `from` of the
  * next unit of the array with please_rw TRUE, or -1; copy one unit (48 bytes)

@@ -9,22 +9,31 @@
 #include "jerk/verify.h"
 #include "jerk/window.h"
 
-/* Way from the largest speed of the plan to rest with the smallest limits. */
-static double stopping_way(const jerk_planner *planner,
-                           const struct grid *grid) {
-    double x = 0.0;
+/* Way from the speed v to rest with the smallest limits along the path; axes
+ * that outrun it have less of theirs to give. */
+static double way_from(const jerk_planner *planner,
+                       const jerk_interval *interval,
+                       double v) {
     double a = 1e30;
     double j = 1e30;
-    for (int k = 0; k < grid->count; k++) {
-        x = fmax(x, planner->prob.x[k]);
-    }
     for (int i = 0; i < planner->cfg.axes; i++) {
-        a = fmin(a, planner->cfg.a_max[i]);
-        j = fmin(j, planner->cfg.j_max[i]);
+        double rate = fmax(1.0, larger(interval->d1[0][i], interval->d1[1][i]));
+        a = fmin(a, planner->cfg.a_max[i] / rate);
+        j = fmin(j, planner->cfg.j_max[i] / rate);
     }
-    double v = planner->scale * sqrt(x);
     double ramp = fmin(a, sqrt(v * j));
     return 0.5 * v * (v / ramp + ramp / j);
+}
+
+/* The longest way to rest from a knot of the plan. */
+static double stopping_way(const jerk_planner *planner,
+                           const struct grid *grid) {
+    double most = 0.0;
+    for (int k = 0; k < grid->count; k++) {
+        double v = planner->scale * sqrt(planner->prob.x[k]);
+        most = fmax(most, way_from(planner, grid->seg[k].interval, v));
+    }
+    return most;
 }
 
 /* What solutions on the way have taken off limits is given back, as far as the

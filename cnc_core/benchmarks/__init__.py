@@ -191,7 +191,7 @@ def _timed_cycles(program: Program, rows: int) -> tuple[tuple[Ns, ...], bool]:
     """
     name = f"hli-bench-{os.getpid()}-{secrets.token_hex(4)}"
     with create(name, 1, len(program.cell.axes)) as segment:
-        engine = Engine(program.cell, segment=segment.base, clock=2)
+        engine = Engine(program.cell, segment=segment, clock=2)
         feeder = Feeder(program, engine, lambda _batch: None)
         feeder.fill()
         times = engine.time_cycles(rows)

@@ -29,6 +29,7 @@ from .channel import (
     MIN_FB_STORAGE,
     WITHOUT_EFFECT,
     ChannelConfig,
+    StartupConfig,
 )
 from .external import EXTERNAL_BLOCKS, ExternalConfig
 from .isons import IsonsConfig
@@ -51,6 +52,7 @@ class CellConfig(Table):
         0.001
     )
     axes: dict[str, AxisConfig] = Field(default_factory=_default_axes)
+    startup: StartupConfig = Field(default_factory=StartupConfig)
     channel: ChannelConfig = Field(default_factory=ChannelConfig)
     tools: dict[str, ToolConfig] = Field(default_factory=dict)
     external: dict[str, ExternalConfig] = Field(default_factory=dict)
@@ -85,6 +87,21 @@ class CellConfig(Table):
                 for name, axis in axes.items()
             }
         }
+
+    @model_validator(mode="before")
+    @classmethod
+    def _startup(cls, data: Any) -> Any:
+        """Start-up parameters set what the channel's table leaves open."""
+        if not isinstance(data, dict) or "startup" not in data:
+            return data
+        channel = data.get("channel", {})
+        try:
+            startup = StartupConfig.model_validate(data["startup"])
+        except ValidationError:
+            return data  # told, with its place, when the field is validated
+        if not isinstance(channel, dict):
+            return data
+        return data | {"channel": startup.filling(channel) | channel}
 
     @model_validator(mode="after")
     def _isons_places(self) -> CellConfig:
@@ -391,6 +408,16 @@ class CellConfig(Table):
             for name, why in WITHOUT_EFFECT.items()
             if name in self.channel.functions
         ]
+        entries, window = (
+            self.channel.contour_lookahead_log_max,
+            self.channel.window,
+        )
+        if self.channel.contour_lah and 0 < entries < window:
+            out.append(
+                f"P-CHAN-00658: {entries} log entries hold less than the {window} "
+                "blocks of the look-ahead (P-CHAN-00650): "
+                f"mode 2 tells at most {entries} elements ahead"
+            )
         if 0 < self.channel.fb_storage_size < MIN_FB_STORAGE:
             out.append(
                 f"P-STUP-00033: fb_storage_size raised to the minimum of {MIN_FB_STORAGE} bytes"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -35,6 +36,7 @@ KNOWN_FUNCTIONS = {
 }
 # Identifiers that are accepted and do nothing here, and why.
 WITHOUT_EFFECT = {
+    "FCT_LOOK_AHEAD_OPT": "the planner always computes the best path velocity within its window",
     "FCT_SYNC": "there are no independent axes that could be synchronised to the path",
     "FCT_LIFT_UP_TIME": "there is no lifting axis",
     "FCT_SHIFT_NCBL": "M functions are shifted by their synchronisation (MEP_SVS, MET_SVS) alone",
@@ -57,6 +59,23 @@ class HscsConfig(Table):
         if self.prog and self.prg:
             raise ValueError("prog and prg name the same: give prog alone")
         return self
+
+
+class StartupConfig(Table):
+    """Start-up parameters that channel parameters of the same name replace."""
+
+    interpolator_function: str | None = None
+    contour_lookahead_log_max: (
+        Annotated[int, Field(ge=0, lt=0xFFFFFFFF)] | None
+    ) = None
+
+    def filling(self, channel: Mapping[str, Any]) -> dict[str, Any]:
+        """The values that the channel's table leaves open."""
+        given = set(channel)
+        if "fct_enable" in given:  # the other name of P-CHAN-00650
+            given.add("interpolator_function")
+        values = self.model_dump(exclude_none=True)
+        return {key: v for key, v in values.items() if key not in given}
 
 
 class ChannelConfig(Table):

@@ -10,10 +10,11 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from ..errors import ConfigError, Place
+from ..errors import CncError, ConfigError, Place
+from ..files import DATA_BYTES, open_regular
 from .axes import AxisConfig, SpindleConfig
 from .cell import CellConfig
-from .channel import ChannelConfig
+from .channel import ChannelConfig, StartupConfig
 from .external import ExternalConfig
 from .isons import IsonsConfig
 from .kinematics import KinematicsConfig
@@ -36,7 +37,11 @@ def _known_keys(path: tuple[Any, ...]) -> list[str]:
         return list(
             (IsonsConfig if path[0] == "isons" else OsaiConfig).model_fields
         )
-    model = ChannelConfig if path[0] == "channel" else tables.get(str(path[0]))
+    one: dict[str, type[BaseModel]] = {
+        "channel": ChannelConfig,
+        "startup": StartupConfig,
+    }
+    model = one.get(str(path[0])) or tables.get(str(path[0]))
     return list(model.model_fields) if model else []
 
 
@@ -82,6 +87,8 @@ def parse_config(text: str, file: str = "") -> CellConfig:
     """
     try:
         return CellConfig.model_validate(tomllib.loads(text))
+    except RecursionError:
+        raise ConfigError("nested too deeply", Place(file)) from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(
             f"not TOML: {error}", _toml_place(file, text, str(error))
@@ -105,13 +112,26 @@ def load_config(path: str | Path | None) -> CellConfig:
     if path is None:
         return CellConfig()
     try:
-        text = Path(path).read_text()
-    except FileNotFoundError:
-        raise ConfigError(
-            "configuration file not found", Place(str(path))
-        ) from None
-    except (OSError, UnicodeDecodeError) as error:
+        with open_regular(Path(path)) as file:
+            data = file.read(DATA_BYTES + 1)
+        if len(data) > DATA_BYTES:
+            raise ConfigError(
+                f"configuration of more than {DATA_BYTES >> 20} MiB",
+                Place(str(path)),
+            )
+        text = data.decode()
+    except UnicodeDecodeError as error:
         raise ConfigError(
             f"configuration cannot be read: {error}", Place(str(path))
+        ) from None
+    except CncError as error:
+        if isinstance(error, ConfigError):
+            raise
+        found = error.code != 901001
+        raise ConfigError(
+            f"configuration cannot be read: {error.text}"
+            if found
+            else "configuration file not found",
+            Place(str(path)),
         ) from None
     return parse_config(text, str(path))

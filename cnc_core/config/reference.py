@@ -33,6 +33,15 @@ start_mm | mm
     position at program start, within the limits
 id |
     logical axis number; default: the place in the file
+[startup]
+    Start-up parameters.  A key of `[channel]` replaces the one of its name.
+interpolator_function |
+    P-STUP-00070, `configuration.channel[i].interpolator.function`: as
+    interpolator_function of `[channel]`
+contour_lookahead_log_max | entries
+    P-STUP-00076,
+    `configuration.channel[i].interpolator.contour_lookahead_log_max`: as
+    contour_lookahead_log_max of `[channel]`
 [channel]
 interpolator_function |
     P-CHAN-00650: functions joined by `\|`; a warning names unknown identifiers
@@ -46,7 +55,8 @@ lookahead_blocks_max | blocks
 lookahead_blocks | blocks
     the window with `FCT_LOOK_AHEAD_CUSTOM`
 contour_lookahead_log_max | entries
-    P-CHAN-00658; 0: nothing is logged, mode 2 is off
+    P-CHAN-00658; 0: nothing is logged, mode 2 is off; a warning if it is less
+    than the blocks of the look-ahead
 fb_storage_size | bytes
     P-STUP-00033, 176 bytes a block; 0: mode 1, backward motion and deleted
     distance to go are off; a value below 65536 is raised to it with a warning

@@ -13,8 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
+from hli.segment import Segment
 
 from ..blocks import NC_AXES, NC_BLOCK, BlockBatch
+from ..blocks.to_c import pool_pointer, row_pointer
 from ..config import CellConfig, synch_value
 from ..errors import ERRORS, CncError
 
@@ -152,7 +154,7 @@ def bare_loop(
     if (
         lib.engine_bare_loop(
             int(period_s * 1e9),
-            ffi.cast("int64_t *", late.ctypes.data),
+            ffi.from_buffer("int64_t[]", late),
             rows,
             int(fifo),
         )
@@ -165,7 +167,8 @@ def bare_loop(
 class Engine:
     """Owner of one C engine.
 
-    ``segment``: address of a mapped HLI segment, or None for offline planning.
+    ``segment``: a mapped HLI segment, kept as long as the engine, or None for
+    offline planning.
 
     ``jerk`` False: the cell's jerk limits are left aside.
     """
@@ -175,7 +178,7 @@ class Engine:
         cell: CellConfig,
         *,
         window: int | None = None,
-        segment: int | None = None,
+        segment: Segment | None = None,
         clock: int = 1,
         service: int = 0,
         record_rows: int = 0,
@@ -183,7 +186,8 @@ class Engine:
     ) -> None:
         self.axes = len(cell.axes)
         config = _engine_config(cell, window, clock, service, 0, jerk)
-        pointer = ffi.cast("void *", segment) if segment else ffi.NULL
+        self._segment = segment  # C works on its memory
+        pointer = segment.pointer(0) if segment else ffi.NULL
         handle = lib.engine_new(config, pointer)
         if handle == ffi.NULL:
             raise MemoryError("engine")
@@ -233,12 +237,8 @@ class Engine:
         CncError for a row the engine refuses.
         """
         rows = np.ascontiguousarray(batch.rows[first:])
-        pointer = ffi.cast("nc_block *", rows.ctypes.data)
-        pool = (
-            ffi.cast("double *", batch.pool.ctypes.data)
-            if len(batch.pool)
-            else ffi.NULL
-        )
+        pointer = row_pointer(rows)
+        pool = pool_pointer(batch.pool)
         taken = int(
             lib.engine_push(
                 self._handle, pointer, len(rows), pool, len(batch.pool)
@@ -450,7 +450,7 @@ class Engine:
         was no time for one). Call before ``start``.
         """
         self._timing = tuple(np.zeros(rows, np.int64) for _ in range(3))
-        pointers = [ffi.cast("int64_t *", a.ctypes.data) for a in self._timing]
+        pointers = [ffi.from_buffer("int64_t[]", a) for a in self._timing]
         lib.engine_time(self._handle, *pointers, rows)
         return self._timing
 
@@ -478,7 +478,7 @@ class Engine:
 
     def take_samples(self) -> Samples:
         """Samples recorded since the last call."""
-        buffer = ffi.cast("double *", self._take.ctypes.data)
+        buffer = pool_pointer(self._take)
         n = int(lib.engine_record_take(self._handle, buffer, len(self._take)))
         rows, a = self._take[:n].copy(), self.axes
         return Samples(

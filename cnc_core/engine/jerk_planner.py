@@ -142,7 +142,7 @@ class JerkPlanner:
         """Append as many intervals as there is room for; returns their number."""
         if not len(intervals):
             return 0
-        rows = np.ascontiguousarray(intervals)
+        rows = _rows_of(INTERVAL, intervals)
         taken = int(
             lib.jerk_push(
                 self._handle,
@@ -223,6 +223,12 @@ class JerkPlanner:
         }
 
 
+def _rows_of(dtype: np.dtype[Any], rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if rows.dtype != dtype:
+        raise TypeError(f"rows of {rows.dtype}: {dtype} is needed")
+    return np.ascontiguousarray(rows)
+
+
 def run(planner: JerkPlanner, intervals: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Push and take a whole path: all laws."""
     laws: list[npt.NDArray[Any]] = []
@@ -243,7 +249,7 @@ def sample(laws: npt.NDArray[Any], dt: float) -> FloatArray:
     total = float(laws["time"].sum())
     out = np.zeros((int(total / dt) + 3, 3))
     phase = ffi.new("double *", 0.0)
-    rows = np.ascontiguousarray(laws)
+    rows = _rows_of(LAW, laws)
     n = lib.jerk_sample(
         ffi.from_buffer("jerk_law[]", rows),
         len(rows),
@@ -280,7 +286,7 @@ class Topp2:
         """Append as many intervals as there is room for; returns their number."""
         if not len(intervals):
             return 0
-        rows = np.ascontiguousarray(intervals)
+        rows = _rows_of(INTERVAL, intervals)
         taken = int(
             lib.topp2_push(
                 self._handle,

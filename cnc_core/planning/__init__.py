@@ -15,6 +15,7 @@ from ..blocks import BlockBatch, number_pushed
 from ..config import CellConfig
 from ..engine import Engine, Event, Samples
 from ..errors import ERRORS, CncError
+from ..frontend.port import Wait
 from ..program import Program
 from .measure import TrajectoryCheck
 
@@ -62,7 +63,7 @@ class PlanResult:
 
 class Feeder:
     """Pushes a program's rows into an engine; what the ring does not take waits
-    for the next call.
+    for the next call, and so does a program that waits for standstill.
     """
 
     def __init__(
@@ -71,36 +72,37 @@ class Feeder:
         engine: Engine,
         seen: Callable[[BlockBatch], None],
     ) -> None:
-        self.program, self.source, self.engine, self.seen = (
-            program,
-            program.batches(),
-            engine,
-            seen,
-        )
-        self.batch, self.first, self.rows, self.done = (
-            BlockBatch.empty(),
-            0,
-            0,
-            False,
-        )
+        self.program, self.engine, self.seen = program, engine, seen
+        self.batch, self.first, self.rows = BlockBatch.empty(), 0, 0
+        self.done = self.waiting = False
 
     def fill(self) -> None:
-        """Push until the ring is full or the program ends."""
-        while not self.done:
-            if self.first >= len(self.batch):
-                batch = next(self.source, None)
-                if batch is None:
-                    self.engine.finish()
-                    self.done = True
-                    return
-                self.batch, self.first = batch, 0
-                self.rows += number_pushed(batch)
-                self.seen(batch)
-                continue
-            taken = self.engine.push(self.batch, self.first)
-            self.first += taken
+        """Push until the ring is full, the program waits, or it ends."""
+        while not (self.done or self.waiting):
             if self.first < len(self.batch):
+                self.first += self.engine.push(self.batch, self.first)
+                if self.first < len(self.batch):
+                    return
+                continue
+            item = self.program.read()
+            if isinstance(item, BlockBatch):
+                self.batch, self.first = item, 0
+                self.rows += number_pushed(item)
+                self.seen(item)
+            elif item is None:
+                self.engine.finish()
+                self.done = True
+            elif item is Wait.DRAINED:
+                self.waiting = True
+                self.engine.expect_drain()
+            elif item is Wait.CYCLE:
+                self.engine.expect_cycle()
                 return
+
+    def drained(self) -> None:
+        """The axes stand behind all rows so far: the program goes on."""
+        self.waiting = False
+        self.fill()
 
 
 def plan_program(
@@ -165,6 +167,8 @@ def _driven(
         if event is Event.NEED_BLOCKS:
             feeder.fill()
             continue
+        if event is Event.DRAINED:
+            feeder.drained()
         samples = engine.take_samples()
         if event is Event.FAULT:
             number = abs(int(engine.state.fault))

@@ -105,7 +105,7 @@ class CncProcess:
         self.engine = Engine(
             self.cell,
             window=options.lookahead,
-            segment=self.segment.base,
+            segment=self.segment,
             clock=CLOCKS[options.run.clock],
             service=SERVICES[self.service],
             record_rows=RECORD_ROWS if options.samples else 0,

@@ -4,7 +4,7 @@ The beads are read from the marked log before the tool gets there (mode 1).
 """
 
 from hli.layout import HLI_CLAH_LOG_PARAM
-from plc_client import ContourLookahead, DistanceCam, task
+from plc_client import ContourLookahead, DistanceCam, Hli, task
 
 OPENS_AFTER_S = 0.035
 CLOSES_AFTER_S = 0.020
@@ -13,8 +13,8 @@ INTERVAL_S = 0.002
 
 @task(interval=INTERVAL_S)
 class Valve:
-    def setup(self, hli):
-        self.log = ContourLookahead(hli.gpCh[0].contour_lookahead)
+    def setup(self, hli: Hli):
+        self.log = ContourLookahead(hli.gpCh[0])
         self.cam = DistanceCam(hli.gpCh[0], scan_s=INTERVAL_S)
         self.marks = []  # distances where a bead begins, ends, begins ...
         self.open = False

@@ -9,7 +9,7 @@ The speed at the end of the walk is the one to cut for.
 
 import math
 
-from plc_client import ContourAhead, task
+from plc_client import ContourAhead, Hli, task
 
 ENERGY_J_PER_MM = 20.0
 LASER_DELAY_S = 0.025  # dead time and rise time of the source
@@ -21,7 +21,7 @@ ON_ARCS = 2000.0 * 0.98 * 0.8  # share that it keeps for the centripetal part
 
 @task(interval=0.001)
 class LaserPower:
-    def setup(self, hli):
+    def setup(self, hli: Hli):
         self.state = hli.gpCh[0].bahn_state
         self.ahead = ContourAhead(hli.gpCh[0])
         self.power_w = 0.0

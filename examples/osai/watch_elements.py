@@ -7,16 +7,16 @@ Run it in its folder::
     hli-cosim run part.osai --config cell.toml --plc watch_elements.py
 """
 
-from plc_client import ContourLookahead, task
+from plc_client import ContourLookahead, Hli, task
 
 POLYNOMIAL = 6
 
 
 @task(interval=0.002)
 class Watch:
-    def setup(self, hli):
+    def setup(self, hli: Hli):
         self.ch = hli.gpCh[0]
-        self.clah = ContourLookahead(self.ch.contour_lookahead)
+        self.clah = ContourLookahead(self.ch)
         self.ahead = 0  # polynomial elements in the next 20 mm
         self.known_mm = 0.0  # of contour ahead
         self.sharpest = 0.0  # rad, tangent variation there

@@ -32,7 +32,7 @@ L CYCLE [NAME=SysMillRectangularPocket.ecy \
   @P4=V.L.DepthOfPocket @P5=V.L.MaxIncrementZ @P6=V.L.MaxIncrementXY \
   @P20=V.L.FeedRateXY @P21=V.L.FeedRateZ \
   @P31="Roughing+Finishing" @P15=0.2 @P16=0.3 ( allowances ) @P32=2 @P7=1 @P8=2 ( helical plunge ) \
-  @P72=V.L.PocketLength @P73=V.L.PocketWidth @P74=6 \
+  @P72=V.L.PocketLength @P73=V.L.PocketWidth @P65=6 \
   PATTERN_ID=V.CYC.PatternID PATTERN_RETRACT=V.CYC.PatternRetract \
   ]
 G260

@@ -5,7 +5,7 @@ The speed is v = sqrt(2 a d) with an `a` that the arm can bear.
 
 import math
 
-from plc_client import ContourAhead, Override, task
+from plc_client import ContourAhead, Hli, Override, task
 
 FEED_MM_S = 200.0
 GENTLE_MM_S2 = 1000.0
@@ -17,7 +17,7 @@ BEHIND_S = 0.020
 
 @task(interval=0.001)
 class Feed:
-    def setup(self, hli):
+    def setup(self, hli: Hli):
         self.state = hli.gpCh[0].bahn_state
         self.ahead = ContourAhead(hli.gpCh[0])
         self.override = Override(hli.gpCh[0])

@@ -1,11 +1,11 @@
 """Full feed everywhere: the CNC brakes for the corners as hard as the drives can."""
 
-from plc_client import Override, task
+from plc_client import Hli, Override, task
 
 
 @task(interval=0.001)
 class Feed:
-    def setup(self, hli):
+    def setup(self, hli: Hli):
         self.override = Override(hli.gpCh[0])
         self.percent = 100.0
 

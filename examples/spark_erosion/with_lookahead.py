@@ -6,7 +6,7 @@ The generator is told so early that the new set acts where the detail begins.
 This works for every part.
 """
 
-from plc_client import ContourAhead, DistanceCam, task
+from plc_client import ContourAhead, DistanceCam, Hli, task
 
 CHANGES_AFTER_S = 0.120
 # 0.1 um: elements shorter than 2 mm are eroded with the fine set
@@ -16,7 +16,7 @@ INTERVAL_S = 0.004
 
 @task(interval=INTERVAL_S)
 class Generator:
-    def setup(self, hli):
+    def setup(self, hli: Hli):
         self.ahead = ContourAhead(hli.gpCh[0])
         # the hysteresis: corners slow down
         self.cam = DistanceCam(

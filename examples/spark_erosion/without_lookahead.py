@@ -3,7 +3,7 @@
 That is too late by the time that the generator needs to change.
 """
 
-from plc_client import task
+from plc_client import Hli, task
 
 # found by hand, for this part only
 DETAIL_BLOCKS = {30, 40, 50, 70, 80, 90, 110, 120}
@@ -11,7 +11,7 @@ DETAIL_BLOCKS = {30, 40, 50, 70, 80, 90, 110, 120}
 
 @task(interval=0.004)
 class Generator:
-    def setup(self, hli):
+    def setup(self, hli: Hli):
         self.state = hli.gpCh[0].bahn_state
         self.fine = False
 

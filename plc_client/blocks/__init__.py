@@ -2,6 +2,7 @@
 draws their states.
 """
 
+from .ahead import ContourEnd, EmptyReason
 from .base import ExecuteBlock, FunctionBlock, State
 from .commands import (
     ABSOLUTE_ONCE,
@@ -14,6 +15,7 @@ from .commands import (
 )
 from .contour_ahead import AheadState, ContourAhead
 from .contour_lookahead import ContourLookahead, LookaheadState
+from .contour_queue import ContourQueue
 from .distance import DistanceCam, DistanceTrigger, PathEstimate, SwitchState
 from .feed_control import FeedControl
 from .interface import HliShape, InterfaceState, MCV_HliInterface
@@ -66,10 +68,13 @@ __all__ = [
     "CncWatchdog",
     "ContinueMachining",
     "ContourAhead",
+    "ContourEnd",
     "ContourLookahead",
+    "ContourQueue",
     "DeleteDistanceToGo",
     "DistanceCam",
     "DistanceTrigger",
+    "EmptyReason",
     "ErrorReader",
     "ErrorState",
     "ErrorWriter",

@@ -105,6 +105,10 @@ class Arbiter:
         )
         return answered, self._unit.copy(n)
 
+    def rest(self, n: int) -> tuple[bool, int]:
+        """(more, empty) of the answer of ``n`` elements that was taken last."""
+        return self._unit.rest(n)
+
     def _place(self) -> None:
         deliver, request = next(iter(self._waiting.items()))
         self._placed_ns = monotonic_ns()

@@ -8,7 +8,8 @@ where there is one.
 from __future__ import annotations
 
 from enum import Enum
-from typing import Any
+
+from hli.structures import HLI_AXIS, HLI_CHANNEL
 
 from .. import clock
 
@@ -168,6 +169,6 @@ class ExecuteBlock(FunctionBlock):
             self._fail(error)
 
 
-def present(area: Any) -> bool:
+def present(area: HLI_CHANNEL | HLI_AXIS) -> bool:
     """Whether the control units of a channel or axis are alive."""
     return bool(area._c.head.plc_present_w)

@@ -5,7 +5,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+
+from hli.structures import (
+    HLI_CHANNEL,
+    MC_CONTROL_BOOL_UNIT,
+    MC_CONTROL_INSERT_CMD_UNIT,
+    MC_CONTROL_UNS32_UNIT,
+)
 
 from .base import (
     ERROR_INPUT,
@@ -15,6 +21,7 @@ from .base import (
     present,
 )
 from .level import LevelUnit, command
+from .owner import channel_of
 
 _Inputs = tuple[float, int, int, int, int]
 
@@ -24,7 +31,9 @@ class _Edge(ExecuteBlock):
     ``state_r``, command FALSE.
     """
 
-    def __init__(self, ch: Any, unit: Any, timeout_s: float) -> None:
+    def __init__(
+        self, ch: HLI_CHANNEL, unit: MC_CONTROL_BOOL_UNIT, timeout_s: float
+    ) -> None:
         super().__init__(timeout_s)
         self._ch, self._unit = ch, unit
 
@@ -57,7 +66,12 @@ class ContinueMachining(_Edge):
     never given too early; done when the channel waits no longer.
     """
 
-    def __init__(self, ch: Any, timeout_s: float = math.inf) -> None:
+    def __init__(
+        self,
+        ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT,
+        timeout_s: float = math.inf,
+    ) -> None:
+        ch = channel_of(self, ch, "bahn_mc_control.continue_machining")
         super().__init__(ch, ch.bahn_mc_control.continue_machining, timeout_s)
         self._status = ch.bahn_state
         self.waiting = False
@@ -82,7 +96,8 @@ class SingleBlock(LevelUnit):
     went on).
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT) -> None:
+        ch = channel_of(self, ch, "bahn_mc_control.single_block")
         super().__init__(ch.bahn_mc_control.single_block)
         self._continue = ContinueMachining(ch)
         self.waiting = False
@@ -109,7 +124,17 @@ class DeleteDistanceToGo(_Edge):
     when the CNC has seen the edge.
     """
 
-    def __init__(self, ch: Any, timeout_s: float = TIMEOUT_S) -> None:
+    def __init__(
+        self,
+        ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT | MC_CONTROL_UNS32_UNIT,
+        timeout_s: float = TIMEOUT_S,
+    ) -> None:
+        ch = channel_of(
+            self,
+            ch,
+            "bahn_mc_control.delete_distance_to_go",
+            "bahn_mc_control.del_dist_to_go_end",
+        )
         super().__init__(
             ch, ch.bahn_mc_control.delete_distance_to_go, timeout_s
         )
@@ -150,7 +175,12 @@ class InsertStop(ExecuteBlock):
     ``positions`` (0.1 um, per axis of the channel).
     """
 
-    def __init__(self, ch: Any, timeout_s: float = TIMEOUT_S) -> None:
+    def __init__(
+        self,
+        ch: HLI_CHANNEL | MC_CONTROL_INSERT_CMD_UNIT,
+        timeout_s: float = TIMEOUT_S,
+    ) -> None:
+        ch = channel_of(self, ch, "bahn_mc_control.insert_cmd")
         super().__init__(timeout_s)
         self._ch = ch
         self._unit = ch.bahn_mc_control.insert_cmd

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from hli.structures import HLI_CHANNEL, HLI_CONTOUR_LOOKAHEAD
 from hli.view import BLOCK_DTYPE
 
 from .base import FunctionBlock
 from .contour_lookahead import ContourLookahead
+from .owner import channel_of
 
 
 class AheadState(Enum):
@@ -34,7 +36,8 @@ class ContourAhead(FunctionBlock):
     at a new program and at a distance reset.
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | HLI_CONTOUR_LOOKAHEAD) -> None:
+        ch = channel_of(self, ch, "contour_lookahead")
         super().__init__()
         self._status, self._unit = ch.bahn_state, ch.contour_lookahead
         self.fb = ContourLookahead(self._unit)

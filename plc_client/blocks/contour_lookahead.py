@@ -9,14 +9,28 @@ from typing import Any
 import numpy as np
 
 from hli.handshake import BLOCK_ROWS
+from hli.structures import HLI_CHANNEL, HLI_CONTOUR_LOOKAHEAD
 from hli.view import BLOCK_DTYPE
 
+from .ahead import EmptyReason
 from .arbiter import Answer, Arbiter, Asked, Request
 from .base import FunctionBlock
+from .owner import channel_of
 from .paging import ContourFollower, LogReader
 
 ERROR_REQUEST = 1
 """error_id: start_position or length is not a finite number; nothing was requested."""
+ERROR_LENGTH = 2
+"""error_id: a length that is no range (negative; with ``mode`` 2 also 0; with
+``mode`` 1 anything but 0); nothing was requested."""
+ERROR_MODE = 3
+"""error_id: ``mode`` is not 0, 1 or 2; nothing was requested."""
+ERROR_NAMES = {
+    0: "",
+    ERROR_REQUEST: "ERROR_REQUEST",
+    ERROR_LENGTH: "ERROR_LENGTH",
+    ERROR_MODE: "ERROR_MODE",
+}
 
 
 class LookaheadState(Enum):
@@ -62,26 +76,35 @@ class ContourLookahead(FunctionBlock):
     fields of HLI_CONTOUR_LOOKAHEAD_BLOCK, up to the last valid element; an own
     copy that nothing overwrites), ``answer_request`` (the request ``blocks``
     answers), ``full`` (128 elements: there may be more, ask again from the next
-    index or from the end of the last element).
+    index or from the end of the last element).  From the extension of the
+    interface: ``count``, ``more`` (there are more, for sure), ``empty`` (why
+    there are none).
 
     Mode 1: length 0, start_position = index in the marked area.  Mode 2: both
-    in 0.1 um of path.  Two function blocks on one unit take turns.
+    in 0.1 um of path.  A length that is computed may come out as 0 and ask for
+    the log by accident: say which ``mode`` is meant (1 or 2), and such a request
+    is an error, ``error_name`` ERROR_LENGTH.  With ``mode`` 0 the length alone
+    decides, as in the memory.  Two function blocks on one unit take turns.
     ``read_log()`` and ``follow()`` page across scans; use one instance in one
     way.
     """
 
-    def __init__(self, unit: Any) -> None:
+    def __init__(self, unit: HLI_CONTOUR_LOOKAHEAD | HLI_CHANNEL) -> None:
+        unit = channel_of(self, unit, "contour_lookahead").contour_lookahead
         super().__init__()
         self.unit = unit
-        self.full = False
+        self.full = self.more = False
+        self.count = 0
+        self.empty = EmptyReason.NOT_EMPTY
         self.blocks: np.ndarray[Any, Any] = np.zeros(0, BLOCK_DTYPE)
         self._answered: Asked | None = None
         self._arbiter = Arbiter.of(unit)
         self._deliver = (
             self._take_delivery
         )  # one bound method: the arbiter's key
-        self._arrived: Answer | None = None
+        self._arrived: tuple[Answer, bool, int] | None = None
         self._open = False  # a request is queued or pending
+        self._mode = 0
         self._execute = False
         self._log: LogReader | None = None
         self._contour: ContourFollower | None = None
@@ -91,14 +114,19 @@ class ContourLookahead(FunctionBlock):
         start_position: float = 0.0,
         length: float = 0.0,
         execute: bool | None = None,
+        mode: int = 0,
     ) -> bool:
         """One scan; returns ``done``."""
-        if execute is None and not self.error:
+        self._mode = mode
+        if (
+            execute is None
+            and not self.error
+            and not self._wrong(start_position, length)
+        ):
             answer = self._arbiter.next(self._deliver, start_position, length)
             # our answer was there and our next request is placed
             if answer is not None:
-                self._answered, self.blocks = answer
-                self.full = len(self.blocks) == BLOCK_ROWS
+                self._show(answer, *self._arbiter.rest(len(answer[1])))
                 self.done = True
                 return True
         self._arbiter.serve()
@@ -110,6 +138,11 @@ class ContourLookahead(FunctionBlock):
             self._edge(start_position, length, bool(execute), fresh)
         self._arbiter.serve()
         return self.done
+
+    @property
+    def error_name(self) -> str:
+        """Name of ``error_id``; empty without an error."""
+        return ERROR_NAMES[self.error_id]
 
     @property
     def answer_request(self) -> Request | None:
@@ -187,9 +220,22 @@ class ContourLookahead(FunctionBlock):
             self.done = False
             self._ask(start_position, length)
 
-    def _ask(self, start_position: float, length: float) -> None:
+    def _wrong(self, start_position: float, length: float) -> int:
+        """0, or what is wrong with a request."""
         if not (math.isfinite(start_position) and math.isfinite(length)):
-            self.error, self.error_id = True, ERROR_REQUEST
+            return ERROR_REQUEST
+        if self._mode not in (0, 1, 2):
+            return ERROR_MODE
+        if self._mode == 1:
+            return ERROR_LENGTH if length else 0
+        if length < 0.0 or (self._mode == 2 and length == 0.0):
+            return ERROR_LENGTH
+        return 0
+
+    def _ask(self, start_position: float, length: float) -> None:
+        wrong = self._wrong(start_position, length)
+        if wrong:
+            self.error, self.error_id = True, wrong
             return
         self.error, self.error_id = False, 0
         if not self._open or self._arbiter.is_waiting(self._deliver):
@@ -201,13 +247,18 @@ class ContourLookahead(FunctionBlock):
     def _take_delivery(
         self, request: Asked, blocks: np.ndarray[Any, Any]
     ) -> None:
-        self._arrived = (request, blocks)
+        self._arrived = ((request, blocks), *self._arbiter.rest(len(blocks)))
 
     def _take_arrived(self) -> bool:
         if self._arrived is None:
             return False
-        self._answered, self.blocks = self._arrived
+        self._show(*self._arrived)
         self._arrived = None
-        self.full = len(self.blocks) == BLOCK_ROWS
         self._open = self.busy = False
         return True
+
+    def _show(self, answer: Answer, more: bool, empty: int) -> None:
+        self._answered, self.blocks = answer
+        self.count = len(self.blocks)
+        self.full = self.count == BLOCK_ROWS
+        self.more, self.empty = more, EmptyReason(empty)

@@ -12,34 +12,45 @@ from __future__ import annotations
 
 import math
 from enum import Enum
-from typing import Any
+
+from hli.structures import HLI_BAHN_STATE, HLI_CHANNEL
 
 from .. import clock
 from .base import FunctionBlock
+from .owner import channel_of
+from .planned_path import PlannedPath
 
 TENTH_UM_PER_S = 10.0
 """Speed is published in 1 um/s, distance in 0.1 um."""
 
 
 class PathEstimate:
-    """Where the tool will be: ``dist_prog_start`` and ``active_feed_r``, with
-    the acceleration of the last two scans.
+    """Where the tool will be: by the plan of the CNC as far as that reaches
+    (``planned``), else by ``dist_prog_start`` and ``active_feed_r`` with the
+    acceleration of the last two scans.
 
-    Call it once per scan; ``at(seconds)`` is the expected distance (0.1 um)
-    that much later.  Braking is followed to standstill and no further,
-    acceleration to the programmed feed with its override and no further.
+    Call it once per scan; ``at(seconds)`` is the expected distance (0.1 um) and
+    ``speed_at(seconds)`` the expected speed (0.1 um/s) that much later.  The
+    plan knows the override of its making; waits for the PLC take no time in it,
+    and distances run on over a distance reset.  Without a plan braking is
+    followed to standstill and no further, acceleration to the programmed feed
+    with its override and no further.
     """
 
-    def __init__(self, ch: Any) -> None:
-        self._state = ch.bahn_state
+    def __init__(self, ch: HLI_CHANNEL | HLI_BAHN_STATE) -> None:
+        channel = channel_of(self, ch, "bahn_state")
+        self._state = channel.bahn_state
         self.distance = 0.0
         self.speed = 0.0  # 0.1 um/s, negative while the path runs backwards
         self.acceleration = 0.0
         self._top = 0.0  # the speed an acceleration leads to
         self._time_ns = -1
+        self.plan = PlannedPath(channel)
+        self.planned = False
 
     def __call__(self) -> float:
         """One scan; returns the distance now."""
+        self.planned = self.plan()
         state, now = self._state, clock.now_ns()
         speed = abs(state.active_feed_r) * TENTH_UM_PER_S
         speed = -speed if state.backward_active_r else speed
@@ -65,11 +76,27 @@ class PathEstimate:
 
     def at(self, seconds: float) -> float:
         """Expected distance after ``seconds``."""
+        if self._is_planned(seconds):
+            return self.distance + self.plan.at(seconds).way
+        v, a, t = self.speed, self.acceleration, self._changes(seconds)
+        return self.distance + v * seconds + a * t * (seconds - 0.5 * t)
+
+    def speed_at(self, seconds: float) -> float:
+        """Expected speed after ``seconds``, 0.1 um/s along the driven path;
+        negative while it runs backwards.
+        """
+        if self._is_planned(seconds):
+            return math.copysign(self.plan.at(seconds).speed, self.speed)
+        return self.speed + self.acceleration * self._changes(seconds)
+
+    def _is_planned(self, seconds: float) -> bool:
+        return self.planned and 0.0 <= seconds <= self.plan.horizon
+
+    def _changes(self, seconds: float) -> float:
+        """How long the speed goes on changing, without a plan."""
         v, a = self.speed, self.acceleration
         change = -v if v * a < 0.0 else math.copysign(self._top, v) - v
-        # how long the speed goes on changing
-        t = min(seconds, max(change / a, 0.0)) if a else 0.0
-        return self.distance + v * seconds + a * t * (seconds - 0.5 * t)
+        return min(seconds, max(change / a, 0.0)) if a else 0.0
 
 
 class _Reach:
@@ -116,11 +143,12 @@ class DistanceTrigger(FunctionBlock):
 
     def __init__(
         self,
-        ch: Any,
+        ch: HLI_CHANNEL | HLI_BAHN_STATE,
         scan_s: float = 0.001,
         estimate: PathEstimate | None = None,
         hysteresis: float = 0.0,
     ) -> None:
+        ch = channel_of(self, ch, "bahn_state")
         super().__init__()
         self.path = estimate or PathEstimate(ch)
         self._own = estimate is None
@@ -178,11 +206,12 @@ class DistanceCam(FunctionBlock):
 
     def __init__(
         self,
-        ch: Any,
+        ch: HLI_CHANNEL | HLI_BAHN_STATE,
         scan_s: float = 0.001,
         estimate: PathEstimate | None = None,
         hysteresis: float = 0.0,
     ) -> None:
+        ch = channel_of(self, ch, "bahn_state")
         super().__init__()
         self.path = estimate or PathEstimate(ch)
         self._own = estimate is None

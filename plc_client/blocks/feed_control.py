@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from hli.structures import HLI_BAHN_MC_CONTROL, HLI_CHANNEL
+
 from .level import OVERRIDE_MAX_PERCENT, command, stretch_of
+from .owner import channel_of
 
 
 class FeedControl:
@@ -16,7 +19,8 @@ class FeedControl:
     the CNC uses), ``feedhold`` (what the CNC uses).
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | HLI_BAHN_MC_CONTROL) -> None:
+        ch = channel_of(self, ch, "bahn_mc_control")
         self._control = control = ch.bahn_mc_control
         self._memory = stretch_of(
             control.override, control.override_valid, control.feedhold

@@ -7,11 +7,12 @@ from __future__ import annotations
 import ctypes
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
 from hli import layout
+from hli.areas import Areas
 
 from .base import FunctionBlock
+from .owner import areas_of
 
 ERR_PLC_NO_ERROR = 0
 ERR_PLC_PFORM_PTR_ZERO = 40014
@@ -65,7 +66,8 @@ class MCV_HliInterface(FunctionBlock):
     when the connection was made).
     """
 
-    def __init__(self, hli: Any, version: str | None = PLC_VERSION) -> None:
+    def __init__(self, hli: Areas, version: str | None = PLC_VERSION) -> None:
+        hli = areas_of(self, hli)
         super().__init__()
         self._hli = hli
         self._version = version
@@ -156,7 +158,7 @@ class MCV_HliInterface(FunctionBlock):
         )
 
 
-def cnc_shape(hli: Any) -> HliShape:
+def cnc_shape(hli: Areas) -> HliShape:
     """What the CNC published: segment head, platform, heads of the first
     channel and axis.
     """
@@ -176,7 +178,7 @@ def cnc_shape(hli: Any) -> HliShape:
     )
 
 
-def plc_shape(hli: Any, version: str) -> HliShape:
+def plc_shape(hli: Areas, version: str) -> HliShape:
     """What this library was built with, and the pointers it has."""
     return HliShape(
         version,

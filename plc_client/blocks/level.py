@@ -8,7 +8,23 @@ import ctypes
 from enum import Enum
 from typing import Any
 
+from hli.structures import (
+    HLI_AXIS,
+    HLI_CHANNEL,
+    MC_CONTROL_BOOL_UNIT,
+    MC_CONTROL_SGN32_UNIT,
+    MC_CONTROL_UNS16_UNIT,
+    MC_CONTROL_UNS32_UNIT,
+)
+
 from .base import ERROR_INPUT, ERROR_NOT_PRESENT, FunctionBlock, present
+from .owner import (
+    AnyLevelUnit,
+    area_around,
+    axis_of,
+    channel_of,
+    level_unit_of,
+)
 
 
 class LevelState(Enum):
@@ -43,10 +59,11 @@ class LevelUnit(FunctionBlock):
     unit back to the operator.
     """
 
-    def __init__(self, unit: Any) -> None:
+    def __init__(self, unit: AnyLevelUnit) -> None:
+        unit = level_unit_of(self, unit)
         super().__init__()
         self.unit = unit
-        self._area = _area_of(unit)
+        self._area = area_around(unit)
         self.state = LevelState.RELEASED
         self.value: Any = unit.state_r
         self.request: Any = unit.request_r
@@ -101,20 +118,12 @@ def stretch_of(*units: Any) -> memoryview:
     """The bytes of one channel or axis from the first of these units to the end
     of the last one.
     """
-    area = _area_of(units[0])
+    area = area_around(units[0])
     first = min(unit._address for unit in units)
     end = max(unit._address + ctypes.sizeof(unit._c) for unit in units)
     return memoryview(area._c).cast("B")[
         first - area._address : end - area._address
     ]
-
-
-def _area_of(unit: Any) -> Any:
-    """The channel or axis around a control unit."""
-    area = unit._parent
-    while not hasattr(type(area), "head"):
-        area = area._parent
-    return area
 
 
 class _Levels(FunctionBlock):
@@ -129,7 +138,7 @@ class _Levels(FunctionBlock):
         super().__init__()
         self._levels = {name: LevelUnit(unit) for name, unit in units.items()}
         self._memory = stretch_of(*units.values())
-        self._head = _area_of(next(iter(units.values())))._c.head
+        self._head = area_around(next(iter(units.values())))._c.head
         self._settled: tuple[Any, ...] | None = None
         self.state = LevelState.RELEASED
 
@@ -192,7 +201,8 @@ class FeedHold(_Levels):
     Output ``standing``: the hold acts and nothing moves.
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT) -> None:
+        ch = channel_of(self, ch, "bahn_mc_control.feedhold")
         super().__init__(feedhold=ch.bahn_mc_control.feedhold)
         self._status = ch.bahn_state
         self.standing = False
@@ -216,7 +226,13 @@ class Override(_Levels):
     show, ``effective``: percent the path follows now.
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_UNS16_UNIT) -> None:
+        ch = channel_of(
+            self,
+            ch,
+            "bahn_mc_control.override",
+            "bahn_mc_control.rapid_override",
+        )
         c = ch.bahn_mc_control
         super().__init__(
             override=c.override, override_valid=c.override_valid,
@@ -263,7 +279,8 @@ def _tenths(percent: float | None) -> int | None:
 class OptionalStop(_Levels):
     """``bahn_mc_control.m01_stop_enable``: M01 stops at the block's end."""
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT) -> None:
+        ch = channel_of(self, ch, "bahn_mc_control.m01_stop_enable")
         super().__init__(stop=ch.bahn_mc_control.m01_stop_enable)
 
     def __call__(self, stop: bool, enable: bool = True) -> None:
@@ -276,7 +293,8 @@ class RtLoop(_Levels):
     another pass (V.RTG.LOOP.ENABLED).
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT) -> None:
+        ch = channel_of(self, ch, "bahn_mc_control.rt_loop_enable")
         super().__init__(loop=ch.bahn_mc_control.rt_loop_enable)
 
     def __call__(self, loop: bool, enable: bool = True) -> None:
@@ -295,7 +313,8 @@ class SkipLevels(_Levels):
     next one.
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_UNS32_UNIT) -> None:
+        ch = channel_of(self, ch, "decoder_mc_control.program_block_ignore")
         super().__init__(mask=ch.decoder_mc_control.program_block_ignore)
 
     def __call__(
@@ -317,7 +336,13 @@ class PathDirection(_Levels):
     ``backward_storage_off`` (only without an active program).
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT) -> None:
+        ch = channel_of(
+            self,
+            ch,
+            "bahn_mc_control.backward_motion",
+            "bahn_mc_control.simulate_motion",
+        )
         c = ch.bahn_mc_control
         super().__init__(
             backward=c.backward_motion,
@@ -354,7 +379,8 @@ class ExternalSpeed(_Levels):
     ``ext_command_speed_valid``.
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_SGN32_UNIT) -> None:
+        ch = channel_of(self, ch, "bahn_mc_control.ext_command_speed")
         c = ch.bahn_mc_control
         super().__init__(
             speed=c.ext_command_speed, valid=c.ext_command_speed_valid
@@ -374,7 +400,8 @@ class AxisControl(_Levels):
     release brakes the path; every axis that shall move must be released.
     """
 
-    def __init__(self, ax: Any) -> None:
+    def __init__(self, ax: HLI_AXIS) -> None:
+        ax = axis_of(self, ax)
         lr, ipo = ax.lr_mc_control, ax.ipo_mc_control
         super().__init__(
             release=lr.release_feedhold, drive_on=lr.drive_on, torque=lr.torque_permission,

@@ -13,6 +13,8 @@ from enum import IntEnum
 from typing import Any
 from weakref import WeakValueDictionary
 
+from hli.structures import HLI_CHANNEL, MC_CONTROL_MCM_MODE_STATE_UNIT
+
 from .. import clock
 from .base import (
     ACTIVE_STATES,
@@ -24,6 +26,7 @@ from .base import (
     State,
     present,
 )
+from .owner import channel_of
 
 ERROR_TRANSITION = 270061
 """The target state is not allowed in the target mode (the CNC's number for the same thing)."""
@@ -115,7 +118,12 @@ class ModeControl(ExecuteBlock):
     (target state not allowed; found here, nothing is sent).
     """
 
-    def __init__(self, ch: Any, timeout_s: float = TIMEOUT_S) -> None:
+    def __init__(
+        self,
+        ch: HLI_CHANNEL | MC_CONTROL_MCM_MODE_STATE_UNIT,
+        timeout_s: float = TIMEOUT_S,
+    ) -> None:
+        ch = channel_of(self, ch, "channel_mc_control.mode_and_state")
         super().__init__(timeout_s)
         self._ch = ch
         self._unit = ch.channel_mc_control.mode_and_state

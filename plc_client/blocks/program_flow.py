@@ -9,9 +9,12 @@ from typing import Any, NamedTuple
 from hli._sync import ffi, lib
 
 from hli import layout
-from hli.view import View, view_class
+from hli.areas import Areas
+from hli.structures import HLI_AXIS, HLI_CHANNEL, MC_CONTROL_BOOL_UNIT
+from hli.view import ViewArray, expect, view_class
 
 from .level import command
+from .owner import areas_of, channel_of
 
 # fkt_ctrl_r: HLI_INTF_M_FKT, _H_FKT, _SPINDEL, _TOOL
 KINDS = {1: "M", 2: "H", 3: "S", 4: "T"}
@@ -33,7 +36,8 @@ class AutoContinue:
     ``count`` counts the edges.
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT) -> None:
+        ch = channel_of(self, ch, "bahn_mc_control.continue_machining")
         self._state = ch.bahn_state
         self._unit = ch.bahn_mc_control.continue_machining
         self.count = 0
@@ -74,9 +78,20 @@ class TechnoArray:
     """One technology array of a channel or axis with its pointers cast once."""
 
     def __init__(
-        self, area: View, area_name: str, late: bool, stats: Any
+        self,
+        area: HLI_CHANNEL | HLI_AXIS,
+        area_name: str,
+        late: bool,
+        stats: Any = None,
     ) -> None:
-        units = (
+        expect(
+            area,
+            "TechnoArray",
+            "hli.gpCh[0] or hli.gpAx[0]",
+            layout.HLI_CHANNEL,
+            layout.HLI_AXIS,
+        )
+        units: ViewArray[Any] = (
             area.techno_unit_late_sync if late else area.techno_unit_std_sync
         )
         self.area_name, self.late = area_name, late
@@ -131,7 +146,8 @@ class TechnoArray:
             payload,
             self.area_name,
             self.late,
-            bool(self._stats.techno_again >> self._bit + index & 1),
+            self._stats is not None
+            and bool(self._stats.techno_again >> self._bit + index & 1),
         )
 
 
@@ -140,10 +156,14 @@ class TechnoArea:
     finds out that nothing is there.
     """
 
-    def __init__(self, area: View, name: str, stats: Any) -> None:
+    def __init__(
+        self, area: HLI_CHANNEL | HLI_AXIS, name: str, stats: Any
+    ) -> None:
         self._arrays = [
             TechnoArray(area, name, late, stats) for late in (False, True)
         ]
+        std: ViewArray[Any]
+        late: ViewArray[Any]
         std, late = area.techno_unit_std_sync, area.techno_unit_late_sync
         self._first = std[0]._pointer()
         self._count = len(std) + len(late)
@@ -162,7 +182,7 @@ class TechnoArea:
         )
 
 
-def techno_areas(hli: Any) -> list[TechnoArea]:
+def techno_areas(hli: Areas) -> list[TechnoArea]:
     """The configured areas, axes first."""
     areas = [
         TechnoArea(area, f"gpAx[{i}]", hli.sidecar.stats)
@@ -186,10 +206,10 @@ class AcknowledgeAll:
 
     def __init__(
         self,
-        hli: Any,
+        hli: Areas,
         on_function: Callable[[TechnoFunction], None] | None = None,
     ) -> None:
-        self._areas = techno_areas(hli)
+        self._areas = techno_areas(areas_of(self, hli))
         self._on_function = on_function
 
     def __call__(self) -> list[TechnoFunction]:

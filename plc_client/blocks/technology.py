@@ -7,7 +7,10 @@ from __future__ import annotations
 from enum import Enum
 from typing import Any
 
+from hli.areas import Areas
+
 from .base import FunctionBlock
+from .owner import areas_of
 from .program_flow import TechnoArray, TechnoFunction, techno_areas
 
 
@@ -82,8 +85,8 @@ class TechnoServer:
     doctest: +SKIP
     """
 
-    def __init__(self, hli: Any) -> None:
-        self._areas = techno_areas(hli)
+    def __init__(self, hli: Areas) -> None:
+        self._areas = techno_areas(areas_of(self, hli))
         self._blocks: dict[tuple[str, int | None], TechnoBlock] = {}
 
     def on(self, kind: str, number: int | None = None) -> TechnoBlock:

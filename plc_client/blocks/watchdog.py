@@ -5,9 +5,10 @@ from __future__ import annotations
 import ctypes
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
 from hli import layout
+from hli.structures import HLI_CHANNEL, MC_ERROR, MC_WATCHDOG_UNIT
+from hli.view import expect
 
 from .. import clock
 from .base import (
@@ -18,6 +19,7 @@ from .base import (
     FunctionBlock,
     present,
 )
+from .owner import channel_of
 
 DEFAULT_PERIOD_US = 1_000_000
 
@@ -42,7 +44,8 @@ class Watchdog(FunctionBlock):
     Outputs ``alive`` (``alive_state_r``), ``error`` after a miss.
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_WATCHDOG_UNIT) -> None:
+        ch = channel_of(self, ch, "head.mc_watchdog")
         super().__init__()
         self._ch = ch
         self._unit = ch.head.mc_watchdog
@@ -91,7 +94,12 @@ class CncWatchdog(FunctionBlock):
     the sign came too late).
     """
 
-    def __init__(self, ch: Any, cycle_time_us: int = DEFAULT_PERIOD_US) -> None:
+    def __init__(
+        self,
+        ch: HLI_CHANNEL | MC_WATCHDOG_UNIT,
+        cycle_time_us: int = DEFAULT_PERIOD_US,
+    ) -> None:
+        ch = channel_of(self, ch, "head.lc_watchdog")
         super().__init__()
         self._unit = ch.head.lc_watchdog
         self._period_us = cycle_time_us or DEFAULT_PERIOD_US
@@ -143,6 +151,7 @@ class CncErrorRecord:
 
 
 _BODY_NC_PROGRAM = 1
+_AN_ERROR_UNIT = "hli.gpCh[0].mc_error or hli.gpCh[0].lc_error"
 
 
 class ErrorState(Enum):
@@ -162,7 +171,8 @@ class ErrorReader(FunctionBlock):
     stands.
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | MC_ERROR) -> None:
+        ch = channel_of(self, ch, "mc_error")
         super().__init__()
         self._unit = ch.mc_error
         self.state = ErrorState.FREE
@@ -204,8 +214,9 @@ NO_ERROR = CncErrorRecord(
 )
 
 
-def read_record(unit: Any) -> CncErrorRecord:
+def read_record(unit: MC_ERROR) -> CncErrorRecord:
     """The record in an MC_ERROR unit."""
+    expect(unit, "read_record", _AN_ERROR_UNIT, layout.MC_ERROR)
     head = unit.satz_r.kopf
     body = layout.HLI_RUMPF_NC_PROG()
     if head.body_type == _BODY_NC_PROGRAM:
@@ -226,8 +237,9 @@ def read_record(unit: Any) -> CncErrorRecord:
     )
 
 
-def write_record(unit: Any, record: CncErrorRecord) -> None:
+def write_record(unit: MC_ERROR, record: CncErrorRecord) -> None:
     """Fill the record of an MC_ERROR unit; the caller sets the semaphore."""
+    expect(unit, "write_record", _AN_ERROR_UNIT, layout.MC_ERROR)
     head = unit.satz_r.kopf
     ctypes.memset(unit.satz_r._address, 0, ctypes.sizeof(layout.HLI_ERROR_SATZ))
     head.error_id, head.line, head.channel = (
@@ -265,7 +277,10 @@ class ErrorWriter(ExecuteBlock):
     when the CNC has cleared it.
     """
 
-    def __init__(self, ch: Any, timeout_s: float = TIMEOUT_S) -> None:
+    def __init__(
+        self, ch: HLI_CHANNEL | MC_ERROR, timeout_s: float = TIMEOUT_S
+    ) -> None:
+        ch = channel_of(self, ch, "lc_error")
         super().__init__(timeout_s)
         self._ch = ch
         self._unit = ch.lc_error

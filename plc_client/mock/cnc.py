@@ -15,9 +15,10 @@ from hli._sync import lib
 import hli
 from hli import layout
 from hli.areas import Areas
-from hli.handshake import BLOCK_ROWS, ContourUnit, word_pointer
+from hli.handshake import ContourUnit, word_pointer
 
 from ..blocks.mode import ProcessState
+from .ahead import MockAhead
 from .script import (
     TENTH_UM_PER_MM,
     Step,
@@ -94,6 +95,7 @@ class MockCnc:
             for i, a in enumerate(areas)
             for late in (False, True)
         }
+        self._ahead = MockAhead(self)
         self._auto_start = auto_start
         self._stop_at_mm: float | None = (
             None  # may be commanded before program start
@@ -515,6 +517,7 @@ class MockCnc:
             )
         clah.max_dist_prog_start = self.known()
         clah.count_logged_blocks = len(self.log)
+        self._ahead.publish()
         lib.hs_seq_end(self._words["channel_seq"])
 
     def _serve(self) -> None:
@@ -522,22 +525,5 @@ class MockCnc:
         request = self._unit.wait_request(0.0)
         if request is not None:
             self.requests.append(request)
-            self._unit.answer(self._answer(*request))
-
-    def _answer(self, start: float, length: float) -> Any:
-        if length == 0.0:
-            return (
-                self.log[int(start) :][:BLOCK_ROWS]
-                if 0.0 <= start < len(self.log)
-                else self.log[:0]
-            )
-        rows = self.path[self._epoch_begin() : self._epoch_end]
-        begin, end = (
-            rows["start_position"],
-            rows["start_position"] + rows["length"],
-        )
-        return rows[
-            (begin < start + length)
-            & (end > start)
-            & (end <= self.known() + 1e-6)
-        ][:BLOCK_ROWS]
+            self._unit.answer(self._ahead.tell(*request))
+        self._ahead.serve()

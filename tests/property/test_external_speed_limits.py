@@ -43,7 +43,7 @@ def drive_commanded(
     """
     segment = hli.create(unique_name(), 1, len(cell.axes))
     engine = Engine(
-        cell, window=30, record_rows=400_000, jerk=False, segment=segment.base
+        cell, window=30, record_rows=400_000, jerk=False, segment=segment
     )
     try:
         channel = Areas(segment).gpCh[0]

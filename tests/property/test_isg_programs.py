@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from support.isg_programs import Run
+from support.seeds import few
 
 SEEDS = range(40)
 
@@ -305,7 +306,7 @@ class Program:
         return [f"LL SUB{number}"], [f"sub{number}(v, out)"]
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", few(range(60), 20))
 def test_control_flow_agrees_with_python(seed, tmp_path):
     """Random programs of nested statements and subprograms drive to the
     positions of the same Python function.
@@ -490,7 +491,7 @@ def mutated(rng: random.Random) -> str:
     return "".join(text)
 
 
-@pytest.mark.parametrize("seed", range(50))
+@pytest.mark.parametrize("seed", few(range(50), 20))
 def test_mutated_programs_never_fail_otherwise_than_by_number(seed, tmp_path):
     """Whatever stands in a program: errors with places, no traceback, an end."""
     run = Run(

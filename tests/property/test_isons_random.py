@@ -17,6 +17,7 @@ from cnc_core.frontend import create
 from cnc_core.frontend.offline import read_all
 from cnc_core.frontend.port import OfflinePort
 from support.isons_programs import run
+from support.seeds import few
 
 WRAP = 1000
 
@@ -128,7 +129,7 @@ class Writer:
         )
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", few(range(60), 20))
 def test_random_programs_agree_with_python(tmp_path, seed):
     """Loops, branches, jumps, subroutines and arrays give what the same program in Python gives."""
     text, python = Writer(seed).program()
@@ -354,7 +355,7 @@ WORDS = [
 ]
 
 
-@pytest.mark.parametrize("seed", range(150))
+@pytest.mark.parametrize("seed", few(range(150), 40))
 def test_any_text_gives_rows_or_errors(tmp_path, seed):
     """Random words in random order: nothing but numbered errors with their places."""
     rng = random.Random(seed)

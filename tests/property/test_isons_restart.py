@@ -23,6 +23,7 @@ from cnc_core.program import Program
 from cnc_core.program.restart import Restart
 from support.isons_programs import CELL
 from support.paths import FIVE_AXIS
+from support.seeds import few
 
 CONFIG = CELL + "[isons]\nVRIPOSO = 600\n[isons.tools.1]\ndiameter = 4\n"
 
@@ -102,7 +103,7 @@ def told(row):
     )
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", few(range(12), 4))
 def test_restart_at_any_line(tmp_path, seed):
     """At the line of any motion, in the pass that reached it: the same motions,
     variables and outputs behind it.
@@ -338,7 +339,7 @@ def elements(rows):
     ]
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", few(range(10), 4))
 def test_restart_where_the_path_reaches_back(tmp_path, seed):
     """In the middle of compensated contours, rounded corners and filtered runs:
     exactly the rest of the same path.

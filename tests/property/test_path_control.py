@@ -13,6 +13,7 @@ import pytest
 
 from support.inside import Inside
 from support.limits import FloatArray, legal
+from support.seeds import few
 
 pytestmark = pytest.mark.sanitize("engine")
 
@@ -147,7 +148,7 @@ def _drive(
     )
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", few(range(12), 3))
 def test_backward_and_forward_keep_to_the_contour(
     seed: int, tmp_path: Path
 ) -> None:
@@ -174,7 +175,7 @@ def test_backward_and_forward_keep_to_the_contour(
         assert len(forward) >= text.count("M5")
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", few(range(12), 3))
 def test_real_time_loops_in_both_directions(seed: int, tmp_path: Path) -> None:
     """Real-time loops switched on and off at random, with backward motion:
     contour, limits, distance at the end.

@@ -13,6 +13,7 @@ from cnc_core._engine import lib
 from cnc_core.engine import Event
 from support.commanded import config, drive, program
 from support.inside import FloatArray, Inside
+from support.seeds import few
 
 
 def _memory(cnc: Inside) -> bytes:
@@ -50,7 +51,7 @@ def _run(
 
 
 @pytest.mark.parametrize(
-    ("seed", "options"), [(0, ""), (1, "n"), (2, "f"), (3, "nc")]
+    ("seed", "options"), few([(0, ""), (1, "n"), (2, "f"), (3, "nc")], 1)
 )
 def test_a_rehearsal_changes_nothing(
     tmp_path: Path, seed: int, options: str

@@ -30,6 +30,7 @@ class Inside:
         folder: Path,
         text: str,
         config: str | CellConfig = "",
+        dialect: str | None = None,
         **engine: Any,
     ) -> None:
         self.cell = parse_config(config) if isinstance(config, str) else config
@@ -53,12 +54,12 @@ class Inside:
         self.channel.head.plc_present_w = True
         self.engine = Engine(
             self.cell,
-            segment=self.segment.base,
+            segment=self.segment,
             clock=layout.HLI_CLOCK_FREERUN,
             record_rows=200_000,
             **engine,
         )
-        self.preparation = Preparation(path, self.cell, None, self.engine)
+        self.preparation = Preparation(path, self.cell, dialect, self.engine)
         self.preparation.pump()
         self.parts: list[FloatArray] = []
         self.paths: list[FloatArray] = []

@@ -219,6 +219,9 @@ void take_commands(struct engine *engine) {
     if (ATOMIC_GET(engine->orders.override_ignored)) {
         factor = rapid = 1.0;
     }
+    ATOMIC_SET(engine->orders.timetable,
+               present && engine->hli.ahead
+                   && flag(&engine->hli.ahead->plan_enable_w));
     __atomic_store(&engine->orders.override, &factor, __ATOMIC_RELEASE);
     __atomic_store(&engine->orders.rapid, &rapid, __ATOMIC_RELEASE);
     bool external =

@@ -5,7 +5,7 @@
 #include "engine/geo/commands.h"
 #include "engine/geo/external.h"
 #include "engine/geo/interpolate.h"
-#include "engine/geo/lateness.h"
+#include "engine/commit/lateness.h"
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/publish.h"
 #include "engine/geo/technology.h"

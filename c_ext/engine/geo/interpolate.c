@@ -66,11 +66,13 @@ static void enter_piece(struct engine *engine, uint64_t i) {
  * either the old or the new one. */
 static void set_epoch(struct geo *geo,
                       uint32_t epoch,
+                      uint32_t resets,
                       uint64_t first,
                       double dist_shift) {
     ATOMIC_SET(geo->marks, geo->marks + 1);
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
     ATOMIC_SET(geo->epoch, epoch);
+    ATOMIC_SET(geo->resets, resets);
     ATOMIC_SET(geo->epoch_first, first);
     __atomic_store(&geo->dist_shift, &dist_shift, __ATOMIC_RELEASE);
     ATOMIC_SET(geo->marks, geo->marks + 1);
@@ -81,9 +83,17 @@ static void run_branch(struct engine *engine, const struct piece *piece) {
     struct geo *geo = &engine->geo;
     if (!piece->again) {
         if (piece->dir > 0) {
-            set_epoch(geo, geo->epoch + 1, geo->epoch_first, geo->dist_shift);
+            set_epoch(geo,
+                      geo->epoch + 1,
+                      geo->resets,
+                      geo->epoch_first,
+                      geo->dist_shift);
         } else {
-            set_epoch(geo, geo->epoch, geo->saved_first, geo->dist_shift);
+            set_epoch(geo,
+                      geo->epoch,
+                      geo->resets,
+                      geo->saved_first,
+                      geo->dist_shift);
         }
         return;
     }
@@ -97,6 +107,7 @@ static void run_branch(struct engine *engine, const struct piece *piece) {
                           of the loop */
     set_epoch(geo,
               geo->epoch,
+              geo->resets,
               begin,
               piece->flags & NC_MODULO ? geo->dist_shift
                                        : geo->dist_shift + turn);
@@ -109,6 +120,7 @@ static void run_loop_end(struct engine *engine, const struct piece *piece) {
     } else if (piece->dir < 0) {
         set_epoch(geo,
                   geo->epoch - 1,
+                  geo->resets,
                   store_at(&engine->store, piece->mate)->element,
                   geo->dist_shift);
     } else {
@@ -119,6 +131,7 @@ static void run_loop_end(struct engine *engine, const struct piece *piece) {
 void geo_begin_distance(struct engine *engine) {
     set_epoch(&engine->geo,
               engine->push.epoch,
+              engine->push.resets,
               engine->store.element_head,
               0.0);
 }
@@ -126,9 +139,9 @@ void geo_begin_distance(struct engine *engine) {
 static void run_reset(struct geo *geo, const struct piece *piece) {
     geo->dist = 0.0;
     if (piece->dir > 0) {
-        set_epoch(geo, geo->epoch + 1, piece->element, 0.0);
+        set_epoch(geo, geo->epoch + 1, geo->resets + 1, piece->element, 0.0);
     } else {
-        set_epoch(geo, geo->epoch - 1, piece->mate, 0.0);
+        set_epoch(geo, geo->epoch - 1, geo->resets - 1, piece->mate, 0.0);
     }
 }
 

@@ -5,78 +5,12 @@
  * ring may be dropped by GEO and overwritten by SDA meanwhile when a thread of
  * its own serves; the copy is repeated then.
  */
-#include <math.h>
 #include <string.h>
 #include "engine/geo/lookahead_service.h"
+#include "engine/geo/lookahead_answer.h"
+#include "engine/geo/lookahead_window.h"
 #include "engine/state/state.h"
-#include "engine/store/marked_log.h"
 #include "hli/sync.h"
-
-#define ANSWER_MAX (HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1)
-
-typedef struct range {
-    uint64_t first, end; /* element ids */
-    double shift; /* 0.1 um: what passes of real-time loops have added to the
-                     distances */
-} range;
-
-static uint64_t min64(uint64_t a, uint64_t b) {
-    return a < b ? a : b;
-}
-
-static uint64_t ring_log_max(const engine_config *cfg) {
-    return min64(cfg->log_max, 65536u);
-}
-
-/* Elements of mode 2: the window from the active element on, and as many behind
- * it; the present distance epoch only. */
-static struct range range_now(struct engine *engine) {
-    uint64_t active = ATOMIC_GET(engine->geo.active),
-             head = ATOMIC_GET(engine->store.element_head);
-    uint64_t behind = ring_log_max(&engine->cfg),
-             first = active > behind ? active - behind : 0,
-             epoch_first = ATOMIC_GET(engine->geo.epoch_first);
-    uint32_t epoch = ATOMIC_GET(engine->geo.epoch);
-    struct range range = {.first = first > epoch_first ? first : epoch_first};
-    uint64_t from = active > epoch_first ? active : epoch_first;
-    __atomic_load(&engine->geo.dist_shift, &range.shift, __ATOMIC_ACQUIRE);
-    range.shift *= TENTH_UM;
-    range.end =
-        min64(head,
-              from + 1 + min64(engine->cfg.window, ring_log_max(&engine->cfg)));
-    if (range.end < range.first) {
-        range.end = range.first;
-    }
-    uint64_t lo = range.first,
-             hi = range.end; /* elements behind a pending reset or the end of a
-                                loop come later */
-    while (lo < hi) {
-        uint64_t mid = lo + (hi - lo) / 2;
-        if (element_at(&engine->store, mid)->epoch > epoch) {
-            hi = mid;
-        } else {
-            lo = mid + 1;
-        }
-    }
-    range.end = lo;
-    return range;
-}
-
-static struct range window_range(struct engine *engine) {
-    for (;;) {
-        uint32_t marks = ATOMIC_GET(engine->geo.marks);
-        struct range range = range_now(engine);
-        __atomic_thread_fence(__ATOMIC_ACQUIRE);
-        if (!(marks & 1) && ATOMIC_GET(engine->geo.marks) == marks) {
-            return range;
-        }
-        cpu_pause();
-    }
-}
-
-static bool mode2_available(const engine_config *cfg) {
-    return (cfg->functions & ENGINE_FCT_CONTOUR_LAH) && cfg->log_max > 0;
-}
 
 double max_dist_prog_start(struct engine *engine) {
     if (!mode2_available(&engine->cfg)) {
@@ -91,111 +25,29 @@ double max_dist_prog_start(struct engine *engine) {
     return facts->start_position + facts->length + range.shift;
 }
 
-/* First element of r that ends behind `start`. */
-static uint64_t first_behind(struct piece_store *store,
-                             struct range range,
-                             double start) {
-    while (range.first < range.end) {
-        uint64_t mid = range.first + (range.end - range.first) / 2;
-        const HLI_CONTOUR_LOOKAHEAD_BLOCK *facts =
-            &element_at(store, mid)->facts;
-        if (facts->start_position + facts->length > start) {
-            range.end = mid;
-        } else {
-            range.first = mid + 1;
-        }
-    }
-    return range.first;
-}
-
-static uint32_t answer_distance(struct engine *engine,
-                                double start,
-                                double length,
-                                HLI_CONTOUR_LOOKAHEAD_BLOCK *out) {
-    if (!mode2_available(&engine->cfg) || !(length > 0)) {
-        return 0;
-    }
-    for (;;) {
-        struct range range = window_range(engine);
-        uint64_t i = first_behind(&engine->store, range, start - range.shift);
-        uint32_t count = 0;
-        for (; i < range.end && count < ANSWER_MAX; i++) {
-            const HLI_CONTOUR_LOOKAHEAD_BLOCK *facts =
-                &element_at(&engine->store, i)->facts;
-            if (facts->start_position + range.shift >= start + length) {
-                break;
-            }
-            HLI_CONTOUR_LOOKAHEAD_BLOCK block =
-                *facts; /* `out` is the PLC's to scribble on: written, never
-                           read */
-            block.start_position += range.shift;
-            out[count++] = block;
-        }
-        __atomic_thread_fence(__ATOMIC_ACQUIRE);
-        if (ATOMIC_GET(engine->store.element_head)
-            < range.first + engine->store.element_mask + 1) {
-            return count; /* no slot was used again */
-        }
-    }
-}
-
-static uint32_t answer_index(struct engine *engine,
-                             double index,
-                             HLI_CONTOUR_LOOKAHEAD_BLOCK *out) {
-    double i = trunc(index);
-    if (!log_available(&engine->cfg) || i < 0) {
-        return 0;
-    }
-    for (;;) {
-        uint64_t generation = ATOMIC_GET(engine->log.generation);
-        uint32_t count = ATOMIC_GET(engine->log.count), number = 0;
-        if (i < count) {
-            uint32_t from = (uint32_t)i;
-            number = count - from < ANSWER_MAX ? count - from : ANSWER_MAX;
-            for (uint32_t k = 0; k < number; k++) {
-                out[k] = *log_entry(&engine->log, from + k);
-            }
-        }
-        __atomic_thread_fence(__ATOMIC_ACQUIRE);
-        if (!(generation & 1)
-            && ATOMIC_GET(engine->log.generation) == generation) {
-            return number;
-        }
-        cpu_pause();
-    }
-}
-
 /* block_type 0 behind the last element: only what the answer before had filled.
  */
-static void close_answer(struct lookahead_service *service,
+static void close_answer(uint32_t *answered,
                          HLI_CONTOUR_LOOKAHEAD_BLOCK *out,
                          uint32_t count) {
-    for (uint32_t k = count;
-         k < ANSWER_MAX && (k <= count || k < service->answered);
+    for (uint32_t k = count; k < ANSWER_MAX && (k <= count || k < *answered);
          k++) {
         memset(&out[k], 0, sizeof out[k]);
     }
-    service->answered = count;
+    *answered = count;
 }
 
 static void count_up(uint64_t *counter) {
     ATOMIC_SET(*counter, *counter + 1);
 }
 
-static uint32_t answer(struct engine *engine,
-                       double start,
-                       double length,
-                       HLI_CONTOUR_LOOKAHEAD_BLOCK *out) {
-    if (!isfinite(start) || !isfinite(length)) {
-        count_up(&engine->service.requests_bad);
-        return 0;
-    }
-    if (length == 0.0) {
-        count_up(&engine->service.requests_mode1);
-        return answer_index(engine, start, out);
-    }
-    count_up(&engine->service.requests_mode2);
-    return answer_distance(engine, start, length, out);
+static void count_request(struct lookahead_service *service,
+                          const HLI_AHEAD_ANSWER *facts) {
+    bool bad = facts->empty >= HLI_AHEAD_EMPTY_BAD_START;
+    bool log = facts->mode == HLI_AHEAD_MODE_LOG;
+    count_up(bad   ? &service->requests_bad
+             : log ? &service->requests_mode1
+                   : &service->requests_mode2);
 }
 
 static void post_answer(struct shared_areas *hli) {
@@ -203,18 +55,80 @@ static void post_answer(struct shared_areas *hli) {
     hs_word_post(side_word, load_u32_relaxed(&side_word->word) + 1);
 }
 
-int serve_request(struct engine *engine) {
+/* The manual's unit: length 0 is the log. */
+static int serve_unit(struct engine *engine) {
     HLI_CONTOUR_LOOKAHEAD *contour_lookahead =
         &engine->hli.channel->contour_lookahead;
     if (!load_u8_acquire(&contour_lookahead->semaphor_rw)) {
         return 0;
     }
-    double start = load_f64_relaxed(&contour_lookahead->request.start_position),
-           length = load_f64_relaxed(&contour_lookahead->request.length);
-    uint32_t count =
-        answer(engine, start, length, contour_lookahead->response.block);
-    close_answer(&engine->service, contour_lookahead->response.block, count);
+    struct question question = {
+        .start = load_f64_relaxed(&contour_lookahead->request.start_position),
+        .length = load_f64_relaxed(&contour_lookahead->request.length)};
+    question.mode =
+        question.length == 0.0 ? HLI_AHEAD_MODE_LOG : HLI_AHEAD_MODE_CONTOUR;
+    HLI_AHEAD_ANSWER facts;
+    answer_question(engine,
+                    &question,
+                    contour_lookahead->response.block,
+                    NULL,
+                    &facts);
+    count_request(&engine->service, &facts);
+    close_answer(&engine->service.answered,
+                 contour_lookahead->response.block,
+                 facts.count);
+    if (engine->hli.ahead) {
+        engine->hli.ahead->answer = facts;
+    }
     store_u8_release(&contour_lookahead->semaphor_rw, 0);
     post_answer(&engine->hli);
     return 1;
+}
+
+static void serve_slot(struct engine *engine, uint32_t i) {
+    HLI_AHEAD_SLOT *slot = &engine->hli.ahead->slot[i];
+    struct question question = {
+        .start = load_f64_relaxed(&slot->request.start_position),
+        .length = load_f64_relaxed(&slot->request.length),
+        .mode = load_u32_relaxed(&slot->request.mode),
+        .flags = load_u32_relaxed(&slot->request.flags),
+        .epoch = load_u32_relaxed(&slot->request.epoch)};
+    HLI_AHEAD_ANSWER facts;
+    bool details = question.flags & HLI_AHEAD_DETAILS;
+    answer_question(engine,
+                    &question,
+                    slot->block,
+                    details ? slot->detail : NULL,
+                    &facts);
+    facts.tag = load_u32_relaxed(&slot->request.tag);
+    count_request(&engine->service, &facts);
+    close_answer(&engine->service.slot_answered[i], slot->block, facts.count);
+    slot->answer = facts;
+}
+
+/* The queue: its slots one after the other, all in the same cycle. */
+static int serve_queue(struct engine *engine) {
+    if (!engine->hli.ahead) {
+        return 0;
+    }
+    int served = 0;
+    for (uint32_t i = 0; i <= HLI_AHEAD_SLOT_MAXIDX; i++) {
+        uint32_t *word = &engine->hli.ahead->slot_rw[i];
+        uint32_t seen = load_u32_acquire(word);
+        if ((seen & HS_SLOT_PHASE) != HLI_AHEAD_ASKED) {
+            continue;
+        }
+        serve_slot(engine, i);
+        store_u32_release(word,
+                          (seen & ~(uint32_t)HS_SLOT_PHASE)
+                              | HLI_AHEAD_ANSWERED);
+        post_answer(&engine->hli);
+        served++;
+    }
+    return served;
+}
+
+int serve_request(struct engine *engine) {
+    int served = serve_unit(engine);
+    return served + serve_queue(engine);
 }

@@ -6,10 +6,13 @@
 #include "engine/geo/commands.h"
 #include "engine/geo/interpolate.h"
 #include "engine/geo/lookahead_service.h"
+#include "engine/geo/lookahead_window.h"
 #include "engine/geo/modes.h"
 #include "engine/plan/prediction.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
+
+#define SECOND_US 1e6
 
 static int32_t dint(double v) {
     return v >= 2147483647.0    ? INT32_MAX
@@ -105,7 +108,9 @@ static void publish_bahn(struct engine *engine) {
     const struct piece *piece =
         geo->piece == UINT64_MAX ? NULL : piece_at(&engine->run, geo->piece);
     bool motion = piece && is_motion(piece);
-    show_f64(&bahn_state->dist_prog_start, display_distance(&engine->geo));
+    double shown = display_distance(&engine->geo);
+    __atomic_store(&engine->geo.shown_dist, &shown, __ATOMIC_RELEASE);
+    show_f64(&bahn_state->dist_prog_start, shown);
     /* the planner may shorten the piece in which GEO stands: read once */
     double length =
         !motion ? 0.0
@@ -178,6 +183,13 @@ static void publish_lookahead(struct engine *engine) {
     show_u32(&contour_lookahead_state->count_logged_blocks,
              ATOMIC_GET(engine->log.count));
     show_u8(&contour_lookahead_state->f_log_is_active, active != 0);
+    if (engine->hli.ahead) {
+        HLI_AHEAD_STATE *state = &engine->hli.ahead->state;
+        show_u32(&state->epoch, epoch_shown(engine->geo.epoch));
+        if (engine->timetable.valid) {
+            show_f64(&state->motion_time, engine->geo.consumed_s * SECOND_US);
+        }
+    }
 }
 
 static void publish_stats(struct engine *engine) {

@@ -4,12 +4,15 @@
 #include "engine/jerk_adapter/path_push.h"
 #include "engine/jerk_adapter/intervals.h"
 #include "engine/jerk_adapter/tuning.h"
+#include "engine/path/piece.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
 #include "jerk/state/api.h"
 
-/* A corner that could only be crept through is stood at. */
-static bool sharp(const engine_config *cfg, const struct piece *piece) {
+/* Whether some axis would jump by more than it may at the path speed v. */
+static bool jumps(const engine_config *cfg,
+                  const struct piece *piece,
+                  double v) {
     for (int axis = 0; axis < cfg->axis_count; axis++) {
         double j = cfg->j_max[axis] > 0 ? cfg->j_max[axis]
                                         : cfg->a_max[axis] / cfg->cycle_s;
@@ -17,11 +20,28 @@ static bool sharp(const engine_config *cfg, const struct piece *piece) {
         double room = fmin(CORNER_SHARE * j * cfg->cycle_s,
                            CORNER_ACC_SHARE * cfg->a_max[axis])
                       * cfg->cycle_s;
-        if (piece->jump[axis] * STAND_SPEED > room) {
+        if (piece->jump[axis] * v > room) {
             return true;
         }
     }
     return false;
+}
+
+/* A corner that could only be crept through is stood at. The speed of the
+ * quickest axis tells what creeping is: where a rotary axis outruns the path,
+ * the path is slow everywhere. */
+static bool sharp(const struct engine *engine, const struct piece *piece) {
+    const engine_config *cfg = &engine->cfg;
+    if (!jumps(cfg, piece, STAND_SPEED)) {
+        return false;
+    }
+    double tangent[NC_AXES] = {0};
+    double most = 1.0;
+    piece_tangent(engine, piece, 0.0, tangent);
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
+        most = fmax(most, fabs(tangent[axis]));
+    }
+    return most <= 1.0 || jumps(cfg, piece, STAND_SPEED / most);
 }
 
 /* Whether the axes must stand behind motion i; *known: what follows has been
@@ -37,7 +57,7 @@ static bool stands_behind(struct engine *engine, uint64_t i, bool *known) {
             return true;
         }
         if (is_motion(piece)) {
-            return sharp(&engine->cfg, piece);
+            return sharp(engine, piece);
         }
     }
     *known = false;

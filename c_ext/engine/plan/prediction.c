@@ -14,6 +14,7 @@
 #include "engine/commit/planner.h"
 #include "engine/path/piece.h"
 #include "engine/path/speed_caps.h"
+#include "engine/plan/timetable.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
 #include "jerk/state/api.h"
@@ -23,6 +24,9 @@
 #define NONE 3u
 #define SECOND_US 1e6
 #define SAME 1e-6
+#define FORESEES                                                               \
+    (ENGINE_FCT_CALC_TIME | ENGINE_FCT_CALC_POS_V_0                            \
+     | ENGINE_FCT_CALC_STATE_AT_T)
 
 struct prediction {
     struct forecast of[BUFFERS];
@@ -34,20 +38,24 @@ struct prediction {
     struct standstill_search search;
 };
 
+/* Planner: made when something is first wanted of it. */
+static bool is_wanted(const struct engine *engine) {
+    return engine->cfg.functions & FORESEES
+           || ATOMIC_GET(engine->orders.timetable);
+}
+
 bool prediction_new(struct engine *engine) {
-    if (!(engine->cfg.functions
-          & (ENGINE_FCT_CALC_TIME | ENGINE_FCT_CALC_POS_V_0
-             | ENGINE_FCT_CALC_STATE_AT_T))) {
+    if (!is_wanted(engine)) {
         return true;
     }
-    struct prediction *prediction = engine->prediction =
-        calloc(1, sizeof *prediction);
+    struct prediction *prediction = calloc(1, sizeof *prediction);
     if (!prediction) {
         return false;
     }
-    prediction_begin_program(engine);
     prediction->max = engine->commit.tail_max;
     prediction->latest = prediction->held = NONE;
+    ATOMIC_SET(engine->prediction, prediction);
+    prediction_begin_program(engine);
     for (uint32_t i = 0; i < BUFFERS; i++) {
         if (!(prediction->of[i].phases =
                   calloc(prediction->max, sizeof(phase)))) {
@@ -252,9 +260,37 @@ static struct forecast *free_buffer(struct prediction *prediction) {
     return NULL;
 }
 
+/* What is committed and not driven yet, then what is planned behind it. */
+static void make_timetable(struct engine *engine, struct forecast *to) {
+    struct timetable *table = &to->timetable;
+    uint64_t first = ATOMIC_GET(engine->geo.consumed);
+    first = first > 0 ? first - 1 : 0; /* the phase that is being driven */
+    double at = to->begin_s;
+    for (uint64_t k = engine->commit.written; k-- > first;) {
+        at -= engine->commit.ring[k & (PHASE_RING - 1)].time;
+    }
+    timetable_begin(engine, table);
+    for (uint64_t k = first; k < engine->commit.written; k++) {
+        const phase *ph = &engine->commit.ring[k & (PHASE_RING - 1)];
+        timetable_add(engine, table, ph, at);
+        at += ph->time;
+    }
+    at = to->begin_s;
+    for (uint32_t i = 0; i < to->count; at += to->phases[i++].time) {
+        timetable_add(engine, table, &to->phases[i], at);
+    }
+    timetable_end(table, to->complete, engine->plan.override);
+}
+
 void prediction_plan(struct engine *engine, bool pumped) {
     struct prediction *prediction = engine->prediction;
     if (!prediction) {
+        if (!is_wanted(engine) || !prediction_new(engine)) {
+            return;
+        }
+        prediction = engine->prediction;
+    }
+    if (!is_wanted(engine)) {
         return;
     }
     if (!pumped && prediction->latest != NONE
@@ -274,9 +310,13 @@ void prediction_plan(struct engine *engine, bool pumped) {
     remainder_of_plan(engine, to);
     uint64_t last =
         to->count ? to->phases[to->count - 1].piece + 1 : engine->commit.piece;
-    to->complete = engine->dispatch.final && last >= engine->run.head;
-    if (!engine->plan.hold) {
+    bool whole = to->count == 0 || to->phases[to->count - 1].last;
+    to->complete = engine->dispatch.final && last >= engine->run.head && whole;
+    if (!engine->plan.hold && engine->cfg.functions & FORESEES) {
         find_marks(engine, to);
+    }
+    if (ATOMIC_GET(engine->orders.timetable)) {
+        make_timetable(engine, to);
     }
     to->piece = engine->commit.piece;
     to->s = engine->commit.s;
@@ -425,8 +465,24 @@ static void publish_speeds(struct engine *engine,
     }
 }
 
+/* GEO drives a stored tail: no table is true until the planner goes on. */
+static void publish_timetable(struct engine *engine,
+                              const struct forecast *now) {
+    HLI_AHEAD_STATE *state = &engine->hli.ahead->state;
+    const struct shown_timetable *shown = &engine->timetable;
+    bool known = now && now->timetable.count && !engine->geo.in_tail
+                 && ATOMIC_GET(engine->orders.timetable);
+    if (!known) {
+        timetable_withdraw(engine);
+    } else if (now->timetable.edition != shown->table.edition) {
+        timetable_publish(engine, &now->timetable);
+    }
+    show_u32(&state->edition, shown->table.edition);
+    show_u8(&state->plan_valid, shown->valid != 0);
+}
+
 void prediction_publish(struct engine *engine) {
-    struct prediction *prediction = engine->prediction;
+    struct prediction *prediction = ATOMIC_GET(engine->prediction);
     if (!prediction) {
         return;
     }
@@ -440,6 +496,9 @@ void prediction_publish(struct engine *engine) {
     }
     if (engine->cfg.functions & ENGINE_FCT_CALC_STATE_AT_T) {
         publish_speeds(engine, bahn_state, now);
+    }
+    if (engine->hli.ahead) {
+        publish_timetable(engine, now);
     }
     __atomic_store_n(&prediction->held, NONE, __ATOMIC_SEQ_CST);
 }

@@ -25,6 +25,7 @@ typedef struct forecast {
         standstill[2]; /* of a hold that comes now; that comes so late that more
                     is committed before it acts */
     phase *phases;
+    struct timetable timetable;
 } forecast;
 
 bool prediction_new(struct engine *engine);

@@ -9,6 +9,7 @@
 typedef struct shared_areas {
     HLI_SEGMENT *segment;
     HLI_CHANNEL *channel;
+    HLI_AHEAD *ahead;
     HLI_SIDECAR *side;
 } shared_areas;
 
@@ -30,7 +31,7 @@ typedef struct push_state {
     struct motion_limits limits[2]; /* of feed motions and of rapid motions
                                        pushed from here on */
     double distance;                /* 0.1 um, start of the next element */
-    uint32_t epoch;
+    uint32_t epoch, resets;
     uint64_t epoch_element; /* first element of the present epoch */
     bool stop_pending, m01_pending;
     double element_end[NC_AXES]; /* programmed end of the last element */
@@ -59,8 +60,11 @@ typedef struct element_map {
  * P-STUP-00033 gives room. */
 typedef struct piece_store {
     struct element *elements;
+    struct element_more *more; /* one for each of `elements` */
     uint64_t element_mask;
     uint64_t element_head;
+    struct ahead_event *events; /* as many as `elements`; the oldest go */
+    uint64_t event_head;
     struct piece *pieces;
     struct curve *curves; /* of the pieces that are polynomials */
     uint64_t mask, kept;
@@ -232,7 +236,15 @@ typedef struct plan_conditions {
     bool single, m01;
     uint32_t held_axes;
     struct techno_counts done, done_again;
+    uint32_t editions; /* of the timetable */
 } plan_conditions;
+
+/* GEO writes; the service reads a copy under `seq`. */
+typedef struct shown_timetable {
+    uint32_t seq;
+    int valid;
+    struct timetable table;
+} shown_timetable;
 
 #define REJOIN_NONE 0
 #define REJOIN_OFFERED 1 /* by the planner */
@@ -338,7 +350,7 @@ typedef struct geo {
     uint64_t active;         /* active element */
     double element_distance; /* programmed distance in the active element, mm;
                                 mapped pieces */
-    uint32_t epoch;
+    uint32_t epoch, resets;
     uint64_t epoch_first;
     double path; /* mm since program start, real-time loops counted as often as
                     they are driven */
@@ -346,7 +358,10 @@ typedef struct geo {
     double path_shift, dist_shift; /* mm: what passes of real-time loops add */
     uint64_t saved_first;          /* epoch_first ahead of a real-time loop */
     uint32_t loop_count; /* passes of the real-time loop driven last */
-    uint32_t marks; /* odd while epoch, epoch_first and dist_shift change */
+    double shown_dist;   /* 0.1 um: dist_prog_start as shown last; the service
+                            reads it */
+    uint32_t marks;      /* odd while epoch, resets, epoch_first and dist_shift
+                            change */
     bool continue_seen;
     bool stands_single;
     bool dwelling;
@@ -368,6 +383,7 @@ typedef struct orders {
     double ext_speed; /* external command speed mm/s, NEVER: none */
     int hold, single, m01, rt_loop, backward, simulate;
     int override_ignored;
+    int timetable;      /* the PLC wants it */
     bool feedhold;      /* the channel's feed hold as commanded */
     bool released;      /* all axes of the channel */
     uint32_t held_axes; /* bit per axis with ipo_mc_control.feedhold */
@@ -450,6 +466,7 @@ typedef struct cycle_timing {
 /* ---- threads */
 typedef struct lookahead_service {
     uint32_t answered; /* elements in the last answer */
+    uint32_t slot_answered[HLI_AHEAD_SLOT_MAXIDX + 1];
     uint64_t requests_mode1, requests_mode2, requests_bad;
     int running;
     bool started;

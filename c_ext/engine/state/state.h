@@ -51,6 +51,7 @@ struct engine {
     /* planner fills buffers, GEO reads the latest; NULL: none of its functions
      * is configured */
     struct prediction *prediction;
+    struct shown_timetable timetable;
 
     /* GEO */
     struct geo geo;
@@ -84,6 +85,17 @@ static inline struct piece *piece_at(const struct run_ring *run, uint64_t i) {
 static inline struct piece *store_at(const struct piece_store *store,
                                      uint64_t i) {
     return &store->pieces[i & store->mask];
+}
+
+static inline struct element_more *more_at(const struct piece_store *store,
+                                           uint64_t i) {
+    return &store->more[i & store->element_mask];
+}
+
+static inline struct ahead_event *ahead_event_at(
+    const struct piece_store *store,
+    uint64_t i) {
+    return &store->events[i & store->element_mask];
 }
 
 static inline struct element *element_at(const struct piece_store *store,

@@ -54,9 +54,28 @@ void interleave(void);
  * one motion row. */
 typedef struct element {
     HLI_CONTOUR_LOOKAHEAD_BLOCK facts;
-    uint32_t epoch; /* number of distance resets before it */
-    uint32_t fill;
+    uint32_t epoch;  /* number of distance resets and loop ends before it */
+    uint32_t resets; /* ... of distance resets alone */
 } element;
+
+/* What the extension tells of an element beside its facts; mm, mm/s. */
+typedef struct element_more {
+    double start[NC_AXES], end[NC_AXES];
+    double tangent_in[3], tangent_out[3]; /* of the main axes; 0: none moves */
+    double feed;                          /* 0: rapid */
+    double covered, driven; /* so much of it is covered by pieces, which are so
+                               long; service: read while SDA adds */
+    bool rapid;
+} element_more;
+
+/* A function or a dwell where it is programmed. */
+typedef struct ahead_event {
+    uint64_t element; /* in front of it */
+    double distance;  /* 0.1 um, as facts.start_position */
+    double value;
+    uint32_t epoch, resets, block_type, n, count;
+    int32_t code;
+} ahead_event;
 
 /* Synchronisation types (P-CHAN-00041) that act; values of hli_reference 6.4.
  */
@@ -294,6 +313,15 @@ static inline jerk_law law_of_phase(const phase *ph) {
                       .crackle = ph->crackle,
                       .pop = ph->pop};
 }
+
+/* What is planned, as places and times (plan/timetable.h). */
+typedef struct timetable {
+    uint32_t edition, count;
+    bool complete;   /* at rest at its end, and nothing comes behind */
+    bool full;       /* the plan goes on behind its end */
+    double override; /* that it was planned with, 1: 100 % */
+    HLI_AHEAD_KNOT knot[HLI_AHEAD_KNOT_MAXIDX + 1];
+} timetable;
 
 typedef struct tail {
     phase *phases; /* first .. count - 1 */

@@ -10,6 +10,7 @@
 #include <math.h>
 #include "engine/store/element_map.h"
 #include "engine/state/state.h"
+#include "engine/store/element_more.h"
 
 #define ROUNDING 1e-9 /* mm */
 
@@ -44,6 +45,11 @@ void element_map_piece(struct engine *engine,
     piece->dist0 = start_mm(&engine->store, engine->element_map.element)
                    + engine->element_map.from;
     piece->dist_rate = programmed / piece->length;
+    note_driven(engine,
+                engine->element_map.element,
+                engine->element_map.from,
+                programmed,
+                piece->length * piece->path_rate);
     engine->element_map.from += programmed;
 }
 

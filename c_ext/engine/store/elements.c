@@ -4,6 +4,7 @@
 #include "engine/store/elements.h"
 #include "engine/path/piece.h"
 #include "engine/state/state.h"
+#include "engine/store/element_more.h"
 #include "engine/store/marked_log.h"
 #include "rows/nc_block.h"
 
@@ -64,6 +65,8 @@ void push_element(struct engine *engine,
     }
     facts->tangent_variation = tangent_variation(engine, piece);
     el->epoch = engine->push.epoch;
+    el->resets = engine->push.resets;
+    note_element(engine, piece, row);
     if (engine->push.in_loop
         && engine->store.element_head
                == store_at(&engine->store, engine->push.loop_begin)->element) {

@@ -5,6 +5,7 @@
 #include "engine/path/limits.h"
 #include "engine/state/state.h"
 #include "engine/store/element_map.h"
+#include "engine/store/element_more.h"
 #include "engine/store/elements.h"
 #include "engine/store/marked_log.h"
 #include "engine/store/piece_push.h"
@@ -118,6 +119,7 @@ static void push_event(struct engine *engine,
         piece->mate = engine->push.epoch_element;
         engine->push.epoch_element = engine->store.element_head;
         engine->push.epoch++;
+        engine->push.resets++;
         engine->push.distance = 0.0;
         engine->log.shift = 0.0;
     }
@@ -128,6 +130,7 @@ static void push_event(struct engine *engine,
 static void push_row(struct engine *engine, const nc_block *row) {
     if (row->type > NC_POLYNOMIAL && row->type != NC_DYNAMICS) {
         short_motions_flush(engine);
+        note_event(engine, row);
     }
     if (engine->technology_rows.spindle_pending
         && (row->count != engine->technology_rows.spindle_row.count

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
 from cnc_core.blocks import NC_AXES, NC_BLOCK
+from cnc_core.blocks.to_c import row_pointer
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.units import FloatArray
@@ -335,7 +336,7 @@ class Modal:
     def scan(self, source: Source, out: npt.NDArray[Any]) -> Scan:
         """Read plain lines into ``out`` until something else stands there."""
         text = ffi.from_buffer(source.buffer)
-        rows = ffi.from_buffer("nc_block[]", out, require_writable=True)
+        rows = row_pointer(out, writable=True)
         size = len(source.buffer) - source.offset
         lib.nc_scan(
             self._modal,
@@ -355,7 +356,7 @@ class Modal:
         """
         row = np.zeros(1, NC_BLOCK)
         emitted = ffi.new("int *")
-        target = ffi.from_buffer("nc_block[]", row, require_writable=True)
+        target = row_pointer(row, writable=True)
         error = int(
             lib.nc_block_from_words(
                 self._modal, _nc_words(words), target, emitted

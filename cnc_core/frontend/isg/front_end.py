@@ -199,21 +199,19 @@ class IsgFrontEnd(ProgramLevels):
             self.state.machine,
             self.state.lenient,
         )
-        if self._declaring and not _is_endvar(stream):
-            return self._declarations(stream, formulas), False
-        made = macros.definition(text)
+        made = None if self._declaring else macros.definition(text)
         if made:
             return self._macro(*made), False
         parser = WordParser(stream, self._axes, formulas, self.state)
         if parser.n_number():
             stream.accept(":")
+        if self._declaring and _command(stream) != "ENDVAR":
+            return self._declarations(stream, formulas), False
         self._label(stream)
-        pattern = (
-            stream.is_op("#") and stream.following.text.upper() in PATTERN_WORDS
-        )
+        command = _command(stream)
         run = self._statement(stream, formulas, parser)
         return self._counted(
-            run, pattern
+            run, command
         ), formulas.drain or self._command_drains
 
     def _preview(self) -> None:
@@ -372,9 +370,12 @@ class IsgFrontEnd(ProgramLevels):
 
         return run
 
-    def _counted(self, run: Run, pattern: bool) -> Run:
-        """``pattern``: the block may stand inside a call pattern."""
+    def _counted(self, run: Run, command: str) -> Run:
+        """A comment is no block of the program."""
+        if command == "COMMENT":
+            return run
         data, patterns = self._data, self.state.patterns
+        pattern = command in PATTERN_WORDS
 
         def counted() -> Items:
             data.statements += 1
@@ -523,6 +524,11 @@ class IsgFrontEnd(ProgramLevels):
         return _of(self.control.comment(offset))
 
 
+def _command(stream: TokenStream) -> str:
+    """The first word behind a ``#`` that stands next; else nothing."""
+    return stream.following.text.upper() if stream.is_op("#") else ""
+
+
 def _nothing() -> Items:
     return ()
 
@@ -533,10 +539,6 @@ def _of(run: Callable[[], None]) -> Run:
         return ()
 
     return items
-
-
-def _is_endvar(stream: TokenStream) -> bool:
-    return stream.is_op("#") and stream.following.text.upper() == "ENDVAR"
 
 
 def _keeps_quotes(text: str) -> bool:

@@ -44,7 +44,7 @@ class Pocket:
     at which feed begins. ``edge``, ``base``: allowances that roughing leaves.
     ``helix``: radius and pitch of the plunge, None: straight. ``turn``: 1 runs
     counter-clockwise, -1 clockwise.  ``lead``: radius of the arcs to and from a
-    finished wall.
+    finished wall.  ``round_infeed``: from pass to pass in a semicircle.
     """
 
     length: float
@@ -61,6 +61,7 @@ class Pocket:
     helix: tuple[float, float] | None = None
     turn: int = 1
     lead: float = 0.0
+    round_infeed: bool = False
 
 
 @dataclass(frozen=True)
@@ -206,6 +207,15 @@ def _clear(pocket: Pocket, outer: Ring) -> Iterator[Move]:
     )
     for k in range(1, count + 1):
         inset = smaller * (count - k) / count
+        if pocket.round_infeed:
+            middle = outer.x - inset - smaller / count / 2
+            yield Move(
+                PLANE,
+                outer.x - inset,
+                0.0,
+                centre=(middle, 0.0),
+                turn=-pocket.turn,
+            )
         yield from _around(
             Ring(
                 outer.x - inset, outer.y - inset, max(outer.corner - inset, 0.0)

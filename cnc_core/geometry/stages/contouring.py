@@ -26,6 +26,7 @@ from cnc_core.blocks import (
     S,
     T,
 )
+from cnc_core.blocks.to_c import pool_pointer, row_pointer
 from cnc_core.errors import CncError, Place
 from cnc_core.units import FloatArray
 
@@ -102,16 +103,14 @@ class Contouring:
             return batch
         rows = np.ascontiguousarray(batch.rows)
         pool = np.ascontiguousarray(batch.pool)
-        pointer = (
-            ffi.cast("double *", pool.ctypes.data) if len(pool) else ffi.NULL
+        pointer = pool_pointer(pool)
+        first = row_pointer(rows)
+        failed = lib.nc_contour_push(
+            self._state, first, len(rows), pointer, len(pool)
         )
-        first = ffi.cast("nc_block *", rows.ctypes.data)
-        if (
-            lib.nc_contour_push(
-                self._state, first, len(rows), pointer, len(pool)
-            )
-            < 0
-        ):
+        if failed == -2:
+            raise ValueError("contouring: coefficients outside the pool")
+        if failed < 0:
             raise MemoryError("contouring")
         self._messages()
         return self._taken()
@@ -158,8 +157,8 @@ class Contouring:
         pool = np.empty(lib.nc_contour_coefficients(self._state))
         lib.nc_contour_take(
             self._state,
-            ffi.cast("nc_block *", rows.ctypes.data),
-            ffi.cast("double *", pool.ctypes.data),
+            row_pointer(rows),
+            pool_pointer(pool),
         )
         return BlockBatch(rows, pool)
 

@@ -23,6 +23,7 @@ from cnc_core.blocks import (
     POLYNOMIAL,
     BlockBatch,
 )
+from cnc_core.blocks.to_c import row_pointer
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.units import FloatArray
 
@@ -84,7 +85,9 @@ class RadiusCompensation:
         """
         out = np.empty(self.held + lib.NC_OFFSET_GROWTH, NC_BLOCK)
         made = ffi.new("size_t *")
-        error = lib.nc_offset_drain(self._state, _pointer(out), len(out), made)
+        error = lib.nc_offset_drain(
+            self._state, row_pointer(out, writable=True), len(out), made
+        )
         done = out[: made[0]]
         if error:
             self._refuse(error, [done], np.empty(0))
@@ -113,10 +116,10 @@ class RadiusCompensation:
             )
             error = lib.nc_offset_push(
                 self._state,
-                _pointer(rows),
+                row_pointer(rows),
                 len(rows),
                 taken,
-                _pointer(out),
+                row_pointer(out, writable=True),
                 len(out),
                 made,
             )
@@ -153,7 +156,3 @@ class RadiusCompensation:
                 error, BlockBatch(np.concatenate(parts), pool), count
             )
         self._collect(error)
-
-
-def _pointer(rows: Rows) -> Any:
-    return ffi.from_buffer("nc_block[]", rows, require_writable=False)

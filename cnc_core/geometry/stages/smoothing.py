@@ -26,6 +26,7 @@ from cnc_core.blocks import (
     SMOOTHING,
     BlockBatch,
 )
+from cnc_core.blocks.to_c import pool_pointer, row_pointer
 from cnc_core.units import FloatArray
 
 TURN_MAX = np.radians(120.0)
@@ -111,13 +112,11 @@ class Smoothing:
         self._exact = False
         rows = np.ascontiguousarray(rows)
         pool = np.ascontiguousarray(batch.pool)
-        pointer = (
-            ffi.cast("double *", pool.ctypes.data) if len(pool) else ffi.NULL
-        )
+        pointer = pool_pointer(pool)
         if (
             lib.nc_smooth_push(
                 self._state,
-                ffi.cast("nc_block *", rows.ctypes.data),
+                row_pointer(rows),
                 len(rows),
                 pointer,
                 len(pool),
@@ -186,8 +185,8 @@ class Smoothing:
         pool = np.empty(lib.nc_smooth_coefficients(self._state))
         lib.nc_smooth_take(
             self._state,
-            ffi.cast("nc_block *", rows.ctypes.data),
-            ffi.cast("double *", pool.ctypes.data),
+            row_pointer(rows),
+            pool_pointer(pool),
         )
         return BlockBatch(rows, pool)
 

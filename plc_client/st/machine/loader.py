@@ -128,7 +128,7 @@ class StProgram:
             offset = at[name]["at"] + 8 * index
             ctypes.c_uint64.from_address(self.address + offset).value = address
 
-        for name in ("gpCh", "gpAx", "gpVECh"):
+        for name in ("gpCh", "gpAx", "gpVECh", "gpAhead"):
             areas = getattr(hli, name)
             for index, area in enumerate(areas[0 : len(areas)]):
                 put(name, index, area)

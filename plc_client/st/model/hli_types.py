@@ -96,6 +96,7 @@ def _pointers(world: World, found: dict[str, types.Type]) -> None:
         ("gpAx", _many(found["HLI_AXIS"], axes)),
         ("gpVECh", _many(found["HLI_EXT_VAR"], channels)),
         ("gpVEGlobal", types.PointerType(found["HLI_EXT_VAR"])),
+        ("gpAhead", _many(found["HLI_AHEAD"], layout.HLI_AHEAD_CH_MAXIDX)),
         ("gNrCh", types.UINT),
         ("gNrAx", types.UINT),
     ]

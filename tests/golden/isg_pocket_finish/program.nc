@@ -1,3 +1,3 @@
 D1 G00 Z50
-L CYCLE [NAME=SysMillRectangularPocket.ecy @P1=0 @P2=20 @P3=2 @P4=5 @P5=2.5 @P6=4 @P20=600 @P21=300 @P72=30 @P73=20 @P31="Roughing+Finishing" @P15=0.5 @P16=0.25 @P22=800 @P23=200 @P25=9000 @P74=6 @P75=30 @P70=10 @P71=-5 @P13=1]
+L CYCLE [NAME=SysMillRectangularPocket.ecy @P1=0 @P2=20 @P3=2 @P4=5 @P5=2.5 @P6=4 @P20=600 @P21=300 @P72=30 @P73=20 @P31="Roughing+Finishing" @P15=0.5 @P16=0.25 @P22=800 @P23=200 @P25=9000 @P65=6 @P42=30 @P40=10 @P41=-5 @P13=1]
 M30

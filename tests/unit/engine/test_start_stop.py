@@ -31,7 +31,7 @@ def test_a_thousand_starts_and_stops_leave_nothing() -> None:
     def life(k: int) -> None:
         with segment.create(name, 1, 3) as memory:
             engine = Engine(
-                cell, segment=memory.base, clock=layout.HLI_CLOCK_FREERUN
+                cell, segment=memory, clock=layout.HLI_CLOCK_FREERUN
             )
             if k % 50 == 0:
                 engine.serve_start()

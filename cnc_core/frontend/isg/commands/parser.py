@@ -27,6 +27,7 @@ from cnc_core.blocks import (
     STANDSTILL,
     WAIT,
 )
+from cnc_core.frontend.base.formula import number_of
 from cnc_core.frontend.base.lexer import Kind, fail
 from cnc_core.frontend.port import Wait
 
@@ -246,7 +247,7 @@ class CommandParser(
         return run
 
     def _param(self) -> Callable[[], float] | None:
-        """``[PARAM=<expression>]`` if it stands there."""
+        """``[PARAM=<expression>]`` if it stands there; the ``=`` may be missing."""
         stream = self._stream
         if not stream.is_op("["):
             return None
@@ -257,8 +258,8 @@ class CommandParser(
                 f"expected PARAM, found {stream.describe()}",
                 stream.current.offset,
             )
-        stream.expect("=", 900010)
-        value = self._formulas.number("PARAM", stream.current.offset)
+        offset = stream.current.offset
+        value = number_of(self._key_value("PARAM"), "PARAM", offset)
         if stream.at_end:
             raise fail(900013, "bracket is not closed", opened)
         stream.expect("]", 900010)

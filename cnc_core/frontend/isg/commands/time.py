@@ -67,8 +67,12 @@ class TimeCommands(CommandBase):
     def _signal_keys(
         self, name: str
     ) -> tuple[Callable[[], int], list[Formula]]:
-        """``[SYN ID=.. P[1]=.. CH=.. AHEAD]``: the number, and the values of P[i]."""
+        """``[SYN ID=.. P[1]=.. CH=.. AHEAD]``: the number, and the values of P[i].
+
+        SYN may stand in front of the bracket too.
+        """
         stream, values = self._stream, []
+        stream.accept_name("SYN")
         number: Formula | None = None
         opened = self._formulas.open()
         while not stream.is_op("]"):

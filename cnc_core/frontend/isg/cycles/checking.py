@@ -5,7 +5,7 @@ anything is done.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from cnc_core.frontend.base.variables import Value
 from cnc_core.frontend.isg.cycles.declaration import (
@@ -23,26 +23,9 @@ from cnc_core.frontend.isg.cycles.declaration import (
 def check(
     cycle: Cycle, arguments: Mapping[int, Value], around: Surroundings
 ) -> tuple[Given, list[Problem]]:
-    """The parameters as numbers, and all problems; code ``UNKNOWN`` is only a
-    warning.
-    """
+    """The parameters as numbers, and all problems."""
     known = {p.number: p for p in cycle.parameters}
-    problems = [
-        Problem(
-            UNKNOWN, f"{cycle.name} has no @P{number}: it is ignored", number
-        )
-        for number in arguments
-        if number not in known
-    ]
-    problems += [
-        Problem(
-            MISSING,
-            f"CYC_PARAM_MISSING: @P{p.number} ({p.text}) is not given",
-            p.number,
-        )
-        for p in cycle.parameters
-        if p.required and p.number not in arguments
-    ]
+    problems = _names(cycle, arguments)
     values: dict[int, float] = {}
     for number, value in arguments.items():
         if number in known:
@@ -65,15 +48,7 @@ def glance(
     None: a value that is not known yet.
     """
     known = {p.number: p for p in cycle.parameters}
-    problems = [
-        Problem(
-            MISSING,
-            f"CYC_PARAM_MISSING: @P{p.number} ({p.text}) is not given",
-            p.number,
-        )
-        for p in cycle.parameters
-        if p.required and p.number not in arguments
-    ]
+    problems = _names(cycle, arguments)
     for number, value in arguments.items():
         found = (
             _number(known[number], value)
@@ -83,6 +58,44 @@ def glance(
         if isinstance(found, Problem):
             problems.append(found)
     return problems
+
+
+def _names(cycle: Cycle, arguments: Collection[int]) -> list[Problem]:
+    """Parameters that the cycle does not have, and required ones that miss."""
+    known = {p.number for p in cycle.parameters}
+    unknown = [
+        Problem(
+            UNKNOWN,
+            f"{cycle.name} has no @P{number}, only "
+            f"{_ranges([p.number for p in cycle.parameters])}",
+            number,
+        )
+        for number in arguments
+        if number not in known
+    ]
+    return unknown + [
+        Problem(
+            MISSING,
+            f"CYC_PARAM_MISSING: @P{p.number} ({p.text}) is not given",
+            p.number,
+        )
+        for p in cycle.parameters
+        if p.required and p.number not in arguments
+    ]
+
+
+def _ranges(numbers: list[int]) -> str:
+    """``@P1-8, 13`` for 1 to 8 and 13."""
+    runs: list[list[int]] = []
+    for number in sorted(numbers):
+        if runs and number == runs[-1][1] + 1:
+            runs[-1][1] = number
+        else:
+            runs.append([number, number])
+    return "@P" + ", ".join(
+        f"{first}" if first == last else f"{first}-{last}"
+        for first, last in runs
+    )
 
 
 def _number(parameter: Parameter, value: Value) -> float | Problem:

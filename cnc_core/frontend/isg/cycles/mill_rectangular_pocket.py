@@ -32,16 +32,23 @@ from cnc_core.geometry.shapes.pocket import (
 ROUGHING, FINISHING, BOTH = 1, 2, 3
 MODES = {"ROUGHING": 1.0, "FINISHING": 2.0, "ROUGHING+FINISHING": 3.0}
 SENSES = {"CLIMBMILLING": 0.0, "UPCUTMILLING": 1.0}
-HELICAL = 2
+HELICAL = SEMICIRCLE = 2
+STORED = 907042
 NOTHING_TO_FINISH = 13164
 MOVES_MAX = 500_000
 
 P = Parameter
 PARAMETERS = (
-    P(1, "surface, Z", required=True),
+    P(1, "reference plane, Z", required=True),
     P(2, "retraction plane, Z", required=True),
-    P(3, "safety clearance above the surface", required=True, low=0.0),
-    P(4, "depth below the surface", required=True, low=0.0, above=True),
+    P(
+        3,
+        "safety clearance above the reference plane",
+        required=True,
+        low=0.0,
+        above=True,
+    ),
+    P(4, "depth below the reference plane", required=True, low=0.0, above=True),
     P(5, "largest infeed in Z", required=True, low=0.0, above=True),
     P(6, "largest infeed in XY", required=True, low=0.0, above=True),
     P(
@@ -56,13 +63,14 @@ PARAMETERS = (
         "radius of the plunge helix",
         low=0.0,
         above=True,
-        default_text="10 % of the tool radius",
+        default_text="50 % of the tool radius",
     ),
     P(
         13,
-        "safety clearance from the wall (finishing)",
+        "safety clearance from the wall in XY (finishing)",
         low=0.0,
-        default_text="1/8 of half the shorter side",
+        above=True,
+        default_text="@P72 / 8",
     ),
     P(15, "finishing allowance at the base", default=0.0, low=0.0),
     P(16, "finishing allowance at the edge", default=0.0, low=0.0),
@@ -72,7 +80,7 @@ PARAMETERS = (
         FEED,
         low=0.0,
         above=True,
-        default_text="F in force",
+        default_text="F in force (V.G.FEEDRATE)",
     ),
     P(
         21,
@@ -80,7 +88,7 @@ PARAMETERS = (
         FEED,
         low=0.0,
         above=True,
-        default_text="F in force",
+        default_text="@P20",
     ),
     P(
         22,
@@ -120,7 +128,7 @@ PARAMETERS = (
         31,
         "1 roughing, 2 finishing, 3 both",
         PLAIN,
-        default=1.0,
+        default=3.0,
         low=1,
         high=3,
         whole=True,
@@ -128,25 +136,50 @@ PARAMETERS = (
     ),
     P(
         32,
-        "plunge: 1 vertical, 2 helical",
+        "plunge in Z: 1 vertical, 2 helical",
         PLAIN,
-        default=1.0,
+        default=2.0,
         low=1,
         high=2,
         whole=True,
     ),
-    P(70, "centre, X", default_text="current position"),
-    P(71, "centre, Y", default_text="current position"),
-    P(72, "length in X", required=True, low=0.0, above=True),
-    P(73, "width in Y", required=True, low=0.0, above=True),
-    P(74, "corner radius", low=0.0, default_text="tool radius"),
     P(
-        75,
+        34,
+        "infeed in XY: 1 straight, 2 in a semicircle",
+        PLAIN,
+        default=2.0,
+        low=1,
+        high=2,
+        whole=True,
+    ),
+    P(40, "centre, X", default_text="current position"),
+    P(41, "centre, Y", default_text="current position"),
+    P(
+        42,
         "rotation about Z through the centre",
         ANGLE,
         default=0.0,
         low=-360.0,
         high=360.0,
+    ),
+    P(65, "corner radius; 0: that of the tool", default=0.0, low=0.0),
+    P(72, "length in X", required=True, low=0.0, above=True),
+    P(73, "width in Y", required=True, low=0.0, above=True),
+    P(135, "checked, without effect here", low=0.0, default_text="none"),
+    P(
+        170,
+        "checked, without effect here",
+        low=0.0,
+        above=True,
+        default_text="@P6",
+    ),
+    P(
+        171,
+        "checked, without effect here",
+        FEED,
+        low=0.0,
+        above=True,
+        default_text="@P21",
     ),
 )
 
@@ -156,14 +189,15 @@ def conflict(text: str, number: int) -> Problem:
 
 
 def planes(given: Given, around: Surroundings) -> list[Problem]:
-    """The retraction plane lies above the surface, the base allowance above the
-    floor.
+    """The retraction plane lies above the clearance, the base allowance above
+    the floor and within one infeed.
     """
     found = []
-    if 1 in given and 2 in given and given[2] < given[1]:
+    if {1, 2, 3} <= given.values.keys() and given[1] + given[3] >= given[2]:
         found.append(
             conflict(
-                f"@P2 ({given[2]:g}) lies below the surface @P1 ({given[1]:g})",
+                f"@P2 ({given[2]:g}) does not lie above @P1 + @P3 "
+                f"({given[1] + given[3]:g})",
                 2,
             )
         )
@@ -171,6 +205,13 @@ def planes(given: Given, around: Surroundings) -> list[Problem]:
         found.append(
             conflict(
                 f"@P15 ({given[15]:g}) is not less than the depth @P4 ({given[4]:g})",
+                15,
+            )
+        )
+    if 5 in given and given[15] > given[5]:
+        found.append(
+            conflict(
+                f"@P15 ({given[15]:g}) is more than the infeed @P5 ({given[5]:g})",
                 15,
             )
         )
@@ -205,49 +246,47 @@ def tool(given: Given, around: Surroundings) -> list[Problem]:
         for number in sides
         if given[number] / 2 - radius - given[16] < -1e-9
     ]
-    if 74 in given and given[74] < radius - 1e-9:
+    corner = given[65]
+    if 0 < corner < radius - 1e-9:
         found.append(
             conflict(
-                f"@P74 ({given[74]:g}) is less than the tool radius {radius:g}",
-                74,
+                f"@P65 ({corner:g}) is less than the tool radius {radius:g}", 65
             )
         )
-    if (
-        74 in given
-        and sides
-        and given[74] > min(given[n] for n in sides) / 2 + 1e-9
-    ):
+    if sides and corner > min(given[n] for n in sides) / 2 + 1e-9:
         found.append(
             conflict(
-                f"@P74 ({given[74]:g}) is more than half the shorter side", 74
+                f"@P65 ({corner:g}) is more than half the shorter side", 65
             )
         )
     return found
 
 
 def helix(given: Given, around: Surroundings) -> list[Problem]:
-    """Pitch and radius belong to the helix; it fits the pocket."""
-    if given[32] != HELICAL:
-        return [
-            conflict(f"@P{n} without @P32=2 (helical plunge)", n)
-            for n in (7, 8)
-            if n in given.programmed
-        ]
+    """The helix of the plunge fits both sides."""
     sides = [given[number] for number in (72, 73) if number in given]
-    room = min(sides, default=float("inf")) / 2 - around.tool_radius - given[16]
-    if 8 in given and given[8] > room + 1e-9:
-        return [
-            conflict(
-                f"@P8 ({given[8]:g}): the helix does not fit, at most {max(room, 0.0):g}",
-                8,
-            )
-        ]
-    return []
+    radius = around.tool_radius
+    if given[32] != HELICAL or given[31] == FINISHING or not sides:
+        return []
+    across = _helix_radius(given, around)
+    room = min(sides) / 2 - radius
+    if radius <= 0 or room < 0 or across <= room + 1e-9:
+        return []
+    text = (
+        f"@P8 ({across:g}): the helix does not fit, at most {room:g}; "
+        "@P32=1 plunges without one"
+    )
+    return [conflict(text, 8 if 8 in given.programmed else 32)]
+
+
+def _helix_radius(given: Given, around: Surroundings) -> float:
+    own = given.get(8)
+    return 0.5 * around.tool_radius if own is None else own
 
 
 def centre(given: Given, around: Surroundings) -> list[Problem]:
     """Both coordinates or none."""
-    missing = {70: 71, 71: 70}
+    missing = {40: 41, 41: 40}
     return [
         conflict(f"@P{n} without @P{m}", n)
         for n, m in missing.items()
@@ -282,46 +321,33 @@ def size(given: Given, around: Surroundings) -> list[Problem]:
 
 def feeds(given: Given, around: Surroundings) -> list[Problem]:
     """Every feed that the mode needs is given, or an F is in force."""
-    wanted = (
-        (20, 21)
-        if given[31] != FINISHING
-        else (20,)
-        if 22 not in given.programmed
-        else ()
-    )
-    if around.feed > 0:
+    needed = 22 if given[31] == FINISHING else 20
+    if around.feed > 0 or {20, needed} & given.programmed:
         return []
     return [
         Problem(
             MISSING,
-            f"CYC_PARAM_MISSING: @P{n} is not given, and no F is in force",
-            n,
+            f"CYC_PARAM_MISSING: @P{needed} is not given, and no F is in force",
+            needed,
         )
-        for n in wanted
-        if n not in given.programmed
     ]
 
 
 def _pocket(given: Given, around: Surroundings) -> Pocket:
-    radius, corner, lead = around.tool_radius, given.get(74), given.get(13)
-    half = min(given[72], given[73]) / 2
+    radius, lead, pitch = around.tool_radius, given.get(13), given.get(7)
     plunge = None
     if given[32] == HELICAL:
-        room = half - radius - given[16]
-        own, pitch = given.get(8), given.get(7)
-        across = min(0.1 * radius, room) if own is None else own
-        plunge = (
-            (across, 0.1 * radius if pitch is None else pitch)
-            if across > 0
-            else None
-        )
+        room = min(given[72], given[73]) / 2 - radius - given[16]
+        across = min(_helix_radius(given, around), room)
+        if across > 0:
+            plunge = (across, 0.1 * radius if pitch is None else pitch)
     return Pocket(
         length=given[72],
         width=given[73],
-        corner=radius if corner is None else max(corner, radius),
+        corner=max(given[65], radius),
         depth=given[4],
         surface=given[1],
-        safety=min(given[1] + given[3], given[2]),
+        safety=given[1] + given[3],
         tool=radius,
         cut=given[6],
         infeed=given[5],
@@ -329,12 +355,30 @@ def _pocket(given: Given, around: Surroundings) -> Pocket:
         base=given[15],
         helix=plunge,
         turn=-1 if given[30] else 1,
-        lead=half / 8 if lead is None else lead,
+        lead=given[72] / 8 if lead is None else lead,
+        round_infeed=given[34] == SEMICIRCLE,
     )
 
 
 def _feed(given: Given, *numbers: int, otherwise: float) -> float:
     return next((given[n] for n in numbers if n in given), otherwise)
+
+
+def _without_effect(given: Given, plunge: float) -> list[tuple[int, str]]:
+    """A warning for each parameter that changes nothing."""
+    same = {170: given[6], 171: plunge}
+    warnings = [
+        (STORED, f"@P{n} is checked, but has no effect")
+        for n in (135, 170, 171)
+        if n in given and given[n] != same.get(n)
+    ]
+    if given[32] != HELICAL:
+        warnings += [
+            (STORED, f"@P{n} has no effect without @P32=2 (helical plunge)")
+            for n in (7, 8)
+            if n in given
+        ]
+    return warnings
 
 
 def build(given: Given, around: Surroundings) -> Work:
@@ -346,34 +390,35 @@ def build(given: Given, around: Surroundings) -> Work:
         Writer(around),
     )
     middle = (
-        _feed(given, 70, otherwise=around.position[0]),
-        _feed(given, 71, otherwise=around.position[1]),
+        _feed(given, 40, otherwise=around.position[0]),
+        _feed(given, 41, otherwise=around.position[1]),
     )
     top, f = given[2], around.feed
+    plunge = _feed(given, 21, 20, otherwise=f)
+    work.warnings += _without_effect(given, plunge)
     if around.position[2] < top:
         out.rapid(z=top)
     out.rapid(*middle)
     out.rapid(z=top)
     if mode in (ROUGHING, BOTH):
-        speeds = {
-            PLANE: _feed(given, 20, otherwise=f),
-            DOWN: _feed(given, 21, otherwise=f),
-        }
-        out.moves(placed(rough(pocket), middle, given[75]), speeds)
+        speeds = {PLANE: _feed(given, 20, otherwise=f), DOWN: plunge}
+        out.moves(placed(rough(pocket), middle, given[42]), speeds, middle)
     if mode == BOTH and not (pocket.edge or pocket.base):
-        work.warnings.append(
-            (
-                NOTHING_TO_FINISH,
-                "no finishing allowance (@P15, @P16): roughing only",
+        if 31 in given.programmed:
+            work.warnings.append(
+                (
+                    NOTHING_TO_FINISH,
+                    "no finishing allowance (@P15, @P16): roughing only",
+                )
             )
-        )
     elif mode in (FINISHING, BOTH):
         if 25 in given:
             out.lines.append(f"S{number_text(given[25])}")
         plane = _feed(given, 22, 20, otherwise=f)
         out.moves(
-            placed(finish(pocket), middle, given[75]),
+            placed(finish(pocket), middle, given[42]),
             {PLANE: plane, DOWN: _feed(given, 23, otherwise=plane)},
+            middle,
         )
     out.rapid(z=top)
     work.lines = out.lines

@@ -14,7 +14,6 @@ from cnc_core.frontend.base.variables import REAL64, Value, Variable
 from cnc_core.frontend.isg.cycles import pattern
 from cnc_core.frontend.isg.cycles.checking import check
 from cnc_core.frontend.isg.cycles.declaration import (
-    UNKNOWN,
     Cycle,
     CycleError,
     Given,
@@ -90,16 +89,7 @@ class CycleRunner:
         given, problems = check(cycle, call.arguments or {}, around)
         if cycle.moves:
             problems += self._unfit(cycle.name, around)
-        for problem in problems:
-            if problem.code == UNKNOWN:
-                self._state.warn(
-                    UNKNOWN, problem.text, self._offset(call, problem)
-                )
-        errors = [
-            fail(p.code, p.text, self._offset(call, p))
-            for p in problems
-            if p.code != UNKNOWN
-        ]
+        errors = [fail(p.code, p.text, self._offset(call, p)) for p in problems]
         if errors:
             first, *first.also = errors
             raise first

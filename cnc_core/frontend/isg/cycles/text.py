@@ -38,9 +38,13 @@ class Writer:
         ]
         self.lines.append(" ".join(["G00", *words]))
 
-    def moves(self, moves: Iterable[Move], feeds: dict[str, float]) -> None:
-        """Motions in the plane; ``feeds`` by kind of speed."""
-        at = (0.0, 0.0)
+    def moves(
+        self,
+        moves: Iterable[Move],
+        feeds: dict[str, float],
+        at: tuple[float, float],
+    ) -> None:
+        """Motions in the plane from ``at``; ``feeds`` by kind of speed."""
         for move in moves:
             if move.x is not None and move.y is not None:
                 before, at = at, (move.x, move.y)

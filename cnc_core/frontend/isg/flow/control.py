@@ -16,7 +16,7 @@ from cnc_core.frontend.base.formula import Formula
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.variables import Value
 
-from ..language.text import COMMENTS, head_of
+from ..language.text import COMMENTS, comment_depth, head_of
 from ..state.state import ProgramState
 from ..state.store import Setter
 from .search import (
@@ -25,7 +25,6 @@ from .search import (
     Frame,
     Searcher,
     closer_of,
-    comment_depth,
     follow,
     label_pattern,
     middle_of,

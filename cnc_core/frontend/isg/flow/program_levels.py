@@ -18,7 +18,7 @@ from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
 
 from ..language.calls import Finder, LevelData, local_name
-from ..language.text import PROGRAMS, head_of
+from ..language.text import PROGRAMS, comment_depth, head_of
 from ..state.call import Call
 from ..state.state import ProgramState
 from .control import Control
@@ -125,7 +125,7 @@ class ProgramLevels(BlockReader):
     def _skip_local(self, name: str) -> None:
         """A local subprogram in front of the main program: on to the next % line."""
         source, line = self._source, self.modal.line + self._lines_left
-        before = source.position
+        before, comment = source.position, 0
         while True:
             line += source.hop(PROGRAMS)
             mark = Mark(source.position, line)
@@ -138,7 +138,9 @@ class ProgramLevels(BlockReader):
                     0,
                 )
             line += block.lines_read
-            if head_of(block.text).sign == "%":
+            head = head_of(block.text)
+            comment = comment_depth(head, comment)
+            if head.sign == "%" and not comment:
                 source.seek(before)
                 self.flow.skip(mark)
                 return

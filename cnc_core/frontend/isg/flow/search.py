@@ -15,7 +15,13 @@ from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.base.variables import Value
 
-from ..language.text import CONTROL, DOUBTFUL, Head, head_of
+from ..language.text import (
+    CONTROL,
+    DOUBTFUL,
+    Head,
+    comment_depth,
+    head_of,
+)
 from ..state.state import ProgramState
 
 OPENERS = {
@@ -169,12 +175,6 @@ class Searcher:
 
     def _skipped(self, level: int) -> bool:
         return bool(self._skip_mask() >> (level - 1) & 1) if level else False
-
-
-def comment_depth(head: Head, depth: int) -> int:
-    if head.sign == "#" and head.word == "COMMENT":
-        return depth + 1 if head.next == "BEGIN" else max(0, depth - 1)
-    return depth
 
 
 def opener_of(head: Head) -> str | None:

@@ -25,7 +25,7 @@ from ..state.patterns import ID_MAX
 from ..state.state import ProgramState
 from ..state.store import ARGUMENTS_MAX
 from .formulas import Formulas
-from .text import PROGRAMS, head_of
+from .text import PROGRAMS, comment_depth, head_of
 
 NAME = re.compile(r'[^\s();"\],#$]+')
 NAME_CHARACTERS, DYNAMIC_CHARACTERS = 83, 80
@@ -379,7 +379,7 @@ class Finder:
         return known
 
     def _search_locals(self, file: ProgramFile) -> dict[str, Mark]:
-        source, found, line = file.source, {}, 0
+        source, found, line, comment = file.source, {}, 0, 0
         before = source.position
         source.seek(0)
         while True:
@@ -388,7 +388,9 @@ class Finder:
             if block is None:
                 break
             line += block.lines_read
-            name = local_name(head_of(block.text).text)
+            head = head_of(block.text)
+            comment = comment_depth(head, comment)
+            name = None if comment else local_name(head.text)
             if name is not None and name not in found:
                 found[name] = Mark(source.position, line)
             if len(found) > LOCALS_MAX:

@@ -69,3 +69,10 @@ def head_of(text: str) -> Head:
         (found["next"] or "").upper(),
         clean,
     )
+
+
+def comment_depth(head: Head, depth: int) -> int:
+    """Open ``#COMMENT BEGIN`` behind a block, of those in front of it."""
+    if head.sign == "#" and head.word == "COMMENT":
+        return depth + 1 if head.next == "BEGIN" else max(0, depth - 1)
+    return depth

@@ -5,7 +5,7 @@ bounds, limits in force.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,12 +30,13 @@ from cnc_core.units import FloatArray
 from ..base.parameters import Parameters
 from .arcs_at_corners import Corners
 from .limits import Limits
+from .path_modes import PathModes
 
 OFF = 40
 PERPENDICULAR = 138
 MITRE, ARC = 25, 26
 MITRE_DEGREES = 45.0
-SAME_MM = TOLERANCE_MM = 1e-9
+SAME_MM = TOLERANCE_MM = SAME_DIRECTION = 1e-9
 
 
 @dataclass(frozen=True)
@@ -117,19 +118,54 @@ def _reach(
     return low, high
 
 
+class Edges:
+    """The edge smoothing (G49) leaves a corner exact in which none of its axes
+    changes its direction.
+    """
+
+    def __init__(self, modes: PathModes) -> None:
+        self._modes = modes
+        self._heading: FloatArray | None = None
+
+    def before(
+        self, row: Row, way: Callable[[Row], tuple[FloatArray, FloatArray]]
+    ) -> list[Row]:
+        """Rows in front of a motion; ``way``: its directions at both ends."""
+        rounded = self._modes.rounded_axes()
+        before, self._heading = self._heading, None
+        if not rounded or row["flags"][0] & RAPID:
+            return []
+        first, last = way(row)
+        if not first.any():
+            self._heading = before
+            return []
+        self._heading = last
+        if before is None:
+            return []
+        turned = np.flatnonzero(np.abs(first - before) > SAME_DIRECTION)
+        if not len(turned) or rounded.intersection(turned.tolist()):
+            return []
+        return self._modes.exact_corner(int(row["n"][0]))
+
+
 class Output:
     """``side``: 40, 41, 42 as programmed; compensation begins with the first
     feed motion in the plane behind it.
     """
 
     def __init__(
-        self, machine: ProgramMachine, modal: Modal, parameters: Parameters
+        self,
+        machine: ProgramMachine,
+        modal: Modal,
+        parameters: Parameters,
+        modes: PathModes,
     ) -> None:
         self._modal, self._parameters = modal, parameters
         self._axes = len(machine.axes)
         self.names = [name.upper() for name in machine.axes]
         self.main = machine.main
         self.corners = Corners(self._axes, modal.position)
+        self.edges = Edges(modes)
         self.limits = Limits(machine, parameters)
         self.side = OFF
         self._armed = False
@@ -204,7 +240,8 @@ class Output:
             raise CncError(903001, wrong[1])
         if row["type"][0] > POLYNOMIAL:
             return [row]
-        rows = self._compensated(row) if self.side != OFF else [row]
+        rows = self.edges.before(row, self._way)
+        rows += self._compensated(row) if self.side != OFF else [row]
         self.leaving = (
             self.leaving and self.side == OFF and self._headings(row)[0] is None
         )
@@ -279,6 +316,22 @@ class Output:
         self._corner = corner
         return [self._row(self.side, corner), row]
 
+    def _way(self, row: Row) -> tuple[FloatArray, FloatArray]:
+        """(axes,) unit directions at start and end; 0 without a motion."""
+        way = row["end"][0][: self._axes] - self._last
+        first, last = way.copy(), way.copy()
+        if row["type"][0] == CIRCULAR:
+            plane = list(self.corners.plane)
+            if self.corners.reversed:
+                plane.reverse()
+            arc = abs(float(row["angle"][0] * row["radius"][0]))
+            for out, heading in zip(
+                (first, last), self._headings(row), strict=True
+            ):
+                assert heading is not None
+                out[plane] = arc * math.cos(heading), arc * math.sin(heading)
+        return _unit(first), _unit(last)
+
     def _headings(self, row: Row) -> tuple[float | None, float]:
         """Directions at start and end in the plane, rad; None if it does not
         move there.
@@ -301,3 +354,9 @@ class Output:
             return None, 0.0
         heading = math.atan2(way[1], way[0])
         return heading, heading
+
+
+def _unit(way: FloatArray) -> FloatArray:
+    """The direction of a way; 0 without one."""
+    size = float(np.sqrt(way @ way))
+    return way / size if size > SAME_MM else np.zeros_like(way)

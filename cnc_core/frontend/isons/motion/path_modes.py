@@ -287,11 +287,23 @@ class PathModes:
             max(f.nurbs_step / DRIVEN_SHARE, DRIVEN_MIN_MM), DRIVEN_MAX_MM
         ), max(longest, f.nurbs_step)
 
+    def rounded_axes(self) -> frozenset[int]:
+        """Axes that the edge smoothing lets lag; none: it is off."""
+        return frozenset(self._lagging()) if self.mild_on else frozenset()
+
+    def exact_corner(self, n: int) -> list[Row]:
+        """The order that ends a smoothed section and begins the next one."""
+        return self._mild_rows(n)
+
+    def _lagging(self) -> dict[int, float]:
+        values = {
+            axis: self._parameters[f"MILD_{self._names[axis]}"]
+            for axis in self.mild
+        }
+        return {a: v for a, v in values.items() if MILD_LOW < v < MILD_HIGH}
+
     def _mild_tolerance(self) -> float:
-        values = [
-            self._parameters[f"MILD_{self._names[axis]}"] for axis in self.mild
-        ]
-        acting = [value for value in values if MILD_LOW < value < MILD_HIGH]
+        acting = self._lagging().values()
         if not acting:
             return 0.0
         lag_s = self._parameters["TAU"] / 1000.0 * MILD_HIGH / min(acting)

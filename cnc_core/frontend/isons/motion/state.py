@@ -51,9 +51,9 @@ class ChannelState:
         }
         self.frame = Frame(machine, modal, cell)
         self.transform = Transform(len(machine.axes))
-        self.output = Output(machine, modal, parameters)
-        self.tip = Tip(machine)
         self.modes = PathModes(machine.axes, modal, parameters)
+        self.output = Output(machine, modal, parameters, self.modes)
+        self.tip = Tip(machine)
         self.modes_changed = True
         self.rotary_modes: dict[int, int] = {}
         self.plane_pair, self.plane_code = (0, 1), 17

@@ -118,6 +118,26 @@ def test_variables_that_are_none_do_not_show(here: Path) -> None:
     assert (error.code, "hush" in str(error)) == (909107, False)
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[isons]\nFEEDRES = inf\n", "FEEDRES"),
+        ("[isons]\nFEEDRES = nan\n", "FEEDRES"),
+        ("[isons]\nFEEDRES = 1e400\n", "FEEDRES"),
+        (
+            '[kinematics.9]\ntype = "head-head"\nlinear = ["X", "", "Z"]\n'
+            'rotary = ["C", "B"]\ndirections = { X = [-1.0, 0.0, 0.0] }\n',
+            "linear",
+        ),
+        ("a = " + "[" * 20_000 + "]" * 20_000, "deeply"),
+    ],
+)
+def test_a_wrong_cell_is_an_error_with_words(text: str, said: str) -> None:
+    with pytest.raises(CncError, match=said) as caught:
+        parse_config(text)
+    assert caught.value.code == 902001
+
+
 # writing
 
 

@@ -88,6 +88,8 @@ def nearly(value):
     """The value with every number compared to 1e-9."""
     if isinstance(value, dict):
         return {name: nearly(v) for name, v in value.items()}
+    if isinstance(value, list):
+        return [nearly(v) for v in value]
     return (
         pytest.approx(value, rel=1e-12, abs=1e-9)
         if isinstance(value, float)

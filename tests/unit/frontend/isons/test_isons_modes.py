@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from cnc_core.blocks import EXACT_STOP, LINEAR
+from cnc_core.blocks import EXACT_STOP, LINEAR, POLYNOMIAL
 from cnc_core.errors import CncError
 from support.isons_programs import run
 
@@ -311,6 +311,31 @@ def test_mild_rounds_corners(tmp_path):
         tmp_path, text.format("G49 XY\nG49 0\nG49 1"), "[isons]\nMILD_X = 200\n"
     ).moves
     assert (rows["type"] != LINEAR).any()
+
+
+CORNERS = "G60F1\nG63\n{}\nG1X10\nY10\nZ10\nX20\nY25\n"
+
+
+@pytest.mark.parametrize(
+    ("axes", "rounded"),
+    [("XYZ", 4), ("X", 3), ("Y", 3), ("Z", 2), ("XY", 4), ("", 0)],
+)
+def test_mild_rounds_the_corners_of_its_axes_only(tmp_path, axes, rounded):
+    """The corners are XY, YZ, ZX and XY again: one in which no named axis
+    changes its direction stays exact.
+    """
+    config = "[isons]\nMILD_X = 200\nMILD_Y = 200\nMILD_Z = 200\n"
+    rows = run(tmp_path, CORNERS.format(f"G49 {axes}"), config).moves
+    curves = rows["type"] == POLYNOMIAL
+    assert curves.sum() == rounded
+
+
+def test_an_axis_without_mild_rounds_nothing(tmp_path):
+    """G49 XZ with MILD_Z alone: the XY corner stays where it is."""
+    text = "G60F1\nG63\nG49 XZ\nG1X10\nY10\nZ10\n"
+    rows = run(tmp_path, text, "[isons]\nMILD_Z = 20\n").moves
+    assert rows["end"][0][:2].tolist() == [10, 0]
+    assert (rows["type"] == POLYNOMIAL).sum() == 1
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@
  * A release, a new program and a resumed path need a commit first. So standing
  * counts only once it has lasted as long as a commit lasts at most.
  */
-#include "engine/geo/lateness.h"
+#include "engine/commit/lateness.h"
 #include "engine/commit/commit.h"
 #include "engine/state/state.h"
 
