@@ -10,11 +10,13 @@ if TYPE_CHECKING:
     from .cell.stepping import start_plc
     from .config import CellConfig
     from .errors import CncError
+    from .recording.reading import Recording
 else:
     _HOMES = {
         "Cell": "cell",
         "CellConfig": "config",
         "CncError": "errors",
+        "Recording": "recording.reading",
         "RunResult": "cell",
         "start_plc": "cell.stepping",
     }
@@ -32,4 +34,11 @@ else:
         return sorted({*globals(), *__all__})
 
 
-__all__ = ["Cell", "CellConfig", "CncError", "RunResult", "start_plc"]
+__all__ = [
+    "Cell",
+    "CellConfig",
+    "CncError",
+    "Recording",
+    "RunResult",
+    "start_plc",
+]

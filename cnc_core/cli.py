@@ -38,8 +38,10 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     # so that what runs is ended and the recording kept
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
+        signal.signal(signal.SIGHUP, lambda *_: sys.exit(129))
     try:
-        code = app(standalone_mode=False)
+        code = app(standalone_mode=False, prog_name="hli-cosim")
         sys.exit(code if isinstance(code, int) else 0)
     except (KeyboardInterrupt, typer.Abort):
         sys.stderr.write("interrupted\n")

@@ -1,8 +1,8 @@
 """One error base and one table of numbers.
 
 Vendor numbers are used where they are public (companion specifications, "DG"
-pages). All other numbers lie in our own range 900000..909999. The reference of
-errors is printed from this table.
+pages). All other numbers lie in our own range 900000..909999.
+docs/reference/errors.md is printed from this table.
 """
 
 from __future__ import annotations
@@ -59,7 +59,9 @@ ERRORS: dict[int, str] = {
     20860: "G351: only 1 and -1 are allowed",
     20927: "expression nested too deeply",
     50130: "weight above what the machine allows",
-    22073: "only motion blocks and look-ahead markers may stand in a real-time loop",
+    22073: "only motion blocks, #SPLINE and look-ahead markers may stand in a real-time loop",
+    22128: "#RT WHILE while a spline is active",
+    22129: "#RT ENDWHILE while a spline is active",
     22156: "G68: the third main axis may not be programmed",
     22158: "real-time loop during tool radius compensation",
     22181: "#RT ENDWHILE without #RT WHILE; real-time loops do not nest",
@@ -122,12 +124,15 @@ ERRORS: dict[int, str] = {
     900019: "spindle speed missing",
     900020: "program ends at a later % line",
     900021: "real-time loop too long",
+    900022: "too many errors, the rest is not checked: more than",
     # our own: tool radius compensation
     906001: "contour damage: nothing is left of the compensated element",
     906002: "deselection of tool radius compensation needs a linear block",
     906003: "not possible during tool radius compensation",
     906004: "no tangential arc to the compensated contour",
     906005: "circle replaced by a line at the change of the compensated side",
+    906007: "tool radius compensation without a tool",
+    906008: "the program ends during tool radius compensation",
     906006: "G05 without selection or deselection of tool radius compensation",
     # our own: program flow and variables
     907001: "too many blocks without a motion: the program does not end",
@@ -297,6 +302,7 @@ ERRORS: dict[int, str] = {
     901006: "file too long",
     901007: "the program writes too much",
     901008: "the run has not written this file, so it does not replace it",
+    901009: "file is no text",
     902001: "configuration error",
     903001: "software limit exceeded",
     # our own: engine and co-simulation

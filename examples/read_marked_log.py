@@ -28,9 +28,12 @@ class ReadMarkedLog:
         for b in self.clah.read_log():
             self.count += 1
             kind = KINDS[int(b["block_type"])]
-            length_mm = b["length"] / 10_000.0
+            # the length of a marker is the PARAM of its command, without unit
+            marker = kind.startswith("LOG")
+            value = b["length"] if marker else b["length"] / 10_000.0
+            unit = "" if marker else " mm"
             print(
-                f"N{b['block_number']:<5} {kind:<10} {length_mm:10.4f}",
+                f"N{b['block_number']:<5} {kind:<10} {value:10.4f}{unit}",
                 flush=True,
             )
 

@@ -67,6 +67,9 @@ HLI_CLAH_LOG_ON = 3
 HLI_CLAH_LOG_PARAM = 4
 HLI_CLAH_LOG_OFF = 5
 HLI_CLAH_POLYNOMIAL = 6
+HLI_CLAH_PASS_ENTRY = 1
+HLI_CLAH_PASS_LOOP = 2
+HLI_CLAH_PASS_EXIT = 3
 
 # block_type of what a queue answers in place if HLI_AHEAD_EVENTS asks for it
 HLI_CLAH_DWELL = 16
@@ -393,10 +396,11 @@ class HLI_BAHN_STATE(Structure):
         ("eta_valid_r", BOOL),
         ("pos_v_0_valid_r", BOOL),
         ("esa_data_valid", BOOL * (HLI_ESA_MAXIDX + 1)),
-        ("fill_1", BYTE * 4),
+        ("inside_rt_loop_r", BOOL),
+        ("fill_1", BYTE * 3),
         ("g_function_r", UINT * (HLI_G_FUNCTION_MAXIDX + 1)),
         ("prog_name_r", STRING(259)),
-        ("fill_2", UDINT),
+        ("rt_loop_count_r", UDINT),
         ("coord_r", HLI_COORD * (HLI_CS_AXIS_MAXIDX + 1)),
         ("pos_v_0_pcs_r", DINT * (HLI_CS_AXIS_MAXIDX + 1)),
         ("pos_v_0_acs_r", DINT * (HLI_CS_AXIS_MAXIDX + 1)),
@@ -549,7 +553,8 @@ class HLI_CONTOUR_LOOKAHEAD_BLOCK(Structure):
         ("block_type", UDINT),
         ("block_number", UDINT),
         ("block_count_r", UDINT),
-        ("fill_1", UDINT),
+        ("circle_turns", UINT),
+        ("rt_loop_pass", UINT),
         ("start_position", LREAL),
         ("length", LREAL),
         ("programmed_radius", LREAL),

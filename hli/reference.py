@@ -122,8 +122,8 @@ del_dist_to_go_end | | both | mask of `#DEL DIST2GO` marks where the line may
 backward_motion | | both | TRUE: backward on the path
 simulate_motion | | both | functions ahead are put out as MOS
 backward_storage_off | | both | clears the store
-rt_loop_enable | | both | `V.RTG.LOOP.ENABLED`: another pass of the real-time
-    loop
+rt_loop_enable | | both | `V.RTG.LOOP.ENABLED`: the real-time loop is driven,
+    and once more at its end
 ext_command_speed | 1 um/s | both | path speed instead of feed, rapid and
     override; negative: backward
 ext_command_speed_valid | | both | TRUE: the external speed counts
@@ -193,7 +193,7 @@ tool_nr_r | | | tool
 file_offset_r | | | -1: not known
 override_r | 0.1 % | | override in use
 block_search_state_r | | | 0
-program_end_r | | | TRUE: the program has ended
+program_end_r | | | TRUE: no program is processed, ahead of the first one too
 interpolation_active_r | | | TRUE: the path is driven
 axes_in_position_r | | | TRUE: the path stands
 wait_axes_in_position_r | | | 0
@@ -212,8 +212,11 @@ error_r | | | TRUE: an error stands
 eta_valid_r | | | TRUE: eta_time_r counts
 pos_v_0_valid_r | | | TRUE: dist_v_0_r and the positions count
 esa_data_valid | | CNC | TRUE: esa_vb counts
+inside_rt_loop_r | | | TRUE: inside a real-time loop
 g_function_r | | | 0
 prog_name_r | | | name of the program
+rt_loop_count_r | | | `V.RTG.LOOP.COUNT`: passes of the real-time loop that are
+    over
 coord_r | | | status by axis
 pos_v_0_pcs_r | 0.1 um | | positions of standstill, programmed coordinates
 pos_v_0_acs_r | 0.1 um | | positions of standstill, axes
@@ -341,11 +344,15 @@ block_type | | CNC | `HLI_CLAH_*`: 0 none, 1 line, 2 arc, 3 log on, 4 param, 5
     log off, 6 polynomial
 block_number | | CNC | N of the block
 block_count_r | | | counted block
+circle_turns | | CNC | whole turns of a helix beyond circle_angle; not in the
+    manual
+rt_loop_pass | | CNC | `HLI_CLAH_PASS_*`: 0 not in a real-time loop, 1 entering
+    pass, 2 loop to loop, 3 last pass; not in the manual
 start_position | 0.1 um | CNC | distance from program start
 length | 0.1 um | CNC | length of the element
 programmed_radius | 0.1 um | CNC | radius as programmed
 compensated_radius | 0.1 um | CNC | radius on the driven path
-circle_angle | rad | CNC | swept angle; beyond 2 pi for several turns of a helix
+circle_angle | rad | CNC | swept angle, clockwise in [-2 pi, 0), else in (0, 2 pi]
 length_min | 0.1 um | CNC | length on the scaled contour
     (FCT_EXTENSION_EQUIDIST)
 tangent_variation | rad | CNC | turn of the tangent at the start of the element

@@ -252,8 +252,8 @@ class HLI_BAHN_MC_CONTROL(View):
     backward_storage_off: MC_CONTROL_BOOL_UNIT
     """Clears the store; written by: both."""
     rt_loop_enable: MC_CONTROL_BOOL_UNIT
-    """``V.RTG.LOOP.ENABLED``: another pass of the real-time loop; written
-    by: both.
+    """``V.RTG.LOOP.ENABLED``: the real-time loop is driven, and once more at
+    its end; written by: both.
     """
     ext_command_speed: MC_CONTROL_SGN32_UNIT
     """Path speed instead of feed, rapid and override; negative: backward;
@@ -348,7 +348,9 @@ class HLI_BAHN_STATE(View):
     block_search_state_r: int
     """0; written by: CNC."""
     program_end_r: bool
-    """TRUE: the program has ended; written by: CNC."""
+    """TRUE: no program is processed, ahead of the first one too; written by:
+    CNC.
+    """
     interpolation_active_r: bool
     """TRUE: the path is driven; written by: CNC."""
     axes_in_position_r: bool
@@ -385,10 +387,16 @@ class HLI_BAHN_STATE(View):
     """TRUE: dist_v_0_r and the positions count; written by: CNC."""
     esa_data_valid: ArrayView[bool]
     """TRUE: esa_vb counts; written by: CNC."""
+    inside_rt_loop_r: bool
+    """TRUE: inside a real-time loop; written by: CNC."""
     g_function_r: ArrayView[int]
     """0; written by: CNC."""
     prog_name_r: str
     """Name of the program; written by: CNC."""
+    rt_loop_count_r: int
+    """``V.RTG.LOOP.COUNT``: passes of the real-time loop that are over;
+    written by: CNC.
+    """
     coord_r: ViewArray[HLI_COORD]
     """Status by axis; written by: CNC."""
     pos_v_0_pcs_r: ArrayView[int]
@@ -623,6 +631,14 @@ class HLI_CONTOUR_LOOKAHEAD_BLOCK(View):
     """N of the block; written by: CNC."""
     block_count_r: int
     """Counted block; written by: CNC."""
+    circle_turns: int
+    """Whole turns of a helix beyond circle_angle; not in the manual; written
+    by: CNC.
+    """
+    rt_loop_pass: int
+    """``HLI_CLAH_PASS_*``: 0 not in a real-time loop, 1 entering pass, 2
+    loop to loop, 3 last pass; not in the manual; written by: CNC.
+    """
     start_position: float
     """Distance from program start; unit: 0.1 um; written by: CNC."""
     length: float
@@ -632,7 +648,7 @@ class HLI_CONTOUR_LOOKAHEAD_BLOCK(View):
     compensated_radius: float
     """Radius on the driven path; unit: 0.1 um; written by: CNC."""
     circle_angle: float
-    """Swept angle; beyond 2 pi for several turns of a helix; unit: rad;
+    """Swept angle, clockwise in [-2 pi, 0), else in (0, 2 pi]; unit: rad;
     written by: CNC.
     """
     length_min: float

@@ -25,6 +25,7 @@ from .guard import Guard
 from .online import UNFIT, Forces, TaskSymbol, Watch, parse_force
 from .orders import Orders
 from .scan import Ending, Program, Scanner, report
+from .scan_record import ScanRecord, program_of
 from .sources import load_tasks
 from .task import PlcError
 
@@ -76,6 +77,8 @@ class Process:
             self._attach_and_scan()
         finally:
             self._orders.close()
+            if self.watch.to is not None:
+                self.watch.to.close()
 
     def _attach_and_scan(self) -> None:
         listening = False
@@ -125,6 +128,7 @@ class Process:
         self._scanner.on_start = self._tell_warnings
         if first:
             self._add_symbols(self._scanner)
+            self._begin_record()
         if self.signal:
             self._scanner.stop()
         return self._scanner.run()
@@ -182,8 +186,18 @@ class Process:
                 continue
             try:
                 scanner.forces.force(symbol.path, symbol, value)
+            except SymbolError:
+                raise
             except UNFIT as error:
                 raise SymbolError(f"force {path}={value!r}: {error}") from None
+
+    def _begin_record(self) -> None:
+        args = self._args
+        if args.record is not None:
+            about = program_of(args.file, args.builtin or "")
+            self.watch.record_to(
+                ScanRecord(args.record, self.watch.paths, about)
+            )
 
     def _give_up(self, text: str) -> None:
         """A task hangs and nothing interrupts it: tell what is known and leave."""
@@ -260,6 +274,9 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
         "--report", type=Path, help="write a JSON report here at the end"
     )
     parser.add_argument(
+        "--record", type=Path, help="write the PLC's part of a recording here"
+    )
+    parser.add_argument(
         "--once",
         action="store_true",
         help="end with the CNC instead of waiting for the next one",
@@ -310,6 +327,8 @@ def _write_report(path: Path | None, process: Process, error: str) -> str:
             **report(process.programs, *counts, process.watch, results=False),
             "error": error,
         }
+    if process.watch.to is not None:
+        content["record_lost"] = process.watch.to.lost
     _store(path, content)
     return error
 

@@ -247,14 +247,11 @@ class Hli(Areas):
         """One contour look-ahead request with its answer (own numpy copy), with
         any clock.
 
-        In lockstep with a cyclic service the CNC is stepped until it has
-        answered.  Raises HliTimeout.
+        In lockstep the CNC is stepped until it has answered.  Raises
+        HliTimeout.
         """
         unit = ContourUnit(self.gpCh[channel].contour_lookahead)
-        by_itself = (
-            self.cnc.clock != layout.HLI_CLOCK_LOCKSTEP
-            or self.cnc.service == layout.HLI_SERVICE_IMMEDIATE
-        )
+        by_itself = self.cnc.clock != layout.HLI_CLOCK_LOCKSTEP
         if self.role != "plc" or by_itself:
             return unit.exchange(start_position, length, timeout_s).copy()
         end = time.monotonic() + timeout_s

@@ -29,7 +29,9 @@ from hli.symbol import (
     resolve,
     tokens,
 )
-from hli.view import ArrayView
+from hli.view import ArrayView, Pointers, View, ViewArray
+
+from .scan_record import ScanRecord
 
 ROWS = 1_000_000
 """Rows of the watch list.
@@ -243,7 +245,8 @@ class Watch:
         self._time: array[float] = array("d")
         self._rows = rows
         self._every = 1
-        self.any = False  # whether something is watched
+        self.any = False  # whether something is watched or recorded
+        self.to: ScanRecord | None = None  # every scan goes there, too
         self._scan = 0
 
     def add(self, path: str, symbol: Symbol) -> None:
@@ -268,9 +271,12 @@ class Watch:
             if symbol.value is not None:
                 _check_number(path, symbol)
 
-    def record(self, time_s: float) -> None:
+    def record(self, time_s: float, cycle: int = 0) -> None:
         """One row."""
         self._scan += 1
+        if self.to is not None:
+            values = [_number(s.value) for s in self._symbols.values()]
+            self.to.add(cycle, time_s, self._scan, values)
         if not self._symbols or self._scan % self._every:
             return
         self._time.append(time_s)
@@ -285,6 +291,16 @@ class Watch:
         self._values = {
             path: values[1::2] for path, values in self._values.items()
         }
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The symbols as they were named."""
+        return tuple(self._symbols)
+
+    def record_to(self, target: ScanRecord) -> None:
+        """Hand every scan to a recording, with the symbols of now."""
+        self.to = target
+        self.any = True
 
     def columns(self) -> dict[str, np.ndarray[Any, Any]]:
         """Copies of what was recorded."""
@@ -330,6 +346,26 @@ def _is_number(value: Any) -> bool:
     return True
 
 
+def _check_kind(path: str, symbol: Symbol, value: Any) -> None:
+    """SymbolError: a text for a number or a BOOL, or anything for a structure."""
+    now = symbol.value
+    if isinstance(now, (View, ViewArray, ArrayView, Pointers)):
+        raise SymbolError(
+            f"force {path}={value}: {path} is no single value; name a member"
+        )
+    if not isinstance(value, str) or not isinstance(
+        now, (int, float, np.number, np.bool_)
+    ):
+        return
+    if isinstance(now, (bool, np.bool_)):
+        raise SymbolError(
+            f"force {path}={value}: {path} is a BOOL; write TRUE or FALSE"
+        )
+    raise SymbolError(
+        f"force {path}={value}: {path} is a number, {now!r} now; write a number"
+    )
+
+
 class Forces:
     """Forced symbols, written twice a scan."""
 
@@ -339,8 +375,9 @@ class Forces:
 
     def force(self, path: str, symbol: Symbol, value: Any) -> None:
         """Hold a symbol at a value; a value that does not fit raises at once
-        (TypeError, OverflowError).
+        (SymbolError, TypeError, OverflowError).
         """
+        _check_kind(path, symbol, value)
         symbol.value = value
         self.hold(path, symbol, value)
 
@@ -380,6 +417,7 @@ class Forces:
                 check(symbol)
             except SymbolError as error:
                 raise SymbolError(f"force {path}={value!r}: {error}") from None
+            _check_kind(path, symbol, value)
 
     def apply(self) -> None:
         """Write all forced values.
@@ -441,13 +479,7 @@ class Online:
         before = dict(self._forces._forced)
         symbols = [(path, self._symbol(path), value) for path, value in given]
         for path, symbol, value in symbols:
-            now = symbol.value
-            if isinstance(now, (int, float, np.number)) and isinstance(
-                value, str
-            ):
-                raise SymbolError(
-                    f"force {path}={value!r}: {path} is a number, {now!r} now"
-                )
+            _check_kind(path, symbol, value)
         for path, symbol, value in symbols:
             try:
                 self._forces.force(symbol.path, symbol, value)

@@ -189,7 +189,7 @@ class PlcRunner:
     @property
     def ended(self) -> bool:
         """Whether the program has ended."""
-        return bool(self.ch._c.bahn_state.program_end_r)
+        return bool(self.hli.phase == layout.HLI_PHASE_ENDED)
 
     @property
     def warnings(self) -> list[str]:

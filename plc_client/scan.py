@@ -88,7 +88,6 @@ class Scanner:
         self._now = (
             self._image.now
         )  # cycle, cell time and phase as they were latched
-        self._bahn_state = hli.gpCh[0].bahn_state._c
         self.symbols = SymbolTable(hli, self.programs)
         self.orders = (
             Orders()
@@ -195,14 +194,10 @@ class Scanner:
         if self.forces.any:
             self.forces.apply()
         if self.watch.any:
-            self.watch.record(self._latched_ns / 1e9)
+            self.watch.record(self._latched_ns / 1e9, self._now.cycle)
         counters = self._counters
         counters.scans = counters.heartbeat = counters.scans + 1
-        if (
-            self._end_seen
-            or self._bahn_state.program_end_r
-            or self._now.phase == _ENDED
-        ):
+        if self._end_seen or self._now.phase == _ENDED:
             self._tell_finished()
 
     # -- steps of one scan
@@ -222,9 +217,7 @@ class Scanner:
         """The PLC's wish to end: the program has ended, each task had its scans
         since and says it is finished.
         """
-        ended = (
-            bool(self._bahn_state.program_end_r) or self._now.phase == _ENDED
-        )
+        ended = self._now.phase == _ENDED
         if ended != self._end_seen:
             self._end_seen = ended
             for program in self.programs:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import importlib.util
+import inspect
+import re
 import sys
 import sysconfig
 import traceback
@@ -104,6 +107,8 @@ def task(
     """
     if isinstance(interval, type):
         return task()(interval)
+    _check_seconds("interval", interval)
+    _check_seconds("watchdog", watchdog)
     if not interval > 0.0:
         raise ValueError(f"task interval {interval} s: above 0")
     if not watchdog >= 0.0:
@@ -112,10 +117,58 @@ def task(
     def mark(cls: _T) -> _T:
         if not callable(getattr(cls, "cyclic", None)):
             raise TypeError(f"task {cls.__name__} has no method cyclic()")
+        check_methods(cls)
         setattr(cls, _ATTRIBUTE, TaskSpec(interval, priority, watchdog))
         return cls
 
     return mark
+
+
+_TIME = re.compile(r"T(?:IME)?#([\d.]+)(ms|us|s)", re.I)
+_IN_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+
+
+def _check_seconds(name: str, value: Any) -> None:
+    """TypeError for what is no number, with the number of a literal of ST."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return
+    found = _TIME.fullmatch(value) if isinstance(value, str) else None
+    hint = (
+        f"write {name}={float(found[1]) * _IN_SECONDS[found[2].lower()]:g}"
+        if found
+        else "0.001 is a millisecond"
+    )
+    raise TypeError(
+        f"task {name}={value!r}: a number of seconds is needed; {hint}"
+    )
+
+
+# what the runtime hands to each method
+_METHODS = {
+    "setup": ("self", "hli"),
+    "cyclic": ("self",),
+    "finished": ("self",),
+    "result": ("self",),
+}
+
+
+def check_methods(cls: type) -> None:
+    """TypeError with the place of a method that cannot be called as the runtime
+    calls it.
+    """
+    for name, parameters in _METHODS.items():
+        method = inspect.getattr_static(cls, name, None)
+        if not inspect.isfunction(method):
+            continue
+        try:
+            inspect.signature(method).bind(*parameters)
+        except TypeError:
+            code = method.__code__
+            raise TypeError(
+                f"{code.co_filename}:{code.co_firstlineno}: write"
+                f" def {name}({', '.join(parameters)}):"
+                f" not def {name}{inspect.signature(method)}"
+            ) from None
 
 
 def spec_of(cls: type) -> TaskSpec:
@@ -185,14 +238,58 @@ def _import(path: Path) -> ModuleType:
         with loading(path):
             # never an older compiled file
             exec(compile(path.read_bytes(), str(path), "exec"), vars(module))
-    except CellStartRefused:
-        # the file runs its own cell further down: its classes stand above, and
-        # that cell is this one
-        pass
+    except CellStartRefused as refused:
+        # the file runs its own cell, and that cell is this one
+        _define_below(path, module, refused)
     except (Exception, SystemExit) as error:
         text = describe(error).replace("<PLC program>", str(path))
         raise PlcError(text) from error
     return module
+
+
+_DEFINITIONS = (
+    ast.ClassDef,
+    ast.FunctionDef,
+    ast.AsyncFunctionDef,
+    ast.Import,
+    ast.ImportFrom,
+    ast.Assign,
+    ast.AnnAssign,
+)
+
+
+def _define_below(
+    path: Path, module: ModuleType, refused: CellStartRefused
+) -> None:
+    """What a script defines below the statement that starts its cell.
+
+    Assignments of the cell's results fail here, which is no error.
+    """
+    source = path.read_bytes()
+    lines = [
+        line
+        for frame, line in traceback.walk_tb(refused.__traceback__)
+        if frame.f_code.co_filename == str(path)
+    ]
+    tree = ast.parse(source, str(path))
+    future = [
+        one
+        for one in tree.body
+        if isinstance(one, ast.ImportFrom) and one.module == "__future__"
+    ]
+    for one in tree.body:
+        if one.lineno <= lines[0] or not isinstance(one, _DEFINITIONS):
+            continue
+        assigned = isinstance(one, (ast.Assign, ast.AnnAssign))
+        forgiven = (Exception, CellStartRefused) if assigned else ()
+        code = compile(
+            ast.Module([*future, one], []),
+            str(path),
+            "exec",
+            dont_inherit=True,
+        )
+        with contextlib.suppress(*forgiven):
+            exec(code, vars(module))
 
 
 def describe(error: BaseException) -> str:

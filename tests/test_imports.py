@@ -42,6 +42,7 @@ ORDER = [
     "cnc_core",
     "cnc_core.cell",
     "cnc_core.process",
+    "cnc_core.recording",
     "cnc_core.engine",
     "cnc_core.program",
     "cnc_core.config",

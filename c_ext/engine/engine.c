@@ -9,12 +9,14 @@
 #include "engine/geo/cycle.h"
 #include "engine/geo/external.h"
 #include "engine/geo/interpolate.h"
+#include "engine/geo/lookahead_service.h"
 #include "engine/geo/publish.h"
 #include "engine/jerk_adapter/adapter.h"
 #include "engine/path/limits.h"
 #include "engine/plan/prediction.h"
 #include "engine/plan/pump.h"
 #include "engine/state/memory.h"
+#include "engine/state/record_ring.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
 #include "hli/sync.h"
@@ -156,7 +158,7 @@ void engine_free(struct engine *engine) {
     free(engine->store.curves);
     free(engine->commit.ring);
     free(engine->log.items);
-    free(engine->recording.samples);
+    record_free(&engine->recording);
     free(engine->technology_rows.m_synch.synch);
     free(engine->technology_rows.m_synch.pre);
     free(engine->technology_rows.h_synch.synch);
@@ -170,35 +172,6 @@ void engine_stay(struct engine *engine, int stay) {
 
 void engine_hold_start(struct engine *engine, int hold) {
     ATOMIC_SET(engine->program.hold_start, hold);
-}
-
-int engine_record(struct engine *engine, int64_t rows) {
-    engine->recording.samples =
-        calloc((size_t)rows,
-               sizeof(double) * (size_t)(engine->cfg.axis_count + 4));
-    engine->recording.rows = engine->recording.samples ? rows : 0;
-    return engine->recording.samples ? 0 : -1;
-}
-
-int64_t engine_record_take(struct engine *engine,
-                           double *out,
-                           int64_t max_rows) {
-    size_t width = (size_t)engine->cfg.axis_count + 4;
-    int64_t head = ATOMIC_GET(engine->recording.head),
-            tail = engine->recording.tail, count = 0;
-    for (; tail < head && count < max_rows; tail++, count++) {
-        memcpy(out + (size_t)count * width,
-               engine->recording.samples
-                   + (size_t)(tail % engine->recording.rows) * width,
-               width * sizeof(double));
-    }
-    ATOMIC_SET(engine->recording.tail, tail);
-    return count;
-}
-
-static bool record_full(const struct recording *recording) {
-    return recording->samples
-           && recording->head - recording->tail >= recording->rows;
 }
 
 void engine_set_override(struct engine *engine, double factor, int hold) {
@@ -283,6 +256,15 @@ static void tell_plc(struct engine *engine) {
     }
 }
 
+/* Immediate service without a thread: the request of the scan that has ended is
+ * answered with what that scan has seen, before anything moves. */
+static void serve_between_scans(struct engine *engine) {
+    if (engine->cfg.service == HLI_SERVICE_IMMEDIATE && !engine->service.started
+        && engine->hli.segment) {
+        serve_request(engine);
+    }
+}
+
 int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
     for (int64_t i = 0; i < count; i++) {
         int event = pending_event(engine);
@@ -299,6 +281,7 @@ int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
             return ENGINE_PLC_FINISHED; /* looked at where the PLC's scan has
                                            ended: same in every run */
         }
+        serve_between_scans(engine);
         prediction_plan(engine, planner_pump(engine) != 0);
         geo_cycle(engine);
         tell_plc(engine);
@@ -330,7 +313,7 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->log_disabled = engine->log.disabled;
     out->program_end = engine->program.end;
     out->plc_attached = plc_attached(&engine->hli);
-    out->record_lost = engine->recording.lost;
+    out->record_lost = engine->recording.samples.lost;
     out->techno_functions = engine->technology.functions;
     out->techno_unseen = engine->technology.unseen;
     out->techno_wait_cycles = engine->technology.wait_cycles;

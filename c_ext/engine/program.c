@@ -44,6 +44,10 @@ void engine_resync(struct engine *engine) {
     engine->push.distance =
         (engine->geo.dist - engine->geo.dist_shift) * TENTH_UM;
     engine->push.end_speed = 0.0f;
+    engine->push.epoch++;
+    engine->push.epoch_element = engine->push.loop_behind =
+        engine->store.element_head;
+    geo_go_on(engine); /* what was left out is told no more */
 }
 
 void engine_suppress_functions(struct engine *engine, int suppressed) {
@@ -79,12 +83,13 @@ static void begin_preparation(struct engine *engine) {
     element_map_behind(engine);
     engine->push.has_tangent = engine->push.has_motion_piece =
         engine->push.stop_pending = engine->push.m01_pending =
-            engine->push.in_loop = false;
+            engine->push.in_loop = engine->push.behind_loop = false;
     engine->push.distance = engine->push.path = 0.0;
     limits_reset(&engine->push);
     engine->push.end_speed = 0.0f;
     engine->push.epoch++;
-    engine->push.epoch_element = engine->store.element_head;
+    engine->push.epoch_element = engine->push.loop_behind =
+        engine->store.element_head;
     memset(&engine->technology_rows.pushed,
            0,
            sizeof engine->technology_rows.pushed);
@@ -116,6 +121,10 @@ static void begin_motion(struct engine *engine) {
     geo->count = geo->n = 0;
     geo->waiting_continue = geo->waiting_techno = geo->stands_single =
         geo->dwelling = geo->has_phase = false;
+    geo->in_loop = false;
+    geo->loop_count = 0;
+    geo->loops_repeated = geo->loops_left_out = 0;
+    engine->orders.rt_loop_program = false;
     geo->active = engine->store.element_head;
     geo_begin_distance(engine);
     ATOMIC_SET(engine->program.abort, 0);

@@ -269,6 +269,9 @@ int engine_serve_start(struct engine *engine) {
     if (engine->service.started || !engine->hli.side) {
         return engine->hli.side ? 0 : -1;
     }
+    if (engine->cfg.clock == HLI_CLOCK_LOCKSTEP) {
+        return 0; /* engine_run() serves between the PLC's scans */
+    }
     ATOMIC_SET(engine->service.running, 1);
     if (pthread_create(&engine->service.thread, NULL, serve_main, engine)) {
         return -1;

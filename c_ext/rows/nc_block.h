@@ -91,6 +91,8 @@
 #define NC_EVENT_COMMAND 5
 /* from here on the override counts (`value` 1) or not (0) */
 #define NC_EVENT_OVERRIDE 6
+/* V.RTG.LOOP.ENABLED in `value` */
+#define NC_EVENT_RT_LOOP 7
 /* and 9, 10: #CHANNEL SET [ESA_TIME0 = s], 1, 2: time of FCT_CALC_STATE_AT_T
  * in `value` */
 #define NC_EVENT_ESA_TIME 8

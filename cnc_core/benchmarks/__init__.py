@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hli import bench as raw
+from hli import layout
 from hli.handshake import ContourUnit
 from hli.segment import create
 from hli.view import BLOCK_DTYPE
@@ -96,7 +97,7 @@ def _running_cnc(service: str, core: int) -> Iterator[Any]:
         process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
         try:
             hli = connect(name, wait_s=20.0)
-            while not hli.gpCh[0].bahn_state.program_end_r:
+            while hli.phase != layout.HLI_PHASE_ENDED:
                 time.sleep(0.01)
             yield hli
             hli.close()

@@ -23,7 +23,6 @@ from plc_client.task import refuse_cell_start
 from ..config import CellConfig, load_config
 from ..errors import CncError, Place
 from ..frontend.operator import read_answers
-from ..process import recording as recorder
 from ..process.options import (
     OUT_FOLDER,
     CncOptions,
@@ -32,8 +31,11 @@ from ..process.options import (
     takes_run_options,
 )
 from ..program.restart import Restart
-from .child import SAMPLES, Child, Job
+from ..recording.parts import Parts
+from ..recording.recorder import check_columns
+from .child import Child, Job
 from .judgement import judge
+from .kept import keep_recording
 from .plc_choice import PlcChoice
 from .result import RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
@@ -125,8 +127,8 @@ class Cell:
         before = files_below(folder)
         self._job = self._start(program, choice, options)
         try:
-            self._finish(self._job, options.record)
-            result = self._collect(self._job, options.record)
+            self._finish(self._job)
+            result = self._collect(self._job)
             result.files = [
                 name
                 for name, stamp in files_below(folder).items()
@@ -144,6 +146,8 @@ class Cell:
                 given[name] = Path(given[name])
         watch = given.get("watch", ())
         given["watch"] = (watch,) if isinstance(watch, str) else tuple(watch)
+        only = given.get("record_only", ())
+        given["record_only"] = (only,) if isinstance(only, str) else tuple(only)
         given["force"] = given.get("force") or {}
         given["clock"] = given.get("clock") or self.clock
         given["service"] = given.get("service") or self.service
@@ -153,26 +157,26 @@ class Cell:
         """Refuse what is wrong before anything starts."""
         if not program.exists():
             raise CncError(901001, "file not found", Place(str(program)))
-        if options.record:
-            recorder.check_target(options.record)
+        check_columns(self.config, options.record_only)
         if options.answers:
             read_answers(options.answers)
         Restart.of(*options.checked().place)
 
-    def _finish(self, job: Job, target: Path | None) -> None:
+    def _finish(self, job: Job) -> None:
         """Wait for both processes; an interrupted run keeps its recording."""
         try:
             supervise(job)
         except BaseException:
             stop(job)
-            if target:
-                recorder.finish(job.samples, target, self.config)
+            if job.parts:
+                job.parts.finish(end="interrupted")
             raise
         stop(job)
 
     def _start(
         self, program: Path, choice: PlcChoice, options: RunOptions
     ) -> Job:
+        parts = Parts(options.record) if options.record else None
         folder = scratch_folder()
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         alone = not choice.arguments
@@ -186,32 +190,34 @@ class Cell:
             config=self.config_path,
             wait_plc=not alone,
             report=folder / "cnc.json",
-            samples=folder / SAMPLES if options.record else None,
+            samples=parts.cnc if parts else None,
             once=True,
             terminal=sys.stdin is not None and sys.stdin.isatty(),
         )
         started = time.monotonic()
         cnc = Child.of_cnc(chosen, folder)
-        plc = None if alone else Child.of_plc(name, choice.arguments, folder)
-        return Job(cnc, plc, folder, name, started)
+        only = options.record_only
+        scans = not only or "plc" in only
+        record = parts.plc if parts and scans else None
+        plc = (
+            None
+            if alone
+            else Child.of_plc(name, choice.arguments, folder, record)
+        )
+        return Job(cnc, plc, folder, name, started, parts=parts)
 
-    def _collect(self, job: Job, target: Path | None) -> RunResult:
+    def _collect(self, job: Job) -> RunResult:
         """The result from the reports of both processes."""
         cnc, plc = job.reports()
         result = RunResult.from_reports(
             cnc, plc, time.monotonic() - job.started
         )
         judge(result, job, cnc)
-        if target:
-            self._keep_recording(result, job, target)
+        if job.parts:
+            told = cnc.get("recording", {})
+            if plc.get("record_lost"):
+                told = told | {
+                    "lost": {**told.get("lost", {}), "plc": plc["record_lost"]}
+                }
+            keep_recording(result, job.parts, told)
         return result
-
-    def _keep_recording(
-        self, result: RunResult, job: Job, target: Path
-    ) -> None:
-        try:
-            result.recorded = recorder.finish(job.samples, target, self.config)
-        except OSError as error:
-            text = f"recording {target}: {error.strerror}"
-            result.end = "error"
-            result.errors.append(CncError(901004, text).as_json())

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..process.options import CncOptions
-
-SAMPLES = "samples.f64"
+from ..recording.parts import Parts
 
 
 class Child:
@@ -60,10 +59,19 @@ class Child:
         )
 
     @classmethod
-    def of_plc(cls, name: str, arguments: Sequence[str], folder: Path) -> Child:
-        """A PLC process on the segment, for one run."""
+    def of_plc(
+        cls,
+        name: str,
+        arguments: Sequence[str],
+        folder: Path,
+        record: Path | None = None,
+    ) -> Child:
+        """A PLC process on the segment, for one run; ``record``: its part of the
+        recording.
+        """
         report = str(folder / "plc.json")
         more = ["--report", report, "--once"]
+        more += ["--record", str(record)] if record else []
         return cls(
             "plc", "plc_client", ["--name", name, *arguments, *more], folder
         )
@@ -104,15 +112,11 @@ class Job:
     name: str
     started: float
     stalled: bool = False
+    parts: Parts | None = None  # of the recording
 
     @property
     def children(self) -> list[Child]:
         return [child for child in (self.cnc, self.plc) if child is not None]
-
-    @property
-    def samples(self) -> Path:
-        """The file of the recorded cycles while the run lasts."""
-        return self.folder / SAMPLES
 
     def reports(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """The reports of CNC and PLC; empty where a side left none."""

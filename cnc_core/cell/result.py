@@ -47,6 +47,7 @@ class RunResult:
     plc: dict[str, Any] = field(default_factory=dict)
     blocks: int = 0
     recorded: int = 0
+    record_lost: int = 0
     error_text: str = ""
     dialect: str | None = None
     peak_mb: float = 0.0
@@ -91,6 +92,7 @@ class RunResult:
             "warnings": self.warnings,
             "blocks": self.blocks,
             "recorded": self.recorded,
+            "record_lost": self.record_lost,
             "dialect": self.dialect,
             "plc": self.plc,
         }

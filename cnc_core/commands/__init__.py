@@ -5,8 +5,9 @@ the help lists them.
 # isort: off
 from . import program
 from . import cell
+from . import recordings
 from . import online
 from . import export
 from . import bench
 
-__all__ = ["bench", "cell", "export", "online", "program"]
+__all__ = ["bench", "cell", "export", "online", "program", "recordings"]

@@ -11,9 +11,9 @@ from .console import (
     app,
     emit,
     progress,
-    say_figures,
 )
 from .options import Json
+from .tables import say_figures
 
 bench_app = typer.Typer(
     help="Measure this machine beside a raw C reference in the same run.",

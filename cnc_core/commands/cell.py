@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import math
+import time
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
 
 from ..errors import CncError, Place
 from ..process.options import CncOptions, RunOptions
 from .console import (
+    SHOWN_ERRORS,
     app,
     emit,
     err,
     one_of,
-    out,
     progress,
     say_dialect,
+    say_errors,
     say_run_errors,
 )
 from .options import (
@@ -34,6 +34,7 @@ from .options import (
     check_choices,
     expanded,
 )
+from .tables import number, print_answer, print_run, print_table
 
 
 @app.command()
@@ -62,35 +63,13 @@ def run(
         result = cell.run_with(options, file, plc)
     if options.dialect is None and result.dialect:
         say_dialect(result.dialect)
-    say_run_errors(result)
     if as_json:
         emit(result.as_json())
     else:
-        _print_run(result, str(file))
+        print_run(result, str(file))
+    say_run_errors(result)
     if result.end != "completed":
         raise typer.Exit(1)
-
-
-def _print_run(result: Any, title: str) -> None:
-    value = result.as_json()
-    table = Table("figure", "value", title=title)
-    for key in (
-        "end",
-        "cycles",
-        "sim_time_s",
-        "wall_time_s",
-        "realtime_factor",
-        "blocks",
-        "requests",
-        "handshake_us",
-        "overruns",
-        "planner_late",
-        "recorded",
-    ):
-        table.add_row(key, json.dumps(value[key]))
-    out.print(table)
-    for message in result.messages:
-        out.print(message)
 
 
 @app.command()
@@ -113,46 +92,52 @@ def demo(
 
     with progress("co-simulating the bundled part"):
         result = run_demo(seconds, out_dir)
-    say_run_errors(result.run)
     if as_json:
         emit(result.as_json())
     else:
         _print_demo(result)
+    say_run_errors(result.run)
     if result.run.end != "completed":
         raise typer.Exit(1)
 
 
-def _us(values: dict[str, float | None]) -> str:
-    return ", ".join(f"{k} {v:.1f}" for k, v in values.items() if v is not None)
-
-
 def _print_demo(result: Any) -> None:
     run, plc = result.run, result.plc
-    table = Table(
-        "what", "value", title="hli-cosim demo: CNC and PLC side by side"
-    )
-    table.add_row(
-        "cycles (1 ms)",
-        f"{run.cycles}, {run.sim_time_s:.2f} s of machine time in {run.wall_time_s:.2f} s",
-    )
-    table.add_row("faster than real time", f"{run.realtime_factor:.0f} x")
-    table.add_row(
-        "requests",
-        f"mode 1: {run.requests['mode1']}, mode 2: {run.requests['mode2']}",
-    )
-    table.add_row(
-        "contour elements seen ahead",
-        f"{plc.get('elements_followed')} by distance, "
-        f"{plc.get('log_entries')} log entries by index",
-    )
-    table.add_row(
-        "lowest override set by the PLC", f"{plc.get('lowest_override')} %"
-    )
-    table.add_row("handshake over a scan, us", _us(run.handshake_us))
-    table.add_row("raw C exchange beside it, us", _us(result.raw_us))
-    table.add_row("overruns", str(run.overruns))
-    table.add_row("picture", str(result.folder / "demo.png"))
-    out.print(table)
+    if not run.cycles:
+        return
+    rows = [
+        [
+            "cell's time",
+            f"{number(run.sim_time_s)} s, {run.cycles} cycles of 1 ms",
+        ],
+        [
+            "wall time",
+            f"{number(run.wall_time_s)} s,"
+            f" {number(run.realtime_factor)} x real time",
+        ],
+        [
+            "look-ahead requests",
+            f"by index (mode 1) {run.requests['mode1']},"
+            f" by distance (mode 2) {run.requests['mode2']}",
+        ],
+        [
+            "contour elements seen ahead",
+            f"{plc.get('elements_followed')} by distance, "
+            f"{plc.get('log_entries')} log entries by index",
+        ],
+        ["lowest override set by the PLC", f"{plc.get('lowest_override')} %"],
+        ["handshake over a scan", _us(run.handshake_us)],
+        ["raw C exchange beside it", _us(result.raw_us)],
+        ["overruns", str(run.overruns)],
+        ["picture", str(result.folder / "demo.png")],
+    ]
+    title = "hli-cosim demo: CNC and PLC side by side"
+    print_table(title, ("what", "value"), rows)
+
+
+def _us(values: dict[str, float | None]) -> str:
+    known = [f"{k} {number(v)}" for k, v in values.items() if v is not None]
+    return f"{', '.join(known)} us"
 
 
 @app.command()
@@ -192,7 +177,7 @@ def lookahead(
     if answer is not None and as_json:
         emit(answer)
     elif answer is not None:
-        _print_answer(answer)
+        print_answer(answer)
     if answer is None or result.end != "completed":
         raise typer.Exit(1)
 
@@ -218,33 +203,6 @@ def _query(
     if distance is None:
         return {"mode": 1, "start": index, "length": 0.0}
     return {"mode": 2, "start": distance[0], "length": distance[1]}
-
-
-def _print_answer(answer: dict[str, Any]) -> None:
-    out.print(
-        f"mode {answer['mode']}, request {answer['request']}, state {answer['state']}"
-    )
-    names = [
-        "block_type",
-        "block_number",
-        "start_position",
-        "length",
-        "compensated_radius",
-        "circle_angle",
-        "tangent_variation",
-    ]
-    table = Table(
-        *(n.removeprefix("block_").replace("compensated_", "") for n in names),
-        box=None,
-    )
-    for row in answer["response"]:
-        table.add_row(
-            *(
-                f"{row[n]:.6f}" if isinstance(row[n], float) else str(row[n])
-                for n in names
-            )
-        )
-    out.print(table)
 
 
 @app.command()
@@ -274,11 +232,37 @@ def cnc(
     chosen = CncOptions(
         file, name, options.run_options(), config=config, wait_plc=wait
     )
+    if wait:
+        _check_ahead(file, config, options.dialect)
     doing = "waiting for a PLC" if wait else "running"
     err.print(
         f"CNC on segment {name!r}, {options.clock}; {doing}; Ctrl-C ends it"
     )
     raise typer.Exit(run_cnc(chosen))
+
+
+CHECK_S = 2.0  # of wall time; the rest of a long program is read while it runs
+
+
+def _check_ahead(file: Path, config: Path | None, dialect: str | None) -> None:
+    """Tell the program's errors before somebody waits for a PLC to start it.
+
+    The CNC goes on: a PLC may select another program.
+    """
+    from ..config import load_config  # noqa: PLC0415
+    from ..program import Program  # noqa: PLC0415
+
+    end = time.monotonic() + CHECK_S
+    errors: list[CncError] = []
+    try:
+        program = Program(file, load_config(config), dialect, collect=True)
+        for _ in program.batches():
+            if time.monotonic() > end:
+                break
+        errors = program.errors
+    except CncError as error:
+        errors = [error]
+    say_errors(errors, SHOWN_ERRORS)
 
 
 @app.command()

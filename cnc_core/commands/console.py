@@ -6,24 +6,50 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
+
+SHOWN_ERRORS = 20
+
+
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        sys.stdout.write(f"hli-cosim {version('hli-cosim')}\n")
+        raise typer.Exit
+
 
 app = typer.Typer(
     name="hli-cosim",
     help="Open co-simulation of a CNC and a PLC over an emulated ISG/Beckhoff HLI.",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
+
+
+@app.callback()
+def _options(
+    version_wanted: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            is_eager=True,
+            callback=_say_version,
+            help="print the version",
+        ),
+    ] = False,
+) -> None:
+    """Open co-simulation of a CNC and a PLC over an emulated ISG/Beckhoff HLI."""
+
+
 out = Console(highlight=False, soft_wrap=True, markup=False)
 err = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
@@ -40,7 +66,26 @@ def say_error(error: object) -> None:
     """An error on standard error, as FILE:LINE:COL: CODE: text with the source
     line under it.
     """
-    sys.stderr.write(f"{error}\n")
+    sys.stderr.write(f"{escaped(str(error))}\n")
+
+
+def say_errors(errors: Sequence[object], most: int | None) -> None:
+    """The first errors, and how many there are more."""
+    for error in errors[:most]:
+        say_error(error)
+    left = len(errors[most:]) if most else 0
+    if left:
+        say_error(f"and {left} more errors; --all shows them")
+
+
+def escaped(text: str) -> str:
+    """Control characters as their codes: a terminal must not obey them."""
+    return "".join(
+        c
+        if c.isprintable() or c in "\n\t"
+        else c.encode("unicode_escape").decode()
+        for c in text
+    )
 
 
 @contextmanager
@@ -101,11 +146,3 @@ def say_run_errors(result: Any) -> None:
             and e["line"] == result.errors[0]["line"]
         ):
             say_error(f"    {result.error_text}")
-
-
-def say_figures(title: str, value: dict[str, Any]) -> None:
-    """A table of named figures, one a row."""
-    table = Table("figure", "value", title=title)
-    for key, item in value.items():
-        table.add_row(key, json.dumps(item))
-    out.print(table)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,13 @@ from hli import bench as raw
 
 from ..benchmarks import N_BLOCKS, quantiles_us
 from ..cell import Cell, RunResult
+from ..config import CellConfig, load_config
+from ..planning import plan_program
 from ..planning.picture import demo_picture
+from ..program import Program
 
-PASS_S = 9.0  # about what one pass of the part takes
+PASS_S = 10.15  # one pass of the part with the PLC's override
+SLOWER = 1.47  # the same, compared with the plan, which knows no PLC
 
 
 @dataclass
@@ -42,9 +47,9 @@ class DemoResult:
         )
 
 
-def demo_program(passes: int) -> str:
+def demo_program(passes: int, rest: int = 0) -> str:
     """A part with long lines, large and small arcs and sharp corners, marked
-    for mode 1, driven ``passes`` times.
+    for mode 1, driven ``passes`` times and then its first ``rest`` blocks.
     """
     head = [
         "%demo",
@@ -59,8 +64,8 @@ def demo_program(passes: int) -> str:
         "N60 G01 Z0 F3000",
     ]
     lines = list(head)
-    for i in range(passes):
-        lines += _one_pass(i)
+    for i in range(passes + (rest > 0)):
+        lines += _one_pass(i)[: rest if i == passes else None]
         if i == 0:
             lines.append("#CONTOUR LOOKAHEAD LOG OFF [PARAM=2]")
     return "\n".join([*lines, "G00 Z20", "M5", "M30", ""])
@@ -96,15 +101,32 @@ def _one_pass(i: int) -> list[str]:
     return [*out, "X0 Y0"]
 
 
+def timed_program(seconds: float, program: Path, cell: CellConfig) -> None:
+    """Write a program that takes about ``seconds``, or as little as it can."""
+    passes, rest_s = divmod(seconds, PASS_S)
+
+    def too_long(blocks: int) -> bool:
+        program.write_text(demo_program(0, blocks))
+        planned = plan_program(Program(program, cell, "isg"))
+        return planned.motion_time_s * SLOWER > rest_s
+
+    blocks = range(1, len(_one_pass(0)) + 1)
+    rest = bisect_left(blocks, True, key=too_long)
+    if not passes:
+        rest = max(rest, 1)
+    program.write_text(demo_program(int(passes), rest))
+
+
 def run_demo(seconds: float, folder: Path) -> DemoResult:
     """Run both processes on the bundled part for about ``seconds`` of machine
     time; writes demo.nc, .npz and .png.
     """
     folder.mkdir(parents=True, exist_ok=True)
     program = folder / "demo.nc"
-    program.write_text(demo_program(max(1, round(seconds / PASS_S))))
+    config = Path(__file__).parents[1] / "data" / "cell.toml"
+    timed_program(seconds, program, load_config(config))
     recording = folder / "demo.npz"
-    with Cell(Path(__file__).parents[1] / "data" / "cell.toml") as cell:
+    with Cell(config) as cell:
         run = cell.run(program, "builtin:demo", record=recording)
     plc = dict(run.plc.get("result") or {})
     if plc and run.recorded:

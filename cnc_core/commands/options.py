@@ -106,7 +106,16 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
     "record": (
         Path | None,
         typer.Option(
-            "--record", help="record every cycle to this .npz, .csv or .parquet"
+            "--record",
+            help="record the run to this .parquet, .arrow, .npz or .csv",
+        ),
+    ),
+    "record_only": (
+        list[str] | None,
+        typer.Option(
+            "--record-only",
+            metavar="COLUMN",
+            help="record this table or column of cycles alone; repeatable",
         ),
     ),
     "autostart": (
@@ -119,7 +128,12 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
     "watch": (list[str] | None, WATCH),
     "force": (list[str] | None, FORCE),
 }
-DEFAULTS: dict[str, Any] = {"out": OUT_FOLDER, "watch": None, "force": None}
+DEFAULTS: dict[str, Any] = {
+    "out": OUT_FOLDER,
+    "watch": None,
+    "force": None,
+    "record_only": None,
+}
 
 
 @dataclass(frozen=True)
@@ -221,8 +235,9 @@ def _parameter(member: Field[Any]) -> inspect.Parameter:
 
 def _built(kind: Any, values: dict[str, Any]) -> Any:
     """The dataclass; lists of symbols become what ``RunOptions`` holds."""
-    if "watch" in values:
-        values["watch"] = tuple(values["watch"] or ())
+    for name in ("watch", "record_only"):
+        if name in values:
+            values[name] = tuple(values[name] or ())
     if "force" in values:
         values["force"] = dict(map(_forced, values["force"] or ()))
     return kind(**values)

@@ -9,14 +9,14 @@ import typer
 
 from ..errors import CncError, Place
 from .console import (
+    SHOWN_ERRORS,
     app,
     emit,
     load,
     out,
     progress,
     say_dialect,
-    say_error,
-    say_figures,
+    say_errors,
     say_warnings,
 )
 from .options import (
@@ -27,6 +27,7 @@ from .options import (
     ReadOptions,
     expanded,
 )
+from .tables import say_figures
 
 NO_PLACE = PlaceOptions().place
 
@@ -65,9 +66,13 @@ def open_program(
 def check(
     file: File,
     options: ReadOptions,
+    everything: Annotated[
+        bool,
+        typer.Option("--all", help=f"all errors, not the first {SHOWN_ERRORS}"),
+    ] = False,
     as_json: Json = False,
 ) -> None:
-    """Parse and execute a program without motion and report all its errors.
+    """Parse and execute a program without motion and report its errors.
 
     Example: hli-cosim check part.nc --json
     """
@@ -90,8 +95,7 @@ def check(
         say_warnings(program)
     except CncError as error:
         errors = [error]
-    for found in errors:
-        say_error(found)
+    say_errors(errors, None if everything else SHOWN_ERRORS)
     if as_json:
         emit(
             {"errors": [e.as_json() for e in errors], "blocks": count}
@@ -165,7 +169,7 @@ def _numbers(value: float | list[float]) -> str:
 
 SamplesFile = Annotated[
     Path | None,
-    typer.Option(help="write t, pos, axes, s, v, block to this .npz"),
+    typer.Option(help="write t, pos, axes, s, v, block to this .npz or .csv"),
 ]
 PictureFile = Annotated[
     Path | None,
@@ -205,9 +209,15 @@ def plan(
 
     Example: hli-cosim plan part.nc --lookahead 190 --samples part.npz
     """
-    from ..planning import plan_program, save_samples  # noqa: PLC0415
-    from ..process.recording import check_writable  # noqa: PLC0415
+    from ..planning import (  # noqa: PLC0415
+        check_samples_target,
+        plan_program,
+        save_samples,
+    )
+    from ..recording.parts import check_writable  # noqa: PLC0415
 
+    if samples:
+        check_samples_target(samples)
     for target in (samples, picture):
         if target:
             check_writable(target)

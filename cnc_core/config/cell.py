@@ -374,6 +374,7 @@ class CellConfig(Table):
             g_programs={int(k): v for k, v in self.channel.g_programs.items()},
             m6_program=self.channel.m6_program,
             velocity=self.axis_values("v_max_mm_s"),
+            acceleration=self.axis_values("a_max_mm_s2"),
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             dialects=(
                 self.isons.machine,
@@ -408,6 +409,7 @@ class CellConfig(Table):
             for name, why in WITHOUT_EFFECT.items()
             if name in self.channel.functions
         ]
+        out += self.isons.warnings()
         entries, window = (
             self.channel.contour_lookahead_log_max,
             self.channel.window,

@@ -20,6 +20,7 @@ from ..frontend.isons.base.machine import (
     ToolTable,
 )
 from ..frontend.isons.base.text import AXIS_LETTERS
+from .axes import AxisConfig
 from .external import EXTERNAL_BLOCKS
 from .values import Finite, NotNegative, Table
 
@@ -91,13 +92,14 @@ class IsonsConfig(Table):
     tools: dict[str, ToolTableConfig] = Field(default_factory=dict)
     canopen: dict[str, dict[str, int]] = Field(default_factory=dict)
     events: dict[str, EventNumber] = Field(default_factory=dict)
+    pauses: dict[str, str] = Field(default_factory=dict)
     homing: dict[str, HomingConfig] = Field(default_factory=dict)
     macro_folder: str = "."
     app_path: str = "."
     positioners: Annotated[
         int, Field(ge=0, le=machine_parameters.POSITIONERS_MAX)
     ] = 4
-    passes_max: Annotated[int, Field(ge=0)] = 100_000
+    passes_max: Annotated[int, Field(ge=0)] = 20_000
     io_block: Annotated[
         int, Field(ge=1, le=EXTERNAL_BLOCKS - IO_BLOCKS + 1)
     ] = 1
@@ -140,6 +142,11 @@ class IsonsConfig(Table):
         for axes in table.values():
             _check_axes(axes)
         return _whole_keys(table, "slot", SLOTS - 1)
+
+    @field_validator("pauses")
+    @classmethod
+    def _pauses(cls, table: dict[str, str]) -> dict[str, str]:
+        return _whole_keys(table, "pause code", 65535)
 
     @field_validator("heads")
     @classmethod
@@ -185,6 +192,26 @@ class IsonsConfig(Table):
                 )
         return table
 
+    @staticmethod
+    def _jerk(
+        values: machine_parameters.Parameters, accel: float | None
+    ) -> float:
+        """mm/s3 that reach the acceleration in JERK samples; 0: no limit."""
+        samples_s = values["JERK"] * values["TAU"] / 1000.0
+        if accel is None:
+            accel = float(AxisConfig.model_fields["a_max_mm_s2"].default)
+        return accel / samples_s if samples_s > 0.0 else 0.0
+
+    def warnings(self) -> list[str]:
+        """Machine parameters that change nothing here, and why."""
+        found = []
+        for name, value in self.parameters.items():
+            known = machine_parameters.parameter(name)
+            assert known is not None
+            if known.stored and value != known.default:
+                found.append(f"isons.{name} has no effect: {known.stored}")
+        return found
+
     @property
     def machine(self) -> IsonsCell:
         """What programs see of it."""
@@ -207,6 +234,7 @@ class IsonsConfig(Table):
                 for k, o in self.canopen.items()
             },
             events=dict(self.events),
+            pauses={float(code): text for code, text in self.pauses.items()},
             macro_folder=self.macro_folder,
             app_path=self.app_path,
             positioners=self.positioners,
@@ -239,9 +267,14 @@ class IsonsConfig(Table):
         found: dict[str, Any] = {}
         if values.given(f"VMAX_{name}") and values[f"VMAX_{name}"] > 0:
             found["v_max_mm_s"] = values.speed(f"VMAX_{name}") / 60.0
-        if values.given("ACC_LAV") and values["ACC_LAV"] > 0:
+        highest = max(values["ACC_LAV"], values["ACC_G0"])
+        if values["ACC_LAV"] > 0:
             found["a_max_mm_s2"] = machine_parameters.acceleration(
-                values["ACC_LAV"], values["TAU"]
+                highest, values["TAU"]
+            )
+        if values.given("JERK"):
+            found["j_max_mm_s3"] = self._jerk(
+                values, found.get("a_max_mm_s2", axis.get("a_max_mm_s2"))
             )
         for key, end, widest in (("min_mm", "N", min), ("max_mm", "P", max)):
             names = [f"{rank}LIMITE_{end}_{name}" for rank in ("", "2ND_")]

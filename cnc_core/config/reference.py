@@ -142,9 +142,13 @@ events |
     number of the M function by event, -1: none; M_START, M_END, M_ERROR, M_STOP, M_PAUSE,
     M_GOPAUSE, M_GOBLOCK, M_GORETRACE
 macro_folder |
-    where macros are looked for behind the program's folder
+    where macros are looked for behind the program's folder; a relative path
+    begins at the program's folder
 app_path |
-    value of `$APPPATH`
+    value of `$APPPATH` in IMPORT; a relative path begins at the program's
+    folder
+pauses |
+    text of the message of G80 by its code; another code gives NO CODE PAUSE
 positioners |
     number of simulated positioners
 passes_max |

@@ -19,6 +19,7 @@ from ..blocks import NC_AXES, NC_BLOCK, BlockBatch
 from ..blocks.to_c import pool_pointer, row_pointer
 from ..config import CellConfig, synch_value
 from ..errors import ERRORS, CncError
+from .recorded import ROW_STRUCTS, Recorded, Rows, row_type
 
 
 def _check_waist() -> None:
@@ -193,11 +194,9 @@ class Engine:
             raise MemoryError("engine")
         self._handle = ffi.gc(handle, lib.engine_free)
         self._set_synchronisation(cell)
-        self._take = np.empty((0, self.axes + 4))
-        if record_rows:
-            self._take = np.empty((record_rows, self.axes + 4))
-            if lib.engine_record(self._handle, record_rows) != 0:
-                raise MemoryError("sample ring")
+        self._rows = record_rows
+        if record_rows and lib.engine_record(self._handle, record_rows):
+            raise MemoryError("sample ring")
 
     def _set_synchronisation(self, cell: CellConfig) -> None:
         pre = cell.channel.m_pre_outp
@@ -476,17 +475,45 @@ class Engine:
         """Stop the immediate look-ahead service."""
         lib.engine_serve_stop(self._handle)
 
+    def take(self, what: Recorded) -> Rows:
+        """Rows recorded since the last call, a structured array with the members
+        of the C struct; at most as many as the ring holds.
+        """
+        out = np.empty(self._rows, row_type(ROW_STRUCTS[what], self.axes))
+        n = lib.engine_record_take(
+            self._handle, what.value, ffi.from_buffer(out), len(out)
+        )
+        return out[:n]
+
+    def lost(self, what: Recorded) -> int:
+        """Rows of this kind that found no room in real time."""
+        return int(lib.engine_record_lost(self._handle, what.value))
+
+    def end_record(self) -> None:
+        """Record what is still open: functions that were not acknowledged."""
+        lib.engine_record_end(self._handle)
+
+    def elements_from(self, first: int) -> Rows:
+        """The elements pushed from number ``first`` on; by who pushes them."""
+        count = max(0, int(self.state.elements) - first)
+        out = np.empty(count, row_type("engine_element"))
+        n = lib.engine_elements(
+            self._handle,
+            first,
+            ffi.from_buffer("engine_element[]", out),
+            count,
+        )
+        return out[:n]
+
     def take_samples(self) -> Samples:
-        """Samples recorded since the last call."""
-        buffer = pool_pointer(self._take)
-        n = int(lib.engine_record_take(self._handle, buffer, len(self._take)))
-        rows, a = self._take[:n].copy(), self.axes
+        """The motion of the cycles recorded since the last call."""
+        rows = self.take(Recorded.SAMPLES)
         return Samples(
-            rows[:, 0],
-            rows[:, 1 : a + 1],
-            rows[:, a + 1],
-            rows[:, a + 2],
-            rows[:, a + 3].astype(np.int64),
+            rows["cycle"].astype(np.float64),
+            np.ascontiguousarray(rows["position"]),
+            rows["path"].copy(),
+            rows["speed"].copy(),
+            rows["element"].astype(np.int64),
         )
 
     @property

@@ -25,9 +25,9 @@ _SIGNS = {
         re.M | re.I,
     ),
     "iso": re.compile(
-        r"#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])"
+        r"\A[\s%]*O\s*\d+\s*?$|#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])"
         r"|(?<![A-Z\d.])G(?:59|9[012]|28|30|61|43)\.[1-9]",
-        re.I,
+        re.M | re.I,
     ),
     "isons": re.compile(
         r"^\s*(?:END_IF|END_LOOP|END_PROGRAM|USER_ZERO|USER_OFFSET|GOSUB"

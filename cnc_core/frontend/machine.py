@@ -120,7 +120,7 @@ class ProgramMachine:
     ``zero_offsets``: by number (1 is G54) and axis name, mm or degrees.
     ``g_programs``: subprograms of G80-G89 and G800-G839.
     ``m6_program``: of M06.
-    ``velocity``: (axes,) largest, mm/s or degrees/s.
+    ``velocity``, ``acceleration``: (axes,) largest, mm/s or degrees/s, mm/s2.
     ``limits``: lowest and highest position, (axes,) each.
     ``probe``: machine position by axis where the probe trips, mm or degrees.
     ``hsc_settings``: by state, ``deselect`` to ``finish``.
@@ -141,6 +141,7 @@ class ProgramMachine:
     g_programs: dict[int, str] = field(default_factory=dict)
     m6_program: str = ""
     velocity: FloatArray | None = None
+    acceleration: FloatArray | None = None
     limits: tuple[FloatArray, FloatArray] | None = None
     probe: dict[str, float] = field(default_factory=dict)
     hsc_settings: dict[str, HscSetting] = field(default_factory=dict)

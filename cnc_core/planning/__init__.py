@@ -235,7 +235,40 @@ def _arrays(cell: CellConfig, kept: list[Samples]) -> dict[str, Any]:
     }
 
 
+SAMPLE_SUFFIXES = (".npz", ".csv")
+
+
+def check_samples_target(path: Path) -> None:
+    """CncError if samples cannot be written as this kind of file."""
+    if path.suffix.lower() not in SAMPLE_SUFFIXES:
+        raise CncError(
+            902001,
+            f"samples {path}: the name must end in"
+            f" {' or '.join(SAMPLE_SUFFIXES)}",
+        )
+
+
 def save_samples(path: str | Path, samples: dict[str, Any]) -> None:
-    """Write the arrays to an .npz file of exactly this name."""
+    """Write the arrays to a file of exactly this name.
+
+    ``.csv``: a row for each sample with the columns t, an axis each, s, v,
+    block; the numbers read back are the same.  Else ``.npz``.
+    """
+    if Path(path).suffix.lower() == ".csv":
+        _save_csv(Path(path), samples)
+        return
     with Path(path).open("wb") as file:
         np.savez(file, **samples)
+
+
+def _save_csv(path: Path, samples: dict[str, Any]) -> None:
+    names = ["t", *map(str, samples["axes"]), "s", "v", "block"]
+    columns = [samples[n] for n in ("t", "pos", "s", "v", "block")]
+    np.savetxt(
+        path,
+        np.column_stack(columns),
+        fmt="%.17g",
+        delimiter=",",
+        header=",".join(names),
+        comments="",
+    )

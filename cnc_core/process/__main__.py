@@ -19,6 +19,8 @@ from ..errors import CncError, Place
 from .cnc_process import CncProcess
 from .options import CncOptions
 
+ASKED = (signal.SIGTERM, signal.SIGINT)  # also where the caller ignores them
+
 
 def write_json(path: Path, value: Any) -> None:
     """Write beside the name, then rename: a reader sees the whole or nothing."""
@@ -36,8 +38,9 @@ def run_cnc(options: CncOptions) -> int:
     if not options.file.is_file():
         raise CncError(901001, "file not found", Place(str(options.file)))
     process = CncProcess(options)
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, process.on_signal)
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN or number in ASKED:
+            signal.signal(number, process.on_signal)
     process.run()
     if options.report:
         write_json(options.report, process.report())

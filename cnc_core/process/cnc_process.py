@@ -31,12 +31,13 @@ from ..errors import CncError
 from ..frontend.operator import Operator, read_answers
 from ..frontend.port import MESSAGES_KEPT, keep
 from ..program.restart import Restart
+from ..recording.account import account, as_bytes
+from ..recording.recorder import Recorder
 from .identity import CLOCKS, SERVICES, fill_identity
 from .live_port import LivePort
 from .modes import READY, SELECTED, ModeControl
 from .options import OUT_FOLDER, CncOptions
 from .preparation import Preparation
-from .recording import PartWriter
 from .report import KEPT_TEXTS, engine_figures, log_warnings
 
 RECORD_ROWS = 16384
@@ -110,7 +111,7 @@ class CncProcess:
             service=SERVICES[self.service],
             record_rows=RECORD_ROWS if options.samples else 0,
         )
-        self.recorder = PartWriter(options.samples) if options.samples else None
+        self.recorder = self._recorder(options) if options.samples else None
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
         self.engine.stand_by()
@@ -133,6 +134,19 @@ class CncProcess:
             self._report_error,
         )
         self.modes.select(options.file)
+
+    def _recorder(self, options: CncOptions) -> Recorder:
+        assert options.samples is not None
+        about = account(
+            options.file, self.cell, options.run.clock, options.config
+        )
+        return Recorder(
+            self.engine,
+            options.samples,
+            self.cell,
+            as_bytes(about),
+            options.run.record_only,
+        )
 
     # ---------------------------------------------------------------- life
     def on_signal(self, number: int, _frame: Any) -> None:
@@ -161,7 +175,6 @@ class CncProcess:
             shutil.rmtree(self._own_folder, ignore_errors=True)
         if self.driving_since:
             self.wall_time_s = time.monotonic() - self.driving_since
-        self._take_samples()
         if self.recorder:
             self.recorder.close()
         self.engine.set_phase(layout.HLI_PHASE_SHUTDOWN)
@@ -306,7 +319,13 @@ class CncProcess:
             restart=self._take_restart(),
             held=self.modes.held,
         )
+        if self.recorder:
+            self.preparation.told = self.recorder.event
+            port.told = self.recorder.event
+        self._note("start", path.name)
         self.preparation.pump()
+        if self.recorder:
+            self.recorder.elements()
         self.engine.set_phase(
             layout.HLI_PHASE_READY
             if self.options.run.hold_start
@@ -383,6 +402,7 @@ class CncProcess:
         report, it ends nothing.
         """
         self.engine.post_error(error)
+        self._note("warning", error=error)
         keep(self.warnings, str(error), KEPT_TEXTS)
         if not self.options.once:
             print(error, file=sys.stderr, flush=True)
@@ -487,12 +507,15 @@ class CncProcess:
             self._watchdog()
         elif event is Event.PROGRAM_END:
             self._program_ended()
-        elif event is Event.RECORD_FULL:
-            self._take_samples()
+        elif event is Event.RECORD_FULL and self.recorder:
+            self.recorder.make_room()
+        if self.recorder:
+            self.recorder.elements()
 
     def _plc_error(self) -> None:
         record = self.engine.take_plc_error()
         if record:
+            self._note("plc error", f"{record[0]}, reaction class {record[1]}")
             keep(
                 self.messages,
                 f"PLC error {record[0]}, reaction class {record[1]}",
@@ -522,6 +545,9 @@ class CncProcess:
             if self.modes.aborted
             else "completed"
         )
+        self._note("end", self.end)
+        if error:
+            self._note("error", error=error)
         self.engine.set_error(error.code if error else 0)
         if error and not self.options.once:
             print(error, file=sys.stderr, flush=True)
@@ -535,12 +561,13 @@ class CncProcess:
             return True
         return time.monotonic() - self.ended_at > LINGER_S
 
-    def _take_samples(self) -> None:
-        while self.recorder:
-            samples = self.engine.take_samples()
-            if not len(samples.cycle):
-                return
-            self.recorder.add(samples)
+    def _note(
+        self, kind: str, text: str = "", error: CncError | None = None
+    ) -> None:
+        """Record an event, if anything is recorded."""
+        if self.recorder:
+            code, line = (error.code, error.place.line) if error else (0, 0)
+            self.recorder.event(kind, text or str(error or ""), code, line)
 
     # ---------------------------------------------------------------- report
     def report(self) -> dict[str, Any]:
@@ -556,10 +583,17 @@ class CncProcess:
             "warnings": self.warnings,
             "errors": [error.as_json() for error in self.errors],
             "source": first.place.source if first else "",
+            "recording": self._recording(),
             "dialect": self.dialect,
             "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
             / 1024.0,
         }
+
+    def _recording(self) -> dict[str, Any]:
+        """What is missing in the recording, and why."""
+        if self.recorder is None:
+            return {}
+        return {"lost": self.recorder.lost, "problem": self.recorder.problem}
 
 
 def _scratch_folder() -> Path:

@@ -58,6 +58,7 @@ class LivePort:
         self._folder = RunFolder(folder)
         self.latched = start.copy()
         self.messages: list[str] = []
+        self.told: Callable[[str, str], None] = lambda _kind, _text: None
 
     def moved(self, position: npt.NDArray[np.float64]) -> None:
         """The machine knows its position itself."""
@@ -76,6 +77,7 @@ class LivePort:
 
     def message(self, text: str) -> None:
         keep(self.messages, text, MESSAGES_KEPT)
+        self.told("message", text)
 
     def ask(self, question: Question) -> Answer | None:
         return self.operator.ask(question)

@@ -25,7 +25,8 @@ class RunOptions:
     ``dialect``: None finds it by content and name.
     ``lenient``: unknown commands of ISG are warnings.
     ``out``: folder of the files that the program writes.
-    ``record``: file of the recorded cycles.
+    ``record``: file of the recording.
+    ``record_only``: tables and columns that are recorded; none: all.
     ``autostart`` False: the PLC starts the program by ``mode_and_state``.
     ``hold_start``: the program is prepared, nothing moves.
     ``watch``: symbols that are recorded at every scan.
@@ -48,6 +49,7 @@ class RunOptions:
     start_pass: int = 1
     start_marker: str | None = None
     service: str | None = None
+    record_only: tuple[str, ...] = ()
 
     @property
     def place(self) -> tuple[int | None, int, str | None]:
@@ -79,10 +81,16 @@ class RunKeywords(TypedDict, total=False):
     start_line: int | None
     start_pass: int
     start_marker: str | None
+    record_only: Any
 
 
 # as a caller leaves them open; the cell and ``RunOptions`` fill them in
-OPEN: dict[str, Any] = {"clock": None, "watch": (), "force": None}
+OPEN: dict[str, Any] = {
+    "clock": None,
+    "watch": (),
+    "force": None,
+    "record_only": (),
+}
 
 
 def takes_run_options(method: Method) -> Method:
@@ -109,8 +117,8 @@ def takes_run_options(method: Method) -> Method:
 class CncOptions:
     """Work of one CNC process: the user's choices and the launcher's own.
 
-    ``report``: file of the report; ``samples``: file of the recorded cycles
-    while they are written.  ``once``: one program, then the end.  ``terminal``:
+    ``report``: file of the report; ``samples``: file of the CNC's part of the
+    recording.  ``once``: one program, then the end.  ``terminal``:
     an operator sits there, if standard input is a terminal.
     """
 

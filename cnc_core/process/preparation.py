@@ -16,7 +16,7 @@ from ..engine import Engine
 from ..errors import CncError, Place
 from ..frontend.front_end import FrontEnd, Restartable
 from ..frontend.machine import ProgramMachine
-from ..frontend.port import Wait
+from ..frontend.port import MESSAGES_KEPT, Wait, keep
 from ..program import Program
 from ..program.restart import Restart
 from ..units import FloatArray
@@ -48,6 +48,7 @@ class Preparation:
         self.port = port or LivePort(position)
         self.port.latched = position.copy()
         self.port.live = self._live
+        self.told: Callable[..., None] = lambda *_, **__: None
         self._cycle_s = cell.cycle_s
         self.engine = engine
         self.error: CncError | None = None
@@ -258,9 +259,10 @@ class Preparation:
                 f"{name}{value:.4f}"
                 for name, value in zip(names, command.position, strict=False)
             )
-            self.port.message(
-                f"event {command.value:g} at {place}, {command.cycle * self._cycle_s:.6f} s"
-            )
+            at_s = command.cycle * self._cycle_s
+            text = f"event {command.value:g} at {place}, {at_s:.6f} s"
+            keep(self.port.messages, text, MESSAGES_KEPT)
+            self.told("command", text, 0, command.line, cycle=command.cycle)
 
     def stop(self) -> bool:
         """Brake, leave out the rest, execute what the program has for a stop;

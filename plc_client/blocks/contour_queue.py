@@ -10,11 +10,13 @@ import numpy as np
 
 from hli import layout
 from hli.queue import BUSY, DETAIL_DTYPE, Ask, Queue, Told
+from hli.structures import HLI_CHANNEL, HLI_CONTOUR_LOOKAHEAD
 from hli.view import BLOCK_DTYPE
 
 from .ahead import ContourEnd, EmptyReason, extension_of
 from .base import FunctionBlock
 from .contour_lookahead import LookaheadState
+from .owner import channel_of
 
 
 class ContourQueue(FunctionBlock):
@@ -40,9 +42,9 @@ class ContourQueue(FunctionBlock):
     refuses.
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL | HLI_CONTOUR_LOOKAHEAD) -> None:
         super().__init__()
-        area = extension_of(ch)
+        area = extension_of(channel_of(self, ch, "contour_lookahead"))
         if area is None:
             raise ValueError("this channel has no look-ahead extension")
         self._area = area

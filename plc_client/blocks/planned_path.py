@@ -9,6 +9,7 @@ import numpy as np
 from hli._sync import ffi, lib
 
 from hli import layout
+from hli.structures import HLI_CHANNEL
 
 from .ahead import extension_of
 
@@ -34,7 +35,7 @@ class PlannedPath:
     first call switches the plan on (``plan_enable_w``).
     """
 
-    def __init__(self, ch: Any) -> None:
+    def __init__(self, ch: HLI_CHANNEL) -> None:
         self._area = extension_of(ch)
         self._copy = layout.HLI_AHEAD_PLAN()
         self._target = ffi.cast("void *", ctypes.addressof(self._copy))

@@ -85,7 +85,7 @@ class Plc:
 
     def _is_time(self) -> bool:
         if self._args["at"] == "end":
-            return bool(self._ch.bahn_state.program_end_r)
+            return bool(self._hli.phase == layout.HLI_PHASE_ENDED)
         # ended: nothing to move, or refused
         ready = (layout.HLI_PHASE_READY, layout.HLI_PHASE_ENDED)
         return bool(self._ch.head.init_done_r) and self._hli.phase in ready

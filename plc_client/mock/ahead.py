@@ -274,17 +274,23 @@ class MockAhead:
                 ("start", row["way"]),
                 ("end", row["way"] + length),
             ):
-                at = int(np.searchsorted(places, way - 1e-6, side="left"))
-                if (
-                    way < 0.0
-                    or at == len(places)
-                    or (side == "end" and not length)
-                ):
+                begins = side == "start"
+                at = (
+                    int(np.searchsorted(places, way + 1e-6, side="right")) - 1
+                    if begins
+                    else int(np.searchsorted(places, way - 1e-6)) - 1
+                )
+                if way < 0.0 or way > places[-1] + 1e-6:
                     continue
-                low = max(at - 1, 0)
-                time = np.interp(way, places[low : at + 1], times[low : at + 1])
+                if not begins and not length:
+                    continue
+                low = min(max(at, 0), len(places) - 2)
+                pair = slice(low, low + 2)
+                time = np.interp(way, places[pair], times[pair])
+                if begins and at >= 0 and way - places[at] < 1e-6:
+                    time = times[at]
                 row[f"time_{side}"] = max(float(time) - now, 0.0)
-                row[f"speed_{side}"] = knots["speed"][at]
+                row[f"speed_{side}"] = knots["speed"][max(at, 0)]
                 row["flags"] |= {
                     "start": layout.HLI_AHEAD_HAS_START_PLAN,
                     "end": layout.HLI_AHEAD_HAS_END_PLAN,
@@ -309,7 +315,7 @@ class MockAhead:
             found.append((time, place, rate, speed * 1000.0))
             motions += step.is_motion
         found = found[: layout.HLI_AHEAD_KNOT_MAXIDX] or [(time, 0, 0, 0)]
-        if found[-1][2]:
+        if found[-1][2] or len(found) < 2:
             found.append((*found[-1][:2], 0.0, 0.0))
         return np.array(found, _KNOT)
 

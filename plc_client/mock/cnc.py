@@ -287,10 +287,12 @@ class MockCnc:
             action = "start"
         if action == "start":
             self._load()
+            self.areas.sidecar.cnc.phase = layout.HLI_PHASE_RUNNING
         elif action == "abort":
             self._abort()
 
     def _abort(self) -> None:
+        self.areas.sidecar.cnc.phase = layout.HLI_PHASE_ENDED
         self._at, self.ended, self.waiting_continue, self.speed_mm_s = (
             len(self.steps),
             True,
@@ -336,6 +338,7 @@ class MockCnc:
             left = self._execute(left, present)
         if self.done and not self.ended:
             self.ended = True
+            self.areas.sidecar.cnc.phase = layout.HLI_PHASE_ENDED
             self.mode.program_ended()
 
     def _execute(self, left: float, present: bool) -> float:

@@ -118,3 +118,21 @@ def test_a_function_stands_in_the_file_that_the_page_names(page: Path) -> None:
         )
     ]
     assert not wrong
+
+
+def test_pages_that_the_code_names_exist() -> None:
+    """A text or comment of the code sends nobody to a missing page."""
+    files = [
+        path
+        for folder in ("cnc_core", "hli", "plc_client", "c_ext", "examples")
+        for kind in ("*.py", "*.c", "*.h")
+        for path in (ROOT / folder).rglob(kind)
+    ]
+    named = re.compile(r"\bdocs/[\w/]+\.md")
+    missing = {
+        f"{path.relative_to(ROOT)}: {page}"
+        for path in files
+        for page in named.findall(path.read_text(encoding="utf-8"))
+        if not (ROOT / page).exists()
+    }
+    assert not missing

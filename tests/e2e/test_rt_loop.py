@@ -121,6 +121,16 @@ def test_marked_half_inside(
             4,
         ),
         ("G1 X1 F100\n#RT ENDWHILE\n", 22181, 2),
+        (
+            "G1 X1 F100\n#SPLINE ON\nX2\n#RT WHILE\nX1\n#RT ENDWHILE\n",
+            22128,
+            4,
+        ),
+        (
+            "G1 X1 F100\n#RT WHILE\n#SPLINE ON\nX2\nX1\n#RT ENDWHILE\n",
+            22129,
+            6,
+        ),
         ("G1 X1 F100\n#RT WHILE\nG1 X2\nX1\n", 22181, 2),
         ("G1 X1 F100\n#RT WHILE\nG1 X2\n#RT ENDWHILE\n", 50991, 4),
         (
@@ -147,7 +157,7 @@ def test_refused(
 @pytest.mark.parametrize("modulo", [False, True])
 def test_the_plc_ends_the_loop(modulo: bool, tmp_path: Path) -> None:
     """The condition is taken at the end of each pass without a stop; with
-    MODULO the distance begins anew.
+    MODULO the distance begins anew. #SPLINE may stand inside.
     """
     text = (
         f"G1 X10 F6000\n#RT WHILE{' [MODULO]' if modulo else ''}\nX20\n"

@@ -82,9 +82,11 @@ def test_the_cnc_serves_behind_the_programs_end(
     )
     try:
         with connect(name, wait_s=60, role="reader") as reader:
-            state = reader.gpCh[0].bahn_state
             deadline = time.monotonic() + 90
-            while not state.program_end_r and time.monotonic() < deadline:
+            while (
+                reader.phase != layout.HLI_PHASE_ENDED
+                and time.monotonic() < deadline
+            ):
                 time.sleep(0.02)
             time.sleep(0.3)
             before, cpu = reader.cycle, cpu_s(cnc.pid)

@@ -16,12 +16,12 @@ from cnc_core.blocks import (
     S,
     T,
 )
-from cnc_core.config import load_config, parse_config
+from cnc_core.config import load_config
 from cnc_core.errors import CncError
 from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
 from cnc_core.program.restart import Restart
-from support.isons_programs import CELL
+from support.isons_programs import CELL, exact_cell
 from support.paths import FIVE_AXIS
 from support.seeds import few
 
@@ -82,7 +82,7 @@ def program(seed):
 def read_from(path, restart=None, start=None):
     port = OfflinePort(np.zeros(4))
     reader = Program(
-        path, parse_config(CONFIG), "isons", port, restart=restart, start=start
+        path, exact_cell(CONFIG), "isons", port, restart=restart, start=start
     )
     rows = [row.copy() for batch in reader.batches() for row in batch.rows]
     return rows, reader.reader, port
@@ -266,7 +266,7 @@ def test_resume_behind_a_broken_tool(tmp_path):
     (tmp_path / "HM5.isons").write_text("G1Z7\nRESUME_T 2\nG1Z0\n")
     config = CONFIG + "[isons.tools.2]\ndiameter = 6\n"
     port = OfflinePort(np.zeros(4))
-    found = Program(path, parse_config(config), "isons", port)
+    found = Program(path, exact_cell(config), "isons", port)
     rows = [row.copy() for batch in found.batches() for row in batch.rows]
     assert [int(row["code"]) for row in rows if row["type"] == T] == [1, 1, 2]
     ends = [row["end"][:3].tolist() for row in motions(rows)]

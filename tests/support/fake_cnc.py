@@ -111,6 +111,8 @@ class FakeCnc:
         lib.hs_seq_begin(self._seq)
         state.dist_prog_start = self.distance
         state.program_end_r = self.distance >= self.end()
+        if state.program_end_r:
+            self.side.cnc.phase = layout.HLI_PHASE_ENDED
         clah.max_dist_prog_start = self.known()
         clah.count_logged_blocks = len(self.log)
         lib.hs_seq_end(self._seq)

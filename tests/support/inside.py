@@ -23,6 +23,9 @@ from support.limits import FloatArray
 class Inside:
     """``with Inside(tmp_path, "N10 G1 X10 F1000") as cnc``; ``cnc.channel`` is
     the channel's memory.
+
+    ``levels``: units of ``bahn_mc_control`` commanded a cycle ahead of the
+    program.
     """
 
     def __init__(
@@ -31,10 +34,12 @@ class Inside:
         text: str,
         config: str | CellConfig = "",
         dialect: str | None = None,
+        suffix: str = "nc",
+        levels: dict[str, Any] | None = None,
         **engine: Any,
     ) -> None:
         self.cell = parse_config(config) if isinstance(config, str) else config
-        path = folder / f"inside-{secrets.token_hex(4)}.nc"
+        path = folder / f"inside-{secrets.token_hex(4)}.{suffix}"
         path.write_text(text)
         self.segment = segment.create(
             f"t{os.getpid()}-{secrets.token_hex(4)}",
@@ -59,6 +64,11 @@ class Inside:
             record_rows=200_000,
             **engine,
         )
+        for name, value in (levels or {}).items():
+            self.level(getattr(self.bahn, name), value)
+        if levels:
+            self.engine.expect_cycle()
+            assert self.engine.run(1) is Event.DONE
         self.preparation = Preparation(path, self.cell, dialect, self.engine)
         self.preparation.pump()
         self.parts: list[FloatArray] = []

@@ -53,6 +53,14 @@ class Outcome:
         return list(self.reader.store.scope.arrays[name.upper()])
 
 
+def exact_cell(text: str) -> CellConfig:
+    """A cell whose G60 has no tolerance unless it says so: rows are the
+    programmed motions."""
+    cell: CellConfig = parse_config(text)
+    cell.isons.parameters.setdefault("TOL_G60", 0.0)
+    return cell
+
+
 def run(
     folder: Path,
     text: str,
@@ -65,7 +73,7 @@ def run(
     path.write_text(text)
     for name, content in (files or {}).items():
         (folder / name).write_text(content)
-    cell: CellConfig = parse_config(CELL + config)
+    cell = exact_cell(CELL + config)
     port = OfflinePort(np.zeros(4))
     program = Program(path, cell, "isons", port, **options)
     batches = [batch.rows.copy() for batch in program.batches()]

@@ -239,7 +239,9 @@ void take_commands(struct engine *engine) {
     take_shortcut(engine, bahn_mc_control, present);
     take_insert_command(engine, bahn_mc_control, present);
     ATOMIC_SET(engine->orders.rt_loop,
-               level_bool(&bahn_mc_control->rt_loop_enable, present, false));
+               level_bool(&bahn_mc_control->rt_loop_enable,
+                          present,
+                          engine->orders.rt_loop_program));
     ATOMIC_SET(engine->orders.single,
                level_bool(&bahn_mc_control->single_block, present, false));
     ATOMIC_SET(engine->orders.m01,

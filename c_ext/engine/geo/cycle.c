@@ -8,29 +8,9 @@
 #include "engine/commit/lateness.h"
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/publish.h"
+#include "engine/geo/record.h"
 #include "engine/geo/technology.h"
 #include "engine/state/state.h"
-
-static void record(struct engine *engine) {
-    if (!engine->recording.samples) {
-        return;
-    }
-    if (engine->recording.head - ATOMIC_GET(engine->recording.tail)
-        >= engine->recording.rows) {
-        engine->recording.lost++;
-        return;
-    }
-    int count = engine->cfg.axis_count;
-    double *row =
-        engine->recording.samples
-        + (engine->recording.head % engine->recording.rows) * (count + 4);
-    row[0] = (double)engine->geo.cycle;
-    memcpy(row + 1, engine->geo.position, sizeof(double) * (size_t)count);
-    row[count + 1] = engine->geo.path;
-    row[count + 2] = geo_path_speed(engine);
-    row[count + 3] = (double)engine->geo.active;
-    ATOMIC_SET(engine->recording.head, engine->recording.head + 1);
-}
 
 static void note_end(struct engine *engine) {
     if (engine->program.end || !ATOMIC_GET(engine->program.finished)
@@ -44,6 +24,9 @@ static void note_end(struct engine *engine) {
     engine->geo.v = 0.0;
     ATOMIC_SET(engine->program.active, 0);
     ATOMIC_SET(engine->program.end, 1);
+    if (engine->hli.side) { /* in the cycle: the PLC's next scan sees it */
+        store_u32_release(&engine->hli.side->cnc.phase, HLI_PHASE_ENDED);
+    }
 }
 
 /* It stands at an M00 or M01: that one is not over, whatever turns the path
@@ -120,12 +103,11 @@ void geo_cycle(struct engine *engine) {
     geo_evaluate(engine);
     ATOMIC_SET(engine->geo.cycle, engine->geo.cycle + 1);
     note_end(engine);
-    record(engine);
-    if (!engine->hli.segment) {
-        return;
+    if (engine->hli.segment) {
+        publish(engine);
     }
-    publish(engine);
-    if (engine->cfg.service == HLI_SERVICE_CYCLIC) {
+    record_cycle(engine);
+    if (engine->hli.segment && engine->cfg.service == HLI_SERVICE_CYCLIC) {
         serve_request(engine);
     }
 }

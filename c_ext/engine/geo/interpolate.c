@@ -78,54 +78,124 @@ static void set_epoch(struct geo *geo,
     ATOMIC_SET(geo->marks, geo->marks + 1);
 }
 
-/* The end of a real-time loop (going back: its beginning). */
-static void run_branch(struct engine *engine, const struct piece *piece) {
-    struct geo *geo = &engine->geo;
-    if (!piece->again) {
-        if (piece->dir > 0) {
-            set_epoch(geo,
-                      geo->epoch + 1,
-                      geo->resets,
-                      geo->epoch_first,
-                      geo->dist_shift);
-        } else {
-            set_epoch(geo,
-                      geo->epoch,
-                      geo->resets,
-                      geo->saved_first,
-                      geo->dist_shift);
-        }
-        return;
-    }
-    double turn = piece->dir * piece->value;
-    uint64_t begin = piece->dir > 0
-                         ? store_at(&engine->store, piece->mate)->element
-                         : piece->element;
-    geo->loop_count++;
-    geo->path_shift += turn;
-    geo->dist -= turn; /* the place is the same, now counted from the other end
-                          of the loop */
-    set_epoch(geo,
-              geo->epoch,
-              geo->resets,
-              begin,
-              piece->flags & NC_MODULO ? geo->dist_shift
-                                       : geo->dist_shift + turn);
+/* Displayed distance stays what it is where the path goes from one end of a
+ * loop to the other one. */
+static void cross_loop(struct geo *geo,
+                       const struct piece *loop,
+                       double times) {
+    geo->path_shift += times * loop->value;
+    geo->dist -= times * loop->loop_distance;
 }
 
-static void run_loop_end(struct engine *engine, const struct piece *piece) {
+static void note_loop(uint64_t *bits, const struct piece *loop, bool on) {
+    uint64_t bit = UINT64_C(1) << (loop->loop & 63u);
+    ATOMIC_SET(*bits, on ? *bits | bit : *bits & ~bit);
+}
+
+static void count_pass(struct geo *geo, const struct piece *loop, int passes) {
+    geo->loop_count += passes;
+    note_loop(&geo->loops_repeated, loop, geo->loop_count != 0);
+}
+
+static void enter_loop(struct engine *engine,
+                       const struct piece *loop,
+                       int dir) {
     struct geo *geo = &engine->geo;
-    if (piece->type == (piece->dir > 0 ? NC_RT_LOOP_END : NC_RT_LOOP_BEGIN)) {
-        run_branch(engine, piece);
-    } else if (piece->dir < 0) {
+    geo->in_loop = true;
+    note_loop(&geo->loops_left_out, loop, false);
+    if (dir > 0) {
+        count_pass(geo, loop, -geo->loop_count);
+        set_epoch(geo,
+                  geo->epoch + 1,
+                  geo->resets,
+                  geo->epoch_first,
+                  geo->dist_shift);
+    } else {
+        count_pass(geo, loop, -1);
         set_epoch(geo,
                   geo->epoch - 1,
                   geo->resets,
-                  store_at(&engine->store, piece->mate)->element,
+                  store_at(&engine->store, loop->mate)->element,
+                  geo->dist_shift);
+    }
+}
+
+/* V.RTG.LOOP.ENABLED is FALSE where the path comes to the loop. */
+static void leave_out_loop(struct engine *engine,
+                           const struct piece *loop,
+                           int dir) {
+    struct geo *geo = &engine->geo;
+    const struct piece *end =
+        dir > 0 ? store_at(&engine->store, loop->mate) : loop;
+    cross_loop(geo, loop, -dir);
+    if (dir > 0) {
+        note_loop(&geo->loops_left_out, loop, true);
+        geo->loop_count = 0;
+        if (loop->mate >= engine->store.done) {
+            ATOMIC_SET(engine->store.done, loop->mate + 1);
+        }
+    }
+    set_epoch(geo,
+              geo->epoch + (dir > 0 ? 2u : -2u),
+              geo->resets,
+              dir > 0 ? end->element : loop->first_element,
+              geo->dist_shift - dir * loop->loop_distance);
+}
+
+static void repeat_loop(struct engine *engine,
+                        const struct piece *loop,
+                        int dir) {
+    struct geo *geo = &engine->geo;
+    const struct piece *begin =
+        dir > 0 ? store_at(&engine->store, loop->mate) : loop;
+    cross_loop(geo, loop, dir);
+    count_pass(geo, loop, dir);
+    set_epoch(geo,
+              geo->epoch,
+              geo->resets,
+              begin->element,
+              loop->flags & NC_MODULO
+                  ? geo->dist_shift
+                  : geo->dist_shift + dir * loop->loop_distance);
+}
+
+static void leave_loop(struct geo *geo, const struct piece *loop, int dir) {
+    geo->in_loop = false;
+    if (dir > 0) {
+        geo->loop_count++; /* this pass is over; the element told stays */
+        set_epoch(geo,
+                  geo->epoch + 1,
+                  geo->resets,
+                  geo->epoch_first,
                   geo->dist_shift);
     } else {
-        geo->saved_first = geo->epoch_first, geo->loop_count = 0;
+        set_epoch(geo,
+                  geo->epoch - 1,
+                  geo->resets,
+                  loop->first_element,
+                  geo->dist_shift);
     }
+}
+
+/* An end of a real-time loop, forward or backward: `again` says that the loop
+ * is driven. What the copy in the run ring does not know yet the store does. */
+static void run_loop_end(struct engine *engine, const struct piece *piece) {
+    const struct piece *loop = store_at(&engine->store, piece->origin);
+    int dir = piece->dir;
+    bool entry = (piece->type == NC_RT_LOOP_BEGIN) == (dir > 0);
+    if (entry && piece->again) {
+        enter_loop(engine, loop, dir);
+    } else if (entry) {
+        leave_out_loop(engine, loop, dir);
+    } else if (piece->again) {
+        repeat_loop(engine, loop, dir);
+    } else {
+        leave_loop(&engine->geo, loop, dir);
+    }
+}
+
+double displayed_distance(const struct geo *geo) {
+    return (geo->dist_shift + geo->dist) * TENTH_UM;
 }
 
 void geo_begin_distance(struct engine *engine) {
@@ -134,6 +204,14 @@ void geo_begin_distance(struct engine *engine) {
               engine->push.resets,
               engine->store.element_head,
               0.0);
+}
+
+void geo_go_on(struct engine *engine) {
+    set_epoch(&engine->geo,
+              engine->push.epoch,
+              engine->push.resets,
+              engine->store.element_head,
+              engine->geo.dist_shift);
 }
 
 static void run_reset(struct geo *geo, const struct piece *piece) {
@@ -172,6 +250,14 @@ static bool stops_program(const struct engine *engine,
            || (piece->code == 1 && engine->orders.m01 && engine->geo.v <= 0.0);
 }
 
+/* V.RTG.LOOP.ENABLED of the program counts where the PLC commands nothing. */
+static void program_enables_loops(struct engine *engine, bool enabled) {
+    engine->orders.rt_loop_program = enabled;
+    if (!engine->hli.segment) {
+        ATOMIC_SET(engine->orders.rt_loop, enabled);
+    }
+}
+
 static void run_event(struct engine *engine, struct piece *piece) {
     struct geo *geo = &engine->geo;
     if (piece->inserted && piece->type == NC_M) {
@@ -189,6 +275,9 @@ static void run_event(struct engine *engine, struct piece *piece) {
     case NC_EVENT:
         if (piece->code == NC_EVENT_COMMAND && piece->dir > 0) {
             tell_command(engine, piece);
+        }
+        if (piece->code == NC_EVENT_RT_LOOP && piece->dir > 0) {
+            program_enables_loops(engine, piece->value != 0.0);
         }
         if (piece->code == NC_EVENT_OVERRIDE) {
             ATOMIC_SET(engine->orders.override_ignored, piece->value == 0.0);

@@ -95,7 +95,7 @@ static bool put_events(struct answer *answer,
     for (; answer->event < head; answer->event++) {
         const struct ahead_event event = *ahead_event_at(store, answer->event);
         if (event.element > i
-            || (event.element == i && event.epoch > stretch->epoch)) {
+            || (event.element == i && event.epoch > stretch->last)) {
             return true;
         }
         if (event.element < i || event.epoch < stretch->epoch
@@ -120,12 +120,35 @@ static bool put_events(struct answer *answer,
     return true;
 }
 
+static bool noted(const uint64_t *bits, uint32_t loop) {
+    return ATOMIC_GET(*bits) >> (loop & 63u) & 1u;
+}
+
+/* What the element follows depends on how its real-time loop is driven. */
+static void see_loop(const struct geo *geo,
+                     const struct element *el,
+                     HLI_CONTOUR_LOOKAHEAD_BLOCK *block) {
+    if (el->role == LOOP_NONE) {
+        return;
+    }
+    bool repeated = noted(&geo->loops_repeated, el->loop);
+    if (el->role != LOOP_BEHIND) {
+        block->rt_loop_pass =
+            repeated ? HLI_CLAH_PASS_LOOP : HLI_CLAH_PASS_ENTRY;
+    }
+    if ((el->role == LOOP_FIRST && repeated)
+        || (el->role == LOOP_BEHIND && noted(&geo->loops_left_out, el->loop))) {
+        block->tangent_variation = el->other_variation;
+    }
+}
+
 static bool put_element(struct answer *answer,
                         const struct stretch *stretch,
                         uint64_t i) {
-    HLI_CONTOUR_LOOKAHEAD_BLOCK block =
-        element_at(&answer->engine->store, i)->facts;
+    const struct element *element = element_at(&answer->engine->store, i);
+    HLI_CONTOUR_LOOKAHEAD_BLOCK block = element->facts;
     block.start_position += stretch->shift;
+    see_loop(&answer->engine->geo, element, &block);
     if (answer->details && answer->count < ANSWER_MAX) {
         detail_of_element(&answer->maker,
                           i,

@@ -27,12 +27,15 @@ void detail_begin(struct engine *engine,
     }
 }
 
-/* Whether the way there is that of the plan: a real-time loop in between may be
- * driven again. */
+/* Whether the way there is that of the plan. A loop that will be entered
+ * belongs to it; what is behind its end may have to wait for another pass. */
 static bool is_on_way(const struct detail_maker *maker,
                       uint32_t epoch,
                       uint32_t resets) {
-    return epoch - maker->range->epoch == resets - maker->range->resets;
+    const struct range *range = maker->range;
+    uint32_t ahead = epoch - range->epoch;
+    return ahead <= range->last - range->epoch
+           || ahead == resets - range->resets;
 }
 
 /* Time and speed at `way` from now, before or behind a standstill there. */

@@ -6,15 +6,20 @@
  * its own serves; the copy is repeated then.
  */
 #include <string.h>
+#include "engine/geo/interpolate.h"
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/lookahead_answer.h"
 #include "engine/geo/lookahead_window.h"
+#include "engine/state/record_ring.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
 
 double max_dist_prog_start(struct engine *engine) {
     if (!mode2_available(&engine->cfg)) {
         return 0.0;
+    }
+    if (left_out(&engine->program)) {
+        return displayed_distance(&engine->geo);
     }
     struct range range = window_range(engine);
     if (range.end == range.first) {
@@ -50,6 +55,41 @@ static void count_request(struct lookahead_service *service,
                    : &service->requests_mode2);
 }
 
+/* A request as it is recorded; `row` NULL: it is not. */
+typedef struct noted_request {
+    struct engine_request *row;
+    uint64_t cycle;
+    int64_t began;
+} noted_request;
+
+static struct noted_request request_seen(struct engine *engine) {
+    struct engine_request *row = record_next(&engine->recording.requests);
+    return (struct noted_request){
+        .row = row,
+        .cycle = ATOMIC_GET(engine->geo.cycle),
+        .began = row ? hs_monotonic_ns() : 0,
+    };
+}
+
+static void request_answered(struct engine *engine,
+                             const struct noted_request *noted,
+                             const struct question *question,
+                             const HLI_AHEAD_ANSWER *facts) {
+    if (!noted->row) {
+        return;
+    }
+    bool bad = facts->empty >= HLI_AHEAD_EMPTY_BAD_START;
+    *noted->row = (struct engine_request){
+        .cycle = noted->cycle,
+        .start = question->start,
+        .length = question->length,
+        .mode = bad ? 0u : question->mode,
+        .elements = facts->count,
+        .answer_ns = (uint64_t)(hs_monotonic_ns() - noted->began),
+    };
+    record_put(&engine->recording.requests);
+}
+
 static void post_answer(struct shared_areas *hli) {
     HLI_SIDE_WORD *side_word = &hli->side->clah_answer;
     hs_word_post(side_word, load_u32_relaxed(&side_word->word) + 1);
@@ -67,6 +107,7 @@ static int serve_unit(struct engine *engine) {
         .length = load_f64_relaxed(&contour_lookahead->request.length)};
     question.mode =
         question.length == 0.0 ? HLI_AHEAD_MODE_LOG : HLI_AHEAD_MODE_CONTOUR;
+    struct noted_request noted = request_seen(engine);
     HLI_AHEAD_ANSWER facts;
     answer_question(engine,
                     &question,
@@ -82,6 +123,7 @@ static int serve_unit(struct engine *engine) {
     }
     store_u8_release(&contour_lookahead->semaphor_rw, 0);
     post_answer(&engine->hli);
+    request_answered(engine, &noted, &question, &facts);
     return 1;
 }
 
@@ -93,6 +135,7 @@ static void serve_slot(struct engine *engine, uint32_t i) {
         .mode = load_u32_relaxed(&slot->request.mode),
         .flags = load_u32_relaxed(&slot->request.flags),
         .epoch = load_u32_relaxed(&slot->request.epoch)};
+    struct noted_request noted = request_seen(engine);
     HLI_AHEAD_ANSWER facts;
     bool details = question.flags & HLI_AHEAD_DETAILS;
     answer_question(engine,
@@ -104,6 +147,7 @@ static void serve_slot(struct engine *engine, uint32_t i) {
     count_request(&engine->service, &facts);
     close_answer(&engine->service.slot_answered[i], slot->block, facts.count);
     slot->answer = facts;
+    request_answered(engine, &noted, &question, &facts);
 }
 
 /* The queue: its slots one after the other, all in the same cycle. */

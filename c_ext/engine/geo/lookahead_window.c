@@ -1,6 +1,6 @@
 /* Which elements the look-ahead shows at present: the window from the active
  * element on and as many behind it, epoch by epoch. An epoch ends where
- * distances change their meaning: at a distance reset, at the end of a
+ * distances change their meaning: at a distance reset, at either end of a
  * real-time loop.
  */
 #include "engine/geo/lookahead_window.h"
@@ -31,6 +31,22 @@ static uint64_t epoch_end(const struct piece_store *store,
     return lo;
 }
 
+bool left_out(const struct program_state *program) {
+    return ATOMIC_GET(program->abort) == 2;
+}
+
+/* The present epoch, and the loop behind it if it will be entered. */
+static void end_range(struct engine *engine, struct range *range) {
+    const struct piece_store *store = &engine->store;
+    range->last = range->epoch;
+    range->end = epoch_end(store, range->first, range->window, range->last);
+    if (range->end < range->window && ATOMIC_GET(engine->orders.rt_loop)
+        && element_at(store, range->end)->role == LOOP_FIRST) {
+        range->last++;
+        range->end = epoch_end(store, range->first, range->window, range->last);
+    }
+}
+
 static struct range range_now(struct engine *engine) {
     bool finished = ATOMIC_GET(engine->program.finished) != 0;
     uint64_t active = ATOMIC_GET(engine->geo.active),
@@ -49,11 +65,13 @@ static struct range range_now(struct engine *engine) {
     range.window =
         min64(head,
               from + 1 + min64(engine->cfg.window, ring_log_max(&engine->cfg)));
+    if (left_out(&engine->program)) {
+        range.window = min64(range.window, active + 1);
+    }
     if (range.window < range.first) {
         range.window = range.first;
     }
-    range.end =
-        epoch_end(&engine->store, range.first, range.window, range.epoch);
+    end_range(engine, &range);
     return range;
 }
 
@@ -83,7 +101,8 @@ struct stretch stretch_now(const struct range *range) {
     return (struct stretch){.first = range->first,
                             .end = range->end,
                             .shift = range->shift,
-                            .epoch = range->epoch};
+                            .epoch = range->epoch,
+                            .last = range->last};
 }
 
 bool stretch_next(const struct piece_store *store,
@@ -104,7 +123,7 @@ bool stretch_next(const struct piece_store *store,
     if (reset) {
         stretch->shift = 0.0;
     }
-    stretch->epoch = next->epoch;
+    stretch->epoch = stretch->last = next->epoch;
     stretch->first = stretch->end;
     stretch->end =
         epoch_end(store, stretch->first, range->window, stretch->epoch);

@@ -9,6 +9,7 @@ typedef struct range {
     double shift; /* 0.1 um: what passes of real-time loops have added to the
                      distances */
     uint32_t epoch, resets;
+    uint32_t last; /* epoch of its end: one more where a loop will be entered */
     bool finished; /* behind `head` nothing comes */
 } range;
 
@@ -17,13 +18,16 @@ typedef struct range {
 typedef struct stretch {
     uint64_t first, end;
     double shift, zero;
-    uint32_t epoch;
+    uint32_t epoch, last;
 } stretch;
 
 /* Epochs as the PLC sees them count from 1; 0 is the present one. */
 static inline uint32_t epoch_shown(uint32_t epoch) {
     return epoch + 1;
 }
+
+/* The program was aborted: nothing more is driven of it. */
+bool left_out(const struct program_state *program);
 
 bool mode2_available(const engine_config *cfg);
 struct range window_range(struct engine *engine);

@@ -40,10 +40,6 @@ static void publish_axis(struct engine *engine, int i) {
     show_u16(&lr->axis_state_r, state);
 }
 
-static double display_distance(const struct geo *geo) {
-    return (geo->dist_shift + geo->dist) * TENTH_UM;
-}
-
 static uint32_t stop_conditions(struct engine *engine) {
     uint32_t bits = 0;
     if (engine->geo.v > 0) {
@@ -108,7 +104,7 @@ static void publish_bahn(struct engine *engine) {
     const struct piece *piece =
         geo->piece == UINT64_MAX ? NULL : piece_at(&engine->run, geo->piece);
     bool motion = piece && is_motion(piece);
-    double shown = display_distance(&engine->geo);
+    double shown = displayed_distance(&engine->geo);
     __atomic_store(&engine->geo.shown_dist, &shown, __ATOMIC_RELEASE);
     show_f64(&bahn_state->dist_prog_start, shown);
     /* the planner may shorten the piece in which GEO stands: read once */
@@ -132,7 +128,8 @@ static void publish_bahn(struct engine *engine) {
              (uint32_t)dint(
                  (external ? -geo_path_speed(engine) : geo_path_speed(engine))
                  * 1000.0));
-    show_u32(&bahn_state->stop_condition_r, stop_conditions(engine));
+    engine->recording.stops = stop_conditions(engine);
+    show_u32(&bahn_state->stop_condition_r, engine->recording.stops);
     show_u32(&bahn_state->tool_nr_r, (uint32_t)geo->tool);
     show_u16(&bahn_state->override_r,
              (uint16_t)lrint(engine->orders.override * OVERRIDE_FULL));
@@ -145,7 +142,11 @@ static void publish_bahn(struct engine *engine) {
     show_u8(&bahn_state->rapid_active_r, motion && geo->rapid);
     show_u8(&engine->hli.channel->decoder_state.program_end_r,
             ATOMIC_GET(engine->program.finished) != 0);
-    show_u8(&bahn_state->program_end_r, engine->program.end != 0);
+    show_u8(&bahn_state->program_end_r,
+            ATOMIC_GET(engine->program.active) == 0);
+    show_u8(&bahn_state->inside_rt_loop_r, geo->in_loop);
+    show_u32(&bahn_state->rt_loop_count_r,
+             geo->loop_count > 0 ? (uint32_t)geo->loop_count : 0);
     show_u8(&bahn_state->wait_error_removal_r,
             ATOMIC_GET(engine->modes.state) == 6u);
     show_u8(&engine->hli.channel->decoder_state.wait_after_error_r,
@@ -178,8 +179,9 @@ static void publish_lookahead(struct engine *engine) {
     HLI_CONTOUR_LOOKAHEAD_STATE *contour_lookahead_state =
         &engine->hli.channel->contour_lookahead.state;
     uint32_t active = ATOMIC_GET(engine->log.active);
+    engine->recording.known = max_dist_prog_start(engine);
     show_f64(&contour_lookahead_state->max_dist_prog_start,
-             max_dist_prog_start(engine));
+             engine->recording.known);
     show_u32(&contour_lookahead_state->count_logged_blocks,
              ATOMIC_GET(engine->log.count));
     show_u8(&contour_lookahead_state->f_log_is_active, active != 0);

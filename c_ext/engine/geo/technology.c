@@ -16,6 +16,7 @@
 #include "engine/geo/technology.h"
 #include "engine/geo/technology_again.h"
 #include "engine/path/technology_counts.h"
+#include "engine/state/record_ring.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
 #include "rows/nc_block.h"
@@ -81,11 +82,46 @@ static void acknowledge(struct technology_state *technology,
     }
 }
 
-static void release(struct technology_state *technology,
+/* Cycles are counted at their end: the number of the one that runs. */
+static uint64_t this_cycle(const struct engine *engine) {
+    return engine->geo.cycle + 1;
+}
+
+static void record_function(struct engine *engine,
+                            const struct techno_slot *techno_slot) {
+    struct engine_function *row = record_next(&engine->recording.functions);
+    if (row) {
+        *row = techno_slot->recorded;
+        record_put(&engine->recording.functions);
+    }
+}
+
+static struct techno_slot slot_of(const struct engine *engine,
+                                  const struct piece *piece,
+                                  bool seen) {
+    return (struct techno_slot){
+        .used = true,
+        .synch = piece->synch,
+        .replay = piece->replay,
+        .recorded = {.issued = this_cycle(engine),
+                     .value = piece->value,
+                     .code = piece->code,
+                     .type = piece->type,
+                     .n = piece->n,
+                     .count = piece->count,
+                     .line = piece->line,
+                     .synch = piece->synch,
+                     .seen = seen},
+    };
+}
+
+static void release(struct engine *engine,
                     struct techno_slot *techno_slot,
                     bool late) {
+    struct technology_state *technology = &engine->technology;
     struct techno_counts *done =
         techno_slot->replay ? &technology->done_again : &technology->done;
+    record_function(engine, techno_slot);
     techno_slot->used = false;
     count(late ? &done->late_freed : &done->std_freed);
 }
@@ -158,10 +194,8 @@ static void put_out(struct engine *engine,
                                             : 4);
     store_u8_release(&unit->done_w, 0);
     store_u8_release(&unit->please_rw, 1);
-    *techno_slot = (struct techno_slot){.used = true,
-                                        .synch = piece->synch,
-                                        .replay = piece->replay,
-                                        .generation = generation};
+    *techno_slot = slot_of(engine, piece, true);
+    techno_slot->generation = generation;
     end_output(engine);
 }
 
@@ -181,13 +215,11 @@ static void output_spindle(struct engine *engine, struct piece *piece) {
     bool present = axis && !engine->technology.suppressed
                    && load_u8_acquire(&axis->head.plc_present_w);
     uint32_t i = free_spindle_slot(&engine->technology);
-    struct techno_slot here = {.used = true,
-                               .synch = piece->synch,
-                               .replay = piece->replay};
+    struct techno_slot here = slot_of(engine, piece, false);
     if (!present) {
         engine->technology.unseen++;
         acknowledge(&engine->technology, &here);
-        release(&engine->technology, &here, false);
+        release(engine, &here, false);
         return;
     }
     engine->technology.functions++;
@@ -223,9 +255,7 @@ void techno_output(struct engine *engine, struct piece *piece) {
     uint32_t index = late            ? free_late_slot(&engine->technology)
                      : piece->replay ? free_std_slot(&engine->technology)
                                      : piece->unit;
-    struct techno_slot here = {.used = true,
-                               .synch = piece->synch,
-                               .replay = piece->replay},
+    struct techno_slot here = slot_of(engine, piece, false),
                        *techno_slot =
                            present
                                ? (late ? &engine->technology.late_slots[index]
@@ -234,7 +264,7 @@ void techno_output(struct engine *engine, struct piece *piece) {
     if (!present) {
         engine->technology.unseen++;
         acknowledge(&engine->technology, techno_slot);
-        release(&engine->technology, techno_slot, late);
+        release(engine, techno_slot, late);
         return;
     }
     engine->technology.functions++;
@@ -263,7 +293,7 @@ void techno_output(struct engine *engine, struct piece *piece) {
 }
 
 /* What the PLC has done with a unit; true if it is free now. */
-static bool look_at_unit(struct technology_state *technology,
+static bool look_at_unit(struct engine *engine,
                          TECHNO_UNIT_CH *unit,
                          struct techno_slot *techno_slot,
                          bool late) {
@@ -272,14 +302,19 @@ static bool look_at_unit(struct technology_state *technology,
     }
     bool fetched = !load_u8_acquire(&unit->please_rw),
          done = load_u8_acquire(&unit->done_w);
+    struct engine_function *recorded = &techno_slot->recorded;
+    if (fetched && !recorded->fetched) {
+        recorded->fetched = this_cycle(engine);
+    }
     if (fetched && done) {
-        acknowledge(technology, techno_slot);
+        recorded->acknowledged = this_cycle(engine);
+        acknowledge(&engine->technology, techno_slot);
     }
     if (!fetched
         || ((techno_slot->synch & (WAITS | LATE)) && !techno_slot->acked)) {
         return false;
     }
-    release(technology, techno_slot, late);
+    release(engine, techno_slot, late);
     return true;
 }
 
@@ -289,7 +324,7 @@ static void look_at_spindle(struct engine *engine) {
     }
     HLI_AXIS *axis = &engine->hli.segment->axis[engine->cfg.axis_count];
     for (uint32_t i = 0; i <= HLI_TU_AX_STD_SYNC_MAXIDX; i++) {
-        if (look_at_unit(&engine->technology,
+        if (look_at_unit(engine,
                          (TECHNO_UNIT_CH *)&axis->techno_unit_std_sync[i],
                          &engine->technology.spindle_slots[0][i],
                          false)) {
@@ -306,7 +341,7 @@ static void look_at(struct engine *engine,
                     TECHNO_UNIT_CH *unit,
                     struct techno_slot *techno_slot,
                     bool late) {
-    if (!look_at_unit(&engine->technology, unit, techno_slot, late)) {
+    if (!look_at_unit(engine, unit, techno_slot, late)) {
         return;
     }
     if (late) {
@@ -367,6 +402,25 @@ void techno_cycle(struct engine *engine) {
         look_at_spindle(engine);
     }
     look_at_early(engine);
+}
+
+static void record_open(struct engine *engine,
+                        const struct techno_slot *slots,
+                        uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        if (slots[i].used) {
+            record_function(engine, &slots[i]);
+        }
+    }
+}
+
+void engine_record_end(struct engine *engine) {
+    const struct technology_state *technology = &engine->technology;
+    record_open(engine, technology->std_slots, STD_UNITS);
+    record_open(engine, technology->late_slots, LATE_UNITS);
+    record_open(engine,
+                technology->spindle_slots[0],
+                HLI_TU_AX_STD_SYNC_MAXIDX + 1);
 }
 
 void technology_clear(struct technology_state *technology) {

@@ -122,11 +122,12 @@ void timetable_add(struct engine *engine,
         jerk_state end;
         jerk_at(&law, ph->time, &end);
         double rate = piece->dist_rate * TENTH_UM;
-        knot[0].rate = ph->v0 * rate;
-        knot[0].speed = speed_of(engine, piece, ph->s0, ph->v0);
+        double v0 = greater(0.0, ph->v0), v1 = greater(0.0, end.v);
+        knot[0].rate = v0 * rate;
+        knot[0].speed = speed_of(engine, piece, ph->s0, v0);
         knot[1].distance += (end.s - ph->s0) * rate;
-        knot[1].rate = end.v * rate;
-        knot[1].speed = speed_of(engine, piece, end.s, end.v);
+        knot[1].rate = v1 * rate;
+        knot[1].speed = speed_of(engine, piece, end.s, v1);
     }
     add_knot(table, knot[0]);
     add_knot(table, knot[1]);

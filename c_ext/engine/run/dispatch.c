@@ -63,25 +63,52 @@ static uint32_t synch_again(struct engine *engine, const struct piece *piece) {
     return waits ? SYNCH_MVS_SVS : SYNCH_MOS;
 }
 
+/* Both ends of a real-time loop: at the one that comes first it is entered or
+ * left out, at the other one repeated or left. */
 static bool is_branch(const struct piece *piece) {
     return piece->kind == PIECE_EVENT
-           && piece->type
-                  == (piece->dir > 0 ? NC_RT_LOOP_END : NC_RT_LOOP_BEGIN);
+           && (piece->type == NC_RT_LOOP_END
+               || piece->type == NC_RT_LOOP_BEGIN);
 }
 
-/* Whether a loop is driven once more; one without a path would never end. */
-static bool loop_wanted(struct orders *orders, const struct piece *piece) {
-    return ATOMIC_GET(orders->rt_loop) && piece->value > 0.0;
+static bool is_entry(const struct piece *piece) {
+    return (piece->type == NC_RT_LOOP_BEGIN) == (piece->dir > 0);
 }
 
-static void decide_branch(struct dispatch *dispatch,
+/* The other end of a real-time loop, 0 as long as it is not prepared. */
+static uint64_t loop_mate(struct engine *engine, const struct piece *piece) {
+    return ATOMIC_GET(store_at(&engine->store, piece->origin)->mate);
+}
+
+/* Whether a loop is driven (once more); one without a path would never end. One
+ * whose end is not prepared, nor will be, cannot be left out. */
+static bool loop_wanted(struct engine *engine, const struct piece *piece) {
+    if (!loop_mate(engine, piece)) {
+        return true;
+    }
+    return ATOMIC_GET(engine->orders.rt_loop)
+           && store_at(&engine->store, piece->origin)->value > 0.0;
+}
+
+static void decide_branch(struct engine *engine,
                           struct piece *piece,
                           bool again) {
+    struct dispatch *dispatch = &engine->dispatch;
+    uint64_t from =
+        again == is_entry(piece) ? piece->origin : loop_mate(engine, piece);
     piece->again = again;
-    dispatch->next = again ? piece->mate + (uint64_t)piece->dir
-                           : piece->origin + (uint64_t)piece->dir;
+    dispatch->next = from + (uint64_t)piece->dir;
     dispatch->at = -1.0;
     dispatch->in_loop = true; /* until the path has passed the decision */
+}
+
+/* A loop that is not wanted can be left out only when its end is prepared. */
+static bool loop_to_come(struct engine *engine,
+                         const struct piece *from,
+                         bool finished) {
+    return from->type == NC_RT_LOOP_BEGIN && engine->dispatch.dir > 0
+           && !finished && !ATOMIC_GET(engine->orders.rt_loop)
+           && !ATOMIC_GET(store_at(&engine->store, from->origin)->mate);
 }
 
 /* Where the stopping tail runs over a decision that has changed, a shorter one
@@ -91,8 +118,7 @@ static void free_decisions(struct engine *engine) {
          i < end && i < engine->run.head;
          i++) {
         const struct piece *piece = piece_at(&engine->run, i);
-        if (!is_branch(piece)
-            || piece->again == loop_wanted(&engine->orders, piece)) {
+        if (!is_branch(piece) || piece->again == loop_wanted(engine, piece)) {
             continue;
         }
         engine->planner->shorten_tail(engine);
@@ -110,20 +136,20 @@ static void reconsider_loop(struct engine *engine) {
             continue;
         }
         ahead = true;
-        bool again = loop_wanted(&engine->orders, piece);
+        bool again = loop_wanted(engine, piece);
         if (piece->again == again) {
             continue;
         }
         run_cut(engine, i + 1);
-        decide_branch(&engine->dispatch, piece, again);
+        decide_branch(engine, piece, again);
         return;
     }
-    const struct piece *begin =
-        store_at(&engine->store, engine->dispatch.loop_begin);
+    uint64_t mate =
+        ATOMIC_GET(store_at(&engine->store, engine->dispatch.loop_begin)->mate);
     if (!ahead) {
         engine->dispatch.in_loop =
             engine->dispatch.next >= engine->dispatch.loop_begin
-            && (!begin->mate || engine->dispatch.next <= begin->mate);
+            && (!mate || engine->dispatch.next <= mate);
     }
 }
 
@@ -232,15 +258,10 @@ void dispatch_event(struct engine *engine, const struct piece *from) {
     if (piece->dir < 0) {
         piece->stop_before = piece->m01 = false;
     }
-    if (piece->type == NC_RT_LOOP_BEGIN || piece->type == NC_RT_LOOP_END) {
-        engine->dispatch.in_loop = true;
+    if (is_branch(piece)) {
         engine->dispatch.loop_begin =
             piece->type == NC_RT_LOOP_BEGIN ? piece->origin : piece->mate;
-    }
-    if (is_branch(piece)) {
-        decide_branch(&engine->dispatch,
-                      piece,
-                      loop_wanted(&engine->orders, piece));
+        decide_branch(engine, piece, loop_wanted(engine, piece));
     }
     run_publish(&engine->run);
 }
@@ -256,12 +277,15 @@ uint64_t dispatch_oldest(struct engine *engine) {
     return first > kept ? first : kept;
 }
 
-static bool can_dispatch(struct engine *engine, uint64_t head) {
+static bool can_dispatch(struct engine *engine, uint64_t head, bool finished) {
     if (engine->dispatch.dir < 0) {
         return engine->dispatch.next != UINT64_MAX
                && engine->dispatch.next >= dispatch_oldest(engine);
     }
-    return engine->dispatch.next < head;
+    return engine->dispatch.next < head
+           && !loop_to_come(engine,
+                            store_at(&engine->store, engine->dispatch.next),
+                            finished);
 }
 
 /* Neither the piece that is copied next nor its place in the ring has been
@@ -333,12 +357,12 @@ void dispatch_path(struct engine *engine) {
         reconsider_loop(engine);
     }
     take_insert(engine);
-    while (can_dispatch(engine, head) && wants_more(engine)) {
+    while (can_dispatch(engine, head, finished) && wants_more(engine)) {
         prefetch_next(engine);
         dispatch_next(engine);
     }
     engine->dispatch.final = engine->dispatch.dir < 0
-                                 ? !can_dispatch(engine, head)
+                                 ? !can_dispatch(engine, head, finished)
                                  : finished && engine->dispatch.next >= head;
     insert_stop_at_end(engine);
     set_store_floor(engine);

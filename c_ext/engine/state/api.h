@@ -139,6 +139,63 @@ typedef struct engine_command {
     uint32_t line;
 } engine_command;
 
+/* One cycle as it is recorded. `acceleration` and `jerk` are the changes of
+ * `speed` over the cycle: means, whatever the planner. */
+typedef struct engine_sample {
+    uint64_t cycle;
+    uint64_t element;          /* active element */
+    double path;               /* mm driven since program start */
+    double dist;               /* dist_prog_start, 0.1 um */
+    double known;              /* max_dist_prog_start, 0.1 um */
+    double speed;              /* along the path, mm/s */
+    double acceleration, jerk; /* mm/s2, mm/s3 */
+    double feed;               /* commanded, mm/s; 0: rapid */
+    double override;           /* 1.0 = 100 % */
+    uint32_t n, count, line;   /* of the active block */
+    uint32_t stops;            /* stop_condition_r */
+    uint32_t state;            /* of the operation mode */
+    uint32_t elements, phases; /* ahead: prepared elements, phases */
+    uint32_t overruns;         /* counted so far */
+    uint32_t flags;            /* ENGINE_SAMPLE_... */
+    int32_t tool;
+    double position[]; /* as many as the channel has axes, mm */
+} engine_sample;
+#define ENGINE_SAMPLE_RAPID 1
+#define ENGINE_SAMPLE_BACKWARD 2
+#define ENGINE_SAMPLE_TAIL 4 /* GEO follows the stopping tail */
+
+/* A technology function: cycles, 0 where it did not come to that. */
+typedef struct engine_function {
+    uint64_t issued, fetched, acknowledged;
+    double value;
+    int32_t code;
+    uint32_t type; /* NC_M, NC_H, NC_S, NC_T */
+    uint32_t n, count, line, synch;
+    uint32_t seen; /* 0: no PLC was there, it counts as acknowledged */
+    uint32_t fill;
+} engine_function;
+
+/* A request of the contour look-ahead; mode 0: not of finite numbers. */
+typedef struct engine_request {
+    uint64_t cycle;       /* completed when the service saw it */
+    double start, length; /* as the PLC wrote them */
+    uint32_t mode, elements;
+    uint64_t answer_ns; /* wall time from there to the answer */
+} engine_request;
+
+/* An element of the contour as the look-ahead tells it. */
+typedef struct engine_element {
+    uint64_t element;
+    double start, length, programmed_radius, compensated_radius, angle,
+        length_min, turn;
+    uint32_t type, n, count, epoch;
+} engine_element;
+
+/* what is recorded, for engine_record_take */
+#define ENGINE_RECORD_SAMPLES 0
+#define ENGINE_RECORD_FUNCTIONS 1
+#define ENGINE_RECORD_REQUESTS 2
+
 typedef struct engine engine;
 
 /* `segment`: mapped HLI segment with a valid head, or NULL to run without one
@@ -237,14 +294,27 @@ void engine_hold_start(struct engine *engine, int hold);
 /* Stay behind the program's end although the PLC is finished:
  * ENGINE_PLC_FINISHED is not reported. */
 void engine_stay(struct engine *engine, int stay);
-/* Samples, axis_count + 4 doubles a cycle (cycle, axes, path, speed, element),
- * through a ring of `rows`; 0 or -1 (no memory). engine_run stops with
- * ENGINE_RECORD_FULL when the ring is full, a real-time GEO counts what it
- * loses. */
+/* Record every cycle, function and request through rings of `rows`; 0 or -1 (no
+ * memory). engine_run stops with ENGINE_RECORD_FULL when one is full, a
+ * real-time GEO counts what it loses. */
 int engine_record(struct engine *engine, int64_t rows);
+/* Bytes of an engine_sample with its positions. */
+int64_t engine_sample_bytes(const struct engine *engine);
+/* Take up to max_rows rows of ENGINE_RECORD_...; one thread at a time. */
 int64_t engine_record_take(struct engine *engine,
-                           double *out,
+                           int what,
+                           void *out,
                            int64_t max_rows);
+/* Rows of this kind that found no room. */
+uint64_t engine_record_lost(const struct engine *engine, int what);
+/* Write what is still open, functions that were not acknowledged; no thread may
+ * run. */
+void engine_record_end(struct engine *engine);
+/* Elements from number `first` on, by the thread that pushes. */
+int64_t engine_elements(const struct engine *engine,
+                        uint64_t first,
+                        engine_element *out,
+                        int64_t max_rows);
 
 /* Pump planner and GEO for up to n cycles on this thread. `wait_ns`: longest
  * wait for a lockstep PLC. */

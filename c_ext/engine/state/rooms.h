@@ -35,12 +35,20 @@ typedef struct push_state {
     uint64_t epoch_element; /* first element of the present epoch */
     bool stop_pending, m01_pending;
     double element_end[NC_AXES]; /* programmed end of the last element */
+    bool element_elsewhere;      /* ... which lies in other coordinates than the
+                                    axes' */
     struct short_motions short_motions;
     uint32_t last_count; /* block_count of the last motion */
     uint64_t loop_begin; /* piece that begins the real-time loop being pushed */
     bool in_loop;
-    double loop_path, loop_tangent[3]; /* where it begins: path, direction of
-                                          its first element */
+    double loop_path, loop_distance; /* where it begins: mm, 0.1 um */
+    uint32_t loop;                   /* number of the loop pushed last */
+    uint64_t loop_first; /* its first element; UINT64_MAX: none yet */
+    double loop_tangent[3], before_loop[3]; /* direction of its first element,
+                                               and of the motion ahead of it */
+    bool behind_loop, has_before_loop;
+    uint64_t loop_behind;    /* first element behind it, or of the present
+                                distance epoch */
     struct curve next_curve; /* checked, for the row that is pushed next */
     double next_tangents[6]; /* of an element whose geometry lies in other
                                 coordinates */
@@ -356,12 +364,14 @@ typedef struct geo {
                     they are driven */
     double dist; /* mm: as displayed, real-time loops counted once */
     double path_shift, dist_shift; /* mm: what passes of real-time loops add */
-    uint64_t saved_first;          /* epoch_first ahead of a real-time loop */
-    uint32_t loop_count; /* passes of the real-time loop driven last */
-    double shown_dist;   /* 0.1 um: dist_prog_start as shown last; the service
-                            reads it */
-    uint32_t marks;      /* odd while epoch, resets, epoch_first and dist_shift
-                            change */
+    double shown_dist; /* 0.1 um: dist_prog_start as shown last; the service
+                          reads it */
+    bool in_loop;
+    int32_t loop_count; /* passes of the real-time loop driven last; below 0:
+                           backward beyond the first one */
+    uint64_t loops_repeated, loops_left_out; /* bit per loop, the last 64 */
+    uint32_t marks; /* odd while epoch, resets, epoch_first and dist_shift
+                       change */
     bool continue_seen;
     bool stands_single;
     bool dwelling;
@@ -382,6 +392,7 @@ typedef struct orders {
     double override, rapid;
     double ext_speed; /* external command speed mm/s, NEVER: none */
     int hold, single, m01, rt_loop, backward, simulate;
+    bool rt_loop_program; /* V.RTG.LOOP.ENABLED as the program has set it */
     int override_ignored;
     int timetable;      /* the PLC wants it */
     bool feedhold;      /* the channel's feed hold as commanded */
@@ -449,11 +460,20 @@ typedef struct error_queue {
 } error_queue;
 
 /* ---- measurements */
-/* A ring: written by GEO, taken by the recorder. */
-typedef struct recording {
-    double *samples;
-    int64_t rows, head, tail;
+/* Rings of what is recorded: GEO or the service writes, the recorder takes.
+ * Without a recorder there is no memory and nothing is written. */
+typedef struct record_ring {
+    char *rows;
+    size_t bytes;             /* of a row */
+    int64_t size, head, tail; /* rows */
     uint64_t lost;
+} record_ring;
+
+typedef struct recording {
+    struct record_ring samples, functions, requests;
+    double speed, acceleration; /* of the sample before */
+    double known;   /* 0.1 um: end of the contour that is shown (published) */
+    uint32_t stops; /* stop_condition_r as published */
 } recording;
 
 typedef struct cycle_timing {

@@ -54,9 +54,20 @@ void interleave(void);
  * one motion row. */
 typedef struct element {
     HLI_CONTOUR_LOOKAHEAD_BLOCK facts;
-    uint32_t epoch;  /* number of distance resets and loop ends before it */
+    uint32_t epoch;  /* number of distance resets, and of begins and ends of
+                        real-time loops, before it */
     uint32_t resets; /* ... of distance resets alone */
+    uint32_t loop;   /* number of the real-time loop that `role` is about */
+    uint8_t role;    /* LOOP_... */
+    double other_variation; /* tangent_variation where the loop has been
+                               repeated (first in it) or left out (first
+                               behind it) */
 } element;
+
+#define LOOP_NONE 0u
+#define LOOP_FIRST 1u  /* first element in a real-time loop */
+#define LOOP_INSIDE 2u /* any other in it */
+#define LOOP_BEHIND 3u /* first one behind it */
 
 /* What the extension tells of an element beside its facts; mm, mm/s. */
 typedef struct element_more {
@@ -113,6 +124,7 @@ typedef struct techno_slot {
     bool used, acked, replay;
     uint32_t synch;
     uint32_t generation; /* of the PLC to which it was put out */
+    struct engine_function recorded;
 } techno_slot;
 
 typedef struct early_output {
@@ -258,9 +270,14 @@ typedef struct piece {
     int8_t dir;         /* 1 forward, -1 backward */
     bool replay;   /* on a stretch that has been driven before: functions have
                       units of their own */
-    bool again;    /* end of a real-time loop: it is driven once more */
-    bool shortcut; /* line of a deleted distance to go */
-    bool inserted; /* stop or function that the PLC has inserted */
+    bool again;    /* end of a real-time loop, as it comes: the loop is driven,
+                      for the first time or once more */
+    uint32_t loop; /* real-time loop: its number */
+    uint64_t first_element; /* real-time loop: first element ahead of it that
+                               its distance goes on from */
+    double loop_distance; /* real-time loop: displayed distance of a pass, mm */
+    bool shortcut;        /* line of a deleted distance to go */
+    bool inserted;        /* stop or function that the PLC has inserted */
     uint32_t n, count, line;
     int32_t code;
     uint16_t flags;

@@ -5,23 +5,16 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-static void main_axes(const engine_config *cfg,
-                      const double *tangent,
-                      double *out) {
-    for (int i = 0; i < 3; i++) {
-        out[i] = cfg->main[i] < 0 ? 0.0 : tangent[cfg->main[i]];
-    }
-}
-
 void note_element(struct engine *engine,
-                  const struct piece *piece,
-                  const nc_block *row) {
+                  const nc_block *row,
+                  const double *in,
+                  const double *out) {
     struct element_more *more =
         more_at(&engine->store, engine->store.element_head);
     memcpy(more->start, engine->push.element_end, sizeof more->start);
     memcpy(more->end, row->end, sizeof more->end);
-    main_axes(&engine->cfg, piece->tangent_in, more->tangent_in);
-    main_axes(&engine->cfg, piece->tangent_out, more->tangent_out);
+    memcpy(more->tangent_in, in, sizeof more->tangent_in);
+    memcpy(more->tangent_out, out, sizeof more->tangent_out);
     more->rapid = (row->flags & NC_RAPID) != 0;
     more->feed = more->rapid ? 0.0 : row->feed;
     more->covered = more->driven = row->flags & NC_ELEMENT ? 0.0 : row->length;

@@ -4,10 +4,12 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-/* Of the element that is pushed next. */
+/* Of the element that is pushed next; `in` and `out` are its first and last
+ * direction in the main axes, 0 where none of them moves. */
 void note_element(struct engine *engine,
-                  const struct piece *piece,
-                  const nc_block *row);
+                  const nc_block *row,
+                  const double *in,
+                  const double *out);
 
 /* A piece of `driven` mm covers `programmed` mm of the elements from `from` mm
  * of `element` on. */

@@ -4,11 +4,6 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-void push_element(struct engine *engine,
-                  const struct piece *piece,
-                  const nc_block *row);
-
-/* A programmed motion that smoothed pieces execute: an element without a piece.
- */
-void push_programmed(struct engine *engine, const nc_block *row);
+/* What the PLC sees of a programmed motion, from its row alone. */
+void push_element(struct engine *engine, const nc_block *row);
 #endif

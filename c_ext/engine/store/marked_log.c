@@ -15,7 +15,6 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-#define LOOP_COPIES 3
 #define MARKER_NONE 0 /* an element */
 
 typedef struct loop_item {
@@ -33,12 +32,36 @@ const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const struct marked_log *log,
     return &log->chunk[i / LOG_CHUNK][i % LOG_CHUNK];
 }
 
+/* Readers in the middle of a copy notice a change of the generation. */
+static void begin_change(struct marked_log *log) {
+    ATOMIC_SET(log->generation, log->generation + 1);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+}
+
+static void end_change(struct marked_log *log) {
+    ATOMIC_SET(log->generation, log->generation + 1);
+}
+
+/* No room: the entry is dropped; but the one that closes the area takes the
+ * last place. */
+static void append_to_full(struct marked_log *log,
+                           const HLI_CONTOUR_LOOKAHEAD_BLOCK *entry) {
+    log->dropped++;
+    if (entry->block_type != HLI_CLAH_LOG_OFF || log->count < 2) {
+        return;
+    }
+    uint32_t i = log->count - 1;
+    begin_change(log);
+    log->chunk[i / LOG_CHUNK][i % LOG_CHUNK] = *entry;
+    end_change(log);
+}
+
 static void append(struct engine *engine,
                    const HLI_CONTOUR_LOOKAHEAD_BLOCK *entry) {
     marked_log *log = &engine->log;
     uint32_t i = log->count;
     if (i >= engine->cfg.log_max || i / LOG_CHUNK >= LOG_CHUNKS) {
-        engine->log.dropped++;
+        append_to_full(log, entry);
         return;
     }
     if (!log->chunk[i / LOG_CHUNK]) {
@@ -94,13 +117,12 @@ static void log_on(struct engine *engine,
 }
 
 static void log_clear(struct marked_log *log) {
-    ATOMIC_SET(log->generation, log->generation + 1);
-    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    begin_change(log);
     ATOMIC_SET(log->active, 0);
     ATOMIC_SET(log->count, 0);
     log->complete = log->ignoring = false;
     log->shift = 0.0;
-    ATOMIC_SET(log->generation, log->generation + 1);
+    end_change(log);
 }
 
 static void mark(struct engine *engine,
@@ -183,8 +205,13 @@ static void log_item(struct engine *engine, const loop_item *item) {
     }
 }
 
-static void log_items(struct engine *engine, uint32_t from, uint32_t to) {
+/* `pass`: HLI_CLAH_PASS_..., which copy of the loop it is. */
+static void log_items(struct engine *engine,
+                      uint32_t from,
+                      uint32_t to,
+                      uint16_t pass) {
     for (uint32_t i = from; i < to; i++) {
+        engine->log.items[i].entry.rt_loop_pass = pass;
         log_item(engine, &engine->log.items[i]);
     }
 }
@@ -215,9 +242,10 @@ static void log_repetitions(struct engine *engine,
         engine->log.items[first].entry.tangent_variation =
             angle_between(engine->push.last_tangent, engine->push.loop_tangent);
     }
-    for (int copy = 1; copy < LOOP_COPIES; copy++) {
+    for (uint16_t pass = HLI_CLAH_PASS_LOOP; pass <= HLI_CLAH_PASS_EXIT;
+         pass++) {
         engine->log.shift += length;
-        log_items(engine, from, to);
+        log_items(engine, from, to, pass);
     }
 }
 
@@ -231,12 +259,12 @@ void log_loop_end(struct engine *engine, double length) {
     log->in_loop = false;
     if (open) { /* opened ahead of the loop */
         uint32_t close = next_switch(&engine->log, 0);
-        log_items(engine, 0, close);
+        log_items(engine, 0, close, HLI_CLAH_PASS_ENTRY);
         log_repetitions(engine, 0, close, length);
-        log_items(engine, close, count);
+        log_items(engine, close, count, HLI_CLAH_PASS_ENTRY);
         return;
     }
-    log_items(engine, 0, count);
+    log_items(engine, 0, count, HLI_CLAH_PASS_ENTRY);
     if (!log->active) {
         return; /* no area, or one inside the loop */
     }
@@ -252,7 +280,7 @@ void log_program_end(struct engine *engine) {
     if (engine->log
             .in_loop) { /* the program broke off inside a real-time loop */
         engine->log.in_loop = false;
-        log_items(engine, 0, engine->log.item_count);
+        log_items(engine, 0, engine->log.item_count, HLI_CLAH_PASS_ENTRY);
     }
     ATOMIC_SET(engine->log.active, 0);
 }

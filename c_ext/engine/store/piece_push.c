@@ -52,15 +52,16 @@ double axis_distance(const engine_config *cfg,
     return sqrt(sum);
 }
 
-/* Where the row begins as it is programmed. */
-static const double *begins(const struct push_state *push) {
+const double *push_begins(const struct push_state *push) {
     return push->short_motions.rows ? push->short_motions.row.end
                                     : push->last_end;
 }
 
 /* Length of a line with what is carried to its start. */
 static double line_length(const struct engine *engine, const nc_block *row) {
-    double whole = axis_distance(&engine->cfg, begins(&engine->push), row->end),
+    double whole = axis_distance(&engine->cfg,
+                                 push_begins(&engine->push),
+                                 row->end),
            length = whole > 0.0 ? row->length
                                       * axis_distance(&engine->cfg,
                                                       engine->push.last_end,

@@ -9,6 +9,10 @@
 void push_piece(struct engine *engine,
                 struct piece *piece,
                 const nc_block *row);
+
+/* Where the next row begins as it is programmed, whatever short motions are
+ * carried. */
+const double *push_begins(const struct push_state *push);
 double axis_distance(const engine_config *cfg,
                      const double *from,
                      const double *to);

@@ -3,6 +3,7 @@
 #include <string.h>
 #include "engine/store/push.h"
 #include "engine/path/limits.h"
+#include "engine/path/piece.h"
 #include "engine/state/state.h"
 #include "engine/store/element_map.h"
 #include "engine/store/element_more.h"
@@ -35,6 +36,12 @@ static void push_motion(struct engine *engine,
                         struct piece *piece,
                         const nc_block *row) {
     const struct short_motions before = engine->push.short_motions;
+    if (!(row->flags & NC_PIECE)) {
+        piece->element = engine->store.element_head;
+        piece->dist0 = engine->push.distance / TENTH_UM;
+        push_element(engine, row);
+        element_map_behind(engine);
+    }
     push_piece(engine, piece, row);
     piece->path_rate = piece->dist_rate = row->length / piece->length;
     engine->push.short_motions.rows = 0;
@@ -45,44 +52,60 @@ static void push_motion(struct engine *engine,
         if (row->flags & NC_BY_PARAMETER) {
             piece->path_rate = piece->dist_rate;
         }
-    } else {
-        piece->element = engine->store.element_head;
-        piece->dist0 = engine->push.distance / TENTH_UM;
-        if (before.rows && piece->kind != PIECE_CURVE) {
-            push_programmed(engine, row);
-        } else {
-            push_element(engine, piece, row);
-            memcpy(engine->push.element_end,
-                   row->end,
-                   sizeof engine->push.element_end);
-        }
-        element_map_behind(engine);
     }
     engine->push.path += piece->length * piece->path_rate;
 }
 
-/* #RT WHILE .. #RT ENDWHILE: both ends know each other. Behind the loop the
- * distance is not known until it is left. */
+/* #RT WHILE: what comes is known to be driven only where the path enters it. */
+static void push_loop_begin(struct engine *engine, struct piece *piece) {
+    struct push_state *push = &engine->push;
+    piece->mate = 0;
+    piece->first_element = push->loop_behind;
+    push->in_loop = true;
+    push->loop++;
+    push->epoch++;
+    push->loop_begin = engine->store.head;
+    push->loop_path = push->path;
+    push->loop_distance = push->distance;
+    push->loop_first = UINT64_MAX;
+    memcpy(push->before_loop, push->last_tangent, sizeof push->before_loop);
+    push->has_before_loop = push->has_tangent;
+    log_loop_begin(engine);
+}
+
+/* #RT ENDWHILE: both ends know each other. Behind the loop the distance is not
+ * known until it is left. */
+static void push_loop_end(struct engine *engine, struct piece *piece) {
+    struct push_state *push = &engine->push;
+    struct piece *begin = store_at(&engine->store, push->loop_begin);
+    piece->mate = push->loop_begin;
+    piece->first_element = begin->first_element;
+    piece->value = push->path - push->loop_path;
+    piece->loop_distance = (push->distance - push->loop_distance) / TENTH_UM;
+    piece->flags |= begin->flags & NC_MODULO;
+    begin->value = piece->value;
+    begin->loop_distance = piece->loop_distance;
+    if (push->loop_first != UINT64_MAX) {
+        element_at(&engine->store, push->loop_first)->other_variation =
+            angle_between(push->last_tangent, push->loop_tangent);
+    }
+    ATOMIC_SET(begin->mate, engine->store.head);
+    push->in_loop = false;
+    push->behind_loop = true;
+    push->loop_behind = engine->store.element_head;
+    push->epoch++;
+    log_loop_end(engine, push->distance - push->loop_distance);
+}
+
 static void push_loop(struct engine *engine,
                       struct piece *piece,
                       const nc_block *row) {
     if (row->type == NC_RT_LOOP_BEGIN) {
-        engine->push.in_loop = true;
-        engine->push.loop_begin = engine->store.head;
-        engine->push.loop_path = engine->push.path;
-        log_loop_begin(engine);
-        return;
+        push_loop_begin(engine, piece);
+    } else {
+        push_loop_end(engine, piece);
     }
-    piece->mate = engine->push.loop_begin;
-    piece->value = engine->push.path - engine->push.loop_path;
-    piece->flags |=
-        store_at(&engine->store, engine->push.loop_begin)->flags & NC_MODULO;
-    store_at(&engine->store, engine->push.loop_begin)->mate =
-        engine->store.head;
-    store_at(&engine->store, engine->push.loop_begin)->value = piece->value;
-    engine->push.in_loop = false;
-    engine->push.epoch++;
-    log_loop_end(engine, piece->value * TENTH_UM);
+    piece->loop = engine->push.loop;
 }
 
 static bool is_m01(const nc_block *row) {
@@ -117,7 +140,8 @@ static void push_event(struct engine *engine,
     }
     if (row->type == NC_DISTANCE_RESET) {
         piece->mate = engine->push.epoch_element;
-        engine->push.epoch_element = engine->store.element_head;
+        engine->push.epoch_element = engine->push.loop_behind =
+            engine->store.element_head;
         engine->push.epoch++;
         engine->push.resets++;
         engine->push.distance = 0.0;
@@ -146,7 +170,7 @@ static void push_row(struct engine *engine, const nc_block *row) {
         return;
     }
     if (row->type <= NC_POLYNOMIAL && row->flags & NC_ELEMENT) {
-        push_programmed(engine, row);
+        push_element(engine, row);
         return;
     }
     if (row->type <= NC_POLYNOMIAL) {

@@ -56,7 +56,7 @@ bool short_motions_row(struct engine *engine, const nc_block *row) {
     if (row->flags & NC_PIECE) {
         short_motions->programmed += row->value;
     } else {
-        push_programmed(engine, row);
+        push_element(engine, row);
         element_map_behind(engine);
     }
     engine->push.path += row->length;

@@ -310,6 +310,8 @@ static void set_mode(nc_smooth *smooth, const nc_block *row) {
     smooth->cfg.turn_max =
         row->angle > 0.0 ? row->angle : smooth->turn_configured;
     smooth->longest = row->length;
+    smooth->exact_commands =
+        (row->flags & NC_HAS_VALUE) && !(row->length > 0.0);
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         smooth->scale[axis] =
             smooth->tol > 0.0 && smooth->cfg.rotary >> axis & 1 ? tol / rotary
@@ -318,12 +320,12 @@ static void set_mode(nc_smooth *smooth, const nc_block *row) {
     nc_smooth_resync(smooth, old);
 }
 
-static bool ends_section(const nc_block *row) {
+static bool ends_section(const nc_smooth *smooth, const nc_block *row) {
     if (row->flags & NC_STANDSTILL) {
         return true;
     }
     if (row->type == NC_EVENT) {
-        return row->code != NC_EVENT_COMMAND;
+        return smooth->exact_commands || row->code != NC_EVENT_COMMAND;
     }
     return row->type == NC_DWELL || row->type == NC_FLUSH
            || row->type == NC_DISTANCE_RESET || row->type == NC_RT_LOOP_BEGIN
@@ -338,7 +340,7 @@ static void take_row(nc_smooth *smooth,
         set_mode(smooth, row);
     } else if (row->type <= NC_POLYNOMIAL) {
         take_motion(smooth, row, pool);
-    } else if (ends_section(row) || !(smooth->tol > 0.0)) {
+    } else if (ends_section(smooth, row) || !(smooth->tol > 0.0)) {
         close_section(smooth);
         pass(smooth, row, pool);
     } else if (row->type == NC_MARKER) {

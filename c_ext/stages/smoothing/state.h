@@ -109,6 +109,8 @@ struct nc_smooth {
         longest; /* rad as configured; mm: longer motions stay exact, 0: none */
     double scale[NC_AXES]; /* scaled = scale * axis value */
     uint16_t main_mask;
+    /* commands of the path act at their programmed place */
+    bool exact_commands;
     double tol;     /* of all groups, in scaled coordinates; 0: off */
     double degrees; /* of the rotary axes for 1 in scaled coordinates; 0: there
                        are none */

@@ -11,7 +11,7 @@ from cnc_core.errors import CncError, Place
 from cnc_core.frontend.base.source import Source
 
 BLOCK_CHARACTERS = 4096
-OWN_N_NUMBER = re.compile(r"\s*[nN]\s*\d+")
+OWN_N_NUMBER = re.compile(r"\s*[nN]\s*[0-9]+")
 
 
 @dataclass

@@ -44,6 +44,11 @@ PATTERN = re.compile(
 )
 
 
+def digits(text: str) -> bool:
+    """Digits 0 to 9 alone: no sign of another alphabet."""
+    return text.isascii() and text.isdigit()
+
+
 def fail(code: int, text: str, offset: int) -> CncError:
     """An error at an offset of the block's text.
 

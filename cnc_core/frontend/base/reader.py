@@ -35,6 +35,12 @@ WARNINGS_MAX = 1000  # of one number
 # blocks without a row (and, where somebody answers, without a wait): error
 # 907001
 IDLE_BLOCKS_MAX = 5_000_000
+ERRORS_MAX = 1000  # that a check collects
+# what a check follows where blocks come again: without a row; all of them
+IDLE_CHECKED, REPEATS_CHECKED = 50_000, 40_000
+
+# of an error: code, file, line, column, text
+Key = tuple[int, str, int, int, str]
 
 
 @dataclass
@@ -95,14 +101,14 @@ class BlockReader(ABC):
         self._drained = (
             False  # the wait in front of the next block has come true
         )
-        self._idle = 0
+        self._idle = self._repeated = 0
         self._breath = 0
         self.block_now: BlockText | None = None  # being prepared or executed
         # of the block that is being executed, behind its first one
         self._lines_left = 0
         self.mark = START  # where the block begins that is being prepared
         self._shown: dict[int, int] = {}
-        self._seen: set[tuple[int, str, int, int, str]] = set()
+        self._seen: set[Key] = set()
         self.flow.source  # noqa: B018  the file is opened here, so that its absence shows at once
 
     def _prepare(self, block: BlockText) -> Prepared:
@@ -234,6 +240,7 @@ class BlockReader(ABC):
             rows, stop = self.modal.scan(file.source, out)
         if rows:
             self._idle = 0
+            self._count_repeated(rows * self.flow.level.repeats)
         if stop in (scanner.OTHER, scanner.ERROR):
             self._block(file)
         elif stop == scanner.MORE and file.source.exhausted:
@@ -302,16 +309,32 @@ class BlockReader(ABC):
         other program ends by itself.
         """
         self._breath += 1
-        self._idle += self.flow.level.repeats
-        if self._idle > self.idle_blocks_max:
+        repeats = self.flow.level.repeats
+        self._idle += repeats
+        self._count_repeated(repeats)
+        most = self.idle_blocks_max
+        if self._collect:
+            most = min(most, IDLE_CHECKED)
+        if self._idle > most:
             error = CncError(
-                907001,
-                f"{ERRORS[907001]} ({self.idle_blocks_max} blocks)",
-                self._here(),
+                907001, f"{ERRORS[907001]} ({most} blocks)", self._here()
             )
             self.errors.append(error)
             if not self._collect:
                 self._queue.append(error)
+            self._ended = True
+
+    def _count_repeated(self, count: int) -> None:
+        """A check ends where blocks have come again too often."""
+        self._repeated += count
+        if (
+            self._collect
+            and self._repeated > REPEATS_CHECKED
+            and self._idle < REPEATS_CHECKED
+            and not self._ended
+        ):
+            text = f"a check follows {REPEATS_CHECKED} repeated blocks"
+            self._warn(909173, f"{ERRORS[909173]}: {text}", self._here())
             self._ended = True
 
     def _here(self) -> Place:
@@ -322,9 +345,7 @@ class BlockReader(ABC):
         error = located(error, block)
         place = error.place
         key = (error.code, place.file, place.line, place.column, error.text)
-        if key not in self._seen:
-            self._seen.add(key)
-            self.errors.append(error)
+        self._keep(key, error)
         if error.code == 900006:
             self.modal.assume_feed()  # one error for one missing feed
         for other in error.also:
@@ -343,9 +364,19 @@ class BlockReader(ABC):
             found.place.column,
             found.text,
         )
-        if key not in self._seen:
+        self._keep(key, found)
+
+    def _keep(self, key: Key, error: CncError) -> None:
+        """Collect an error that is new; a check ends behind ERRORS_MAX."""
+        if key in self._seen or len(self.errors) > ERRORS_MAX:
+            return
+        if len(self.errors) == ERRORS_MAX:
+            error = CncError(900022, f"{ERRORS[900022]} {ERRORS_MAX} errors")
+            self._ended = True
+        else:
             self._seen.add(key)
-            self.errors.append(found)
+        # its traceback holds the frames of the block, some kilobytes an error
+        self.errors.append(error.with_traceback(None))
 
     def _warn(self, code: int, text: str, place: Place) -> None:
         """A warning; a repeated block reports it once."""

@@ -7,12 +7,16 @@ import re
 from pathlib import Path
 from typing import BinaryIO
 
-from cnc_core.errors import CncError
+from cnc_core.errors import CncError, Place
 from cnc_core.files import Folders, open_regular, unreadable
 
 CHUNK_BYTES = 1 << 20
 # the longest line kept: a block's characters in UTF-8, and a line break
 LINE_BYTES = 4 * 4096 + 16
+HEAD_BYTES = 65536
+# no text has them; DC1 to DC4, DEL and the end of a file of DOS come with
+# programs from punched tape and serial lines
+BINARY = re.compile(rb"[\x00-\x06\x0e-\x10\x15-\x19\x1b-\x1f]")
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
@@ -46,6 +50,7 @@ class Source:
         if self.buffer.startswith(BYTE_ORDER_MARK):
             self.offset = len(BYTE_ORDER_MARK)
         self._begin = self.offset
+        self._refuse_binary()
 
     def _open(self) -> BinaryIO:
         if self._folders is None:
@@ -54,6 +59,19 @@ class Source:
 
     def _unreadable(self, error: OSError) -> CncError:
         return unreadable(self.path, error)
+
+    def _refuse_binary(self) -> None:
+        """CncError for a file that is no text, before each byte is an error."""
+        head = self.buffer[:HEAD_BYTES]
+        found = BINARY.search(head)
+        if found is None:
+            return
+        self.close()
+        raise CncError(
+            901009,
+            f"no text: byte 0x{found[0][0]:02x} at offset {found.start()}",
+            Place(file=str(self.path)),
+        )
 
     def close(self) -> None:
         self._file.close()

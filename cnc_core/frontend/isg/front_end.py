@@ -19,7 +19,7 @@ from cnc_core.frontend.base.block_text import (
     read_block,
     strip_comments,
 )
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 from cnc_core.frontend.base.reader import Prepared, located
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.variables import Scope
@@ -434,7 +434,7 @@ class IsgFrontEnd(ProgramLevels):
         token = stream.current
         if token.kind is Kind.NUMBER:
             stream.next()
-            level = int(token.text) if token.text.isdigit() else 0
+            level = int(token.text) if digits(token.text) else 0
         if not 1 <= level <= SKIP_LEVELS:
             raise fail(
                 900012,

@@ -101,9 +101,10 @@ FLUSH; FLUSH CONTINUE; FLUSH WAIT
 EXPL SYN
     waits for functions of type MVS_SLP
 RT WHILE; RT ENDWHILE
-    [real-time loop](control.md), `[MODULO]`; inside only G00-G03 and look-ahead
-    markers (22073); ends where it begins (50991); does not nest and is closed
-    (22181); not during radius compensation (22158)
+    [real-time loop](control.md), `[MODULO]`; inside only G00-G03, #SPLINE ON
+    and OFF (22128, 22129 across its ends) and look-ahead markers (22073); ends
+    where it begins (50991); does not nest and is closed (22181); not during
+    radius compensation (22158)
 BACKWARD STORAGE CLEAR; DEL DIST2GO
     `[END = mask]`
 VAR; ENDVAR; DELETE

@@ -4,11 +4,12 @@ parser, rows out in batches.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from cnc_core.errors import CncError, Place
 from cnc_core.frontend.base.block_text import BlockText, check_length, read_line
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 from cnc_core.frontend.base.reader import BlockReader
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.iso.codes import RULES
@@ -20,6 +21,10 @@ from cnc_core.frontend.machine import ProgramMachine
 from ..port import ChannelPort, Wait
 
 SWITCHES = 10
+_NUMBER = re.compile(
+    rb"(?:[\s%]|\([^()\n]*\)|;[^\n]*)*?O\s*[0-9]+(?=\s*(?:[(;]|$))",
+    re.I | re.M,
+)
 SHOWN = ("DEBUG", "PRINT")  # with the values of parameters in the text
 REFUSED_COMMENTS = (
     "LOG",
@@ -57,6 +62,7 @@ class IsoFrontEnd(BlockReader):
             if len(name) == 1
         }
         self._statements = 0
+        self._number_line = self._line_of_number()
         self._place = Place()
 
     def _plain(self) -> bool:
@@ -87,6 +93,8 @@ class IsoFrontEnd(BlockReader):
             return []
         if stream.accept("/") and self._switched_on(stream):
             return []
+        if self._place.line == self._number_line:
+            self._program_number(stream)
         words = WordParser(
             stream, self._axes, self.executor.frame.parameters
         ).parse()
@@ -106,7 +114,7 @@ class IsoFrontEnd(BlockReader):
         switch = 1
         if stream.current.kind is Kind.NUMBER:
             token = stream.next()
-            switch = int(token.text) if token.text.isdigit() else 0
+            switch = int(token.text) if digits(token.text) else 0
             if not 1 <= switch <= SWITCHES:
                 raise fail(
                     900012,
@@ -114,6 +122,23 @@ class IsoFrontEnd(BlockReader):
                     token.offset,
                 )
         return bool(self._switches >> (switch - 1) & 1)
+
+    def _line_of_number(self) -> int:
+        """Where the program number stands, if there is one ahead of all blocks."""
+        head = self._source.buffer
+        found = _NUMBER.match(head, self._source.offset)
+        return head.count(b"\n", 0, found.end()) + 1 if found else 0
+
+    def _program_number(self, stream: TokenStream) -> None:
+        """``O1001``, as CAM systems write it; it has no effect."""
+        stream.next()
+        stream.next()
+        if not stream.at_end:
+            raise fail(
+                900003,
+                "text behind the program number is not supported",
+                stream.current.offset,
+            )
 
     def _percent(self, stream: TokenStream) -> None:
         """The first line may be ``%``; a later one ends the program."""

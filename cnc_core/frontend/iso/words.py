@@ -14,7 +14,7 @@ M_MAX = 65535
 NUMBER_MAX = 2**31 - 1
 WHOLE = {"D": NUMBER_MAX, "H": NUMBER_MAX, "L": NUMBER_MAX, "T": NUMBER_MAX}
 REFUSED = {
-    "O": "O word (program number, subprogram, flow control)",
+    "O": "O word (subprogram, flow control, second program number)",
     "E": "word E",
     "@": "polar coordinate @",
 }

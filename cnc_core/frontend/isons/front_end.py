@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
-from cnc_core.errors import CncError
+from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.block_text import (
     BlockText,
     PhysicalLine,
@@ -430,6 +430,10 @@ class IsonsFrontEnd(BlockReader):
         """
         self._queue.extend(self.held_rows())
         self.forms.close()
+        if self.channel.output.side != OFF and not self._closing:
+            place = Place(str(self.flow.file.path), max(1, self.modal.line))
+            text = f"{ERRORS[906008]}: G40 is missing"
+            self._warn(906008, text, place)
         self.channel.completed = self._failed is None
         if self._closing:
             self._ended = True

@@ -46,11 +46,13 @@ PROFILES: dict[str, type[Profile]] = {
     POLYNOMIALS: PolynomialProfile,
     CONTROL_POINTS: BsplineProfile,
 }
-CODE = re.compile(r"\s*\(\s*([A-Za-z]\w\w)\s*(?:,\s*([^)]*?)\s*)?\)\s*$")
-ASSIGNMENT = re.compile(r"\s*(?:N\d+\s*)?([EL]\d+)\s*=")
-NUMBERED = re.compile(r"\s*N\d+\s*(?=\()")
-END_OR_BEGIN = re.compile(rb"^[ \t]*(?:N\d+[ \t]*)?G6[01]\b", re.M)
-BEGIN = re.compile(r"[ \t]*(?:N\d+[ \t]*)?G61\b")
+CODE = re.compile(
+    r"\s*\(\s*([A-Za-z][A-Za-z0-9_]{2})\s*(?:,\s*([^)]*?)\s*)?\)\s*$"
+)
+ASSIGNMENT = re.compile(r"\s*(?:N[0-9]+\s*)?([EL][0-9]+)\s*=")
+NUMBERED = re.compile(r"\s*N[0-9]+\s*(?=\()")
+END_OR_BEGIN = re.compile(rb"^[ \t]*(?:N[0-9]+[ \t]*)?G6[01]\b", re.M)
+BEGIN = re.compile(r"[ \t]*(?:N[0-9]+[ \t]*)?G61\b")
 DEGREES = (3, 4, 5)
 SUPPORTED_G = {0, 1, 60, 61, 70, 71, 90, 91}
 ARCS = (2, 3)

@@ -15,7 +15,7 @@ from cnc_core.units import FloatArray
 
 SHORTEST = 1e-9
 REACH_MAX = 1e12  # of a coefficient at the polynomial's end
-NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?$")
 HEADER = ("length", "block number", "feed", "transition")
 GAP_MAX = 1e-6  # mm, degrees; versors without a unit
 ENDS = {1: STOP, 2: PASS}

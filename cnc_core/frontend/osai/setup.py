@@ -19,8 +19,8 @@ from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.codes import CODES, Field
 
 LINE = re.compile(r"\s*\(\s*([A-Za-z0-9]+)\s*(,.*)?\)\s*$")
-NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
-VARIABLE = re.compile(r"([+-]?)([EL])(\d+)$")
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?$")
+VARIABLE = re.compile(r"([+-]?)([EL])([0-9]+)$")
 LINES_MAX = 1000
 VALUE_MAX = 1e12
 VARIABLE_DIGITS = 6
@@ -274,7 +274,7 @@ def _value(
             raise _error(line, 909204, f"{what}: a value is obligatory", column)
         return spec.default
     if spec.letter:
-        if len(text) != 1 or not text.isalpha():
+        if len(text) != 1 or not (text.isascii() and text.isalpha()):
             raise _error(
                 line,
                 909205,

@@ -11,12 +11,12 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.osai.variables import Variables, variable_number
 
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
+NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(
-    rf"\s*([A-Za-z])\s*(?:({NUMBER})|([+-]?)([EL])(\d+)(?![\d(]))"
+    rf"\s*([A-Za-z])\s*(?:({NUMBER})|([+-]?)([EL])([0-9]+)(?![0-9(]))"
 )
 N_MAX = 2**31 - 1
-EXPRESSION = re.compile(r"[A-Za-z]\s*([+-]?\s*(?:[EL]?\s*\(|[EL]\d+\s*\())")
+EXPRESSION = re.compile(r"[A-Za-z]\s*([+-]?\s*(?:[EL]?\s*\(|[EL][0-9]+\s*\())")
 SHOWN = 24
 VALUE_MAX = 1e9  # of a word: beyond that no axis, feed or knot makes sense
 

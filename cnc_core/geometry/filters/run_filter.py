@@ -3,8 +3,9 @@
 A ``FILTER`` row (``code``: which filter) switches and sets one from there on:
 ``flags`` ``HAS_VALUE`` on; ``degree``, ``fill_1``, ``plane``: channel indices
 of the plane's two axes and of the depth axis (255: none); ``center``: first
-number 1 + the index of a tangential axis, which follows (0: none); the meaning
-of ``value``, ``length``, ``radius``, ``angle``, ``length_min`` and ``end``
+number a mask of axes that follow (rotary, tangential): they may move in a run,
+and their ways are filtered like those of the others; the meaning of
+``value``, ``length``, ``radius``, ``angle``, ``length_min`` and ``end``
 stands in the filter's module.  A run ends with anything but a straight feed
 motion of these axes along the programmed path.  FILTER rows pass on to
 ``PathMode``, which takes them out.
@@ -161,7 +162,7 @@ class RunFilter(ABC):
         self.on = False
         self.axes = (0, 1)
         self.depth = NO_AXIS
-        self.tangential = NO_AXIS
+        self.following = 0
         self.report = FilterReport(self.name)
         self._last = start.copy()
 
@@ -216,9 +217,7 @@ class RunFilter(ABC):
         self.on = bool(row["flags"] & HAS_VALUE)
         self.axes = (int(row["degree"]), int(row["fill_1"]))
         self.depth = int(row["plane"])
-        self.tangential = (
-            int(row["center"][0]) - 1 if row["center"][0] > 0 else NO_AXIS
-        )
+        self.following = int(row["center"][0])
         self.settings(row)
 
     def _follow(self, rows: Rows) -> None:
@@ -267,8 +266,12 @@ class RunFilter(ABC):
         start = np.where(
             (before >= 0)[:, None], ends[np.maximum(before, 0)], self._last
         )
-        mine = (*self.axes, self.depth, self.tangential)
-        others = [i for i in range(self.count) if i not in mine]
+        mine = (*self.axes, self.depth)
+        others = [
+            i
+            for i in range(self.count)
+            if i not in mine and not self.following >> i & 1
+        ]
         way = np.abs(ends - start)[:, others]
         rests = (way < SAME_MM).all(axis=1)
         plain = (rows["type"] == LINEAR) & (

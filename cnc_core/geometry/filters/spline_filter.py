@@ -33,6 +33,9 @@ from .run_filter import (
 SPANS_AT_ONCE = 64
 ROWS_AT_ONCE = 65536
 TABLE_MIN, TABLE_MAX = 8, 64  # arc length table of a span
+# that come out for one that went in, on average over the spans made together:
+# a thousandth of a segment is finer than any machine follows
+SEGMENTS_MAX = 1000
 
 
 def basis(knots: FloatArray, u: FloatArray, degree: int) -> FloatArray:
@@ -217,7 +220,8 @@ class SplineFilter(RunFilter):
         )
         length = np.concatenate([[0.0], np.cumsum(way)])
         final = top is not None and until == top
-        marks = np.arange(self.step - self._carry, length[-1], self.step)
+        step = max(self.step, length[-1] / (SEGMENTS_MAX * len(spans)))
+        marks = np.arange(max(step - self._carry, 0.0), length[-1], step)
         last = marks[-1] if len(marks) else -self._carry
         self._carry = length[-1] - last
         if final and len(marks) and length[-1] - marks[-1] < SAME_MM:

@@ -87,17 +87,20 @@ class ProfileLimits:
         window = max(smooth.window_s, smooth.constant_s)
         if not (window > 0 or smooth.merge_s > 0 or smooth.entities > 0):
             return None
-        velocity = self._machine.velocity.copy()
-        acceleration = self._machine.acceleration.copy()
+        limits = {
+            lib.NC_DYNAMICS_VELOCITY: self._machine.velocity.copy(),
+            lib.NC_DYNAMICS_ACCELERATION: self._machine.acceleration.copy(),
+            lib.NC_DYNAMICS_JERK: self._machine.jerk.copy(),
+        }
         for code, which, shares in self._shares:
-            if which == FEED_MOTIONS and code == lib.NC_DYNAMICS_VELOCITY:
-                velocity *= shares
-            if which == FEED_MOTIONS and code == lib.NC_DYNAMICS_ACCELERATION:
-                acceleration *= shares
+            if which == FEED_MOTIONS and code in limits:
+                limits[code] *= shares
+        velocity, acceleration, jerk = limits.values()
         return TimeFilter(
             window,
             velocity,
             acceleration,
+            np.where(jerk > 0.0, jerk, np.inf),
             main,
             smooth.merge_s,
             smooth.entities,

@@ -4,12 +4,12 @@ is queued before it starts (Entities).
 Each driven row is looked at in ``PARTS`` parts, so that it does not matter how
 a curve is cut into polynomials: every part has the share of its feed that
 limits in its bends leave on average.  The shares are opened over a window of
-time, the largest share that holds for a whole window around a part: a rise that
-would not last is not begun. What changes of speed are left are spread into the
-constant stretches beside them: the mean over Tintgr of the least share within
-half of it on either side, which is nowhere above the share itself. Sections end
-where the axes stand.  Programmed feeds are not filtered, only what limits make
-of them.
+time: a rise goes as high as lasts for a whole window, or is not begun. What
+changes of speed are left are spread into the constant stretches beside them: a
+low share goes on for half of Tintgr on either side, and the mean over Tintgr of
+that is nowhere above the share itself. Times are those that are driven then.
+Sections end where the axes stand.  Programmed feeds are not filtered, only what
+limits make of them.
 """
 
 from __future__ import annotations
@@ -43,6 +43,8 @@ ENTITIES_MAX = 10000
 # of the window: rows that last longer are not lowered, their one share says too
 # little of them
 LONG = 0.5
+# in which the times over a spread change settle within 1 % or so
+ROUNDS = 3
 
 
 @dataclass(frozen=True)
@@ -50,13 +52,14 @@ class TimeFilter:
     """``window_s``: of the opening; ``merge_s``: over which changes are spread;
     0: off.  ``entities``: start together.
 
-    (axes,) limits of cutting, mm/s and mm/s2.  ``main``: axes that the path
-    length counts.
+    (axes,) limits of cutting, mm/s, mm/s2 and mm/s3.  ``main``: axes that the
+    path length counts.
     """
 
     window_s: float
     velocity: FloatArray
     acceleration: FloatArray
+    jerk: FloatArray
     main: tuple[int, ...]
     merge_s: float = 0.0
     entities: int = 0
@@ -99,7 +102,7 @@ class _Caps:
 
     def recent(self, window: float) -> _Caps:
         """The last rows that a window can reach back to."""
-        after = np.cumsum(self.time[::-1])
+        after = np.cumsum((self.time * self.share)[::-1])
         keep = len(self) - min(
             len(self), int(np.searchsorted(after, window)) + 1
         )
@@ -162,7 +165,7 @@ class ProfileFilter:
         known = self._past
         for _, _, caps in self._held:
             known = known + caps
-        until = np.cumsum(known.time)
+        until = np.cumsum(known.time * known.share)  # at the feed
         share = _spread(
             known, _opened(known, filter_.window_s), filter_.merge_s
         )
@@ -244,16 +247,11 @@ def _caps(
     rapid = rows["flags"] & RAPID != 0
     curves = rows["type"] == POLYNOMIAL
     if curves.any():
-        speed = _curve_speed(rows[curves], pool, filter_)
-        speed = np.minimum(
-            1.0, speed / np.maximum(rows["feed"][curves], 1e-9)[:, None]
-        )
-        share[curves] = _mean(
-            np.stack(
-                [speed[:, :-1], speed[:, 1:]],
-                axis=2,
-            )
-        )
+        feed = np.maximum(rows["feed"][curves], 1e-9)[:, None]
+        speed, between = _curve_speed(rows[curves], pool, filter_)
+        speed = np.minimum(1.0, speed / feed)
+        ends = np.stack([speed[:, :-1], speed[:, 1:]], axis=2)
+        share[curves] = np.minimum(_mean(ends), between / feed)
     time = (rows["length"] / PARTS)[:, None] / np.maximum(
         rows["feed"][:, None] * share, 1e-6
     )
@@ -274,9 +272,9 @@ def _mean(share: FloatArray) -> FloatArray:
 
 def _curve_speed(
     rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter
-) -> FloatArray:
-    """(n, grid) mm/s at which the axes keep velocity and acceleration in the
-    bends of a row.
+) -> tuple[FloatArray, FloatArray]:
+    """mm/s at which the axes keep velocity and acceleration in the bends of a
+    row, (n, grid), and jerk where the bends change, (n, parts).
     """
     first = derivative(
         normalised(
@@ -307,12 +305,16 @@ def _curve_speed(
         / rate**2
     )
     slope = np.abs(d1) / rate[:, :, None]
-    across = np.abs(d2 - d1 * along[:, :, None])
-    bend = across / rate[:, :, None] ** 2
+    bend = (d2 - d1 * along[:, :, None]) / rate[:, :, None] ** 2
+    # per mm: by what the bend changes over a part
+    twist = (
+        np.abs(np.diff(bend, axis=1)) / (rows["length"] / PARTS)[:, None, None]
+    )
     with np.errstate(divide="ignore"):
         v = (filter_.velocity / slope).min(axis=2)
-        a = np.sqrt((filter_.acceleration / bend).min(axis=2))
-    return np.asarray(np.minimum(v, a))
+        a = np.sqrt((filter_.acceleration / np.abs(bend)).min(axis=2))
+        j = np.cbrt((filter_.jerk / twist).min(axis=2))
+    return np.minimum(v, a), j
 
 
 def _opened(caps: _Caps, window: float) -> FloatArray:
@@ -336,19 +338,55 @@ def _opened(caps: _Caps, window: float) -> FloatArray:
 def _opened_section(
     share: FloatArray, time: FloatArray, window: float
 ) -> FloatArray:
-    end = np.cumsum(time)
-    n, begin = len(share), end - time
-    # first row by which a window that begins here is full
-    last = np.searchsorted(end, begin + window * (1.0 - 1e-9))
-    full = max(1, int((last < n).sum()))
-    start = np.arange(full)
-    last = np.minimum(last[:full], n - 1)
-    last[-1] = n - 1
-    least = -_largest(-share, start, last)
+    """Around each row the share falls on both sides: the stretch over which it
+    is no less lasts a window at the share that comes out. A stretch at the
+    section's least share is as long as it is.
+    """
+    first, last = _stretches(share)
+    until = np.concatenate([[0.0], np.cumsum(time * share)])  # at the feed
+    lasts = (until[last + 1] - until[first]) / window
+    out = _painted(first, last, np.minimum(share, lasts))
+    return np.asarray(np.maximum(out, share.min()))
+
+
+def _stretches(
+    share: FloatArray,
+) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """(n,) first and last row of the stretch around each in which no share is
+    less than its own.
+    """
+    table = _table(-share)
+    n = len(share)
     rows = np.arange(n)
-    return _largest(
-        least, np.searchsorted(last, rows), np.minimum(rows, full - 1)
-    )
+    first, last = rows.copy(), rows.copy()
+    for k in range(len(table) - 1, -1, -1):
+        width = 1 << k
+        begin = np.minimum(last + 1, n - width)
+        on = (last + width < n) & (-table[k][begin] >= share)
+        last = np.where(on, last + width, last)
+        begin = np.maximum(first - width, 0)
+        on = (first >= width) & (-table[k][begin] >= share)
+        first = np.where(on, first - width, first)
+    return first, last
+
+
+def _painted(
+    first: npt.NDArray[np.intp], last: npt.NDArray[np.intp], value: FloatArray
+) -> FloatArray:
+    """(n,) largest of the values whose stretch first..last holds a row."""
+    level = np.floor(np.log2(last - first + 1)).astype(np.intp)
+    top = int(level.max())
+    out = np.full(
+        len(value), -np.inf
+    )  # of stretches of 2**k rows that begin here
+    for k in range(top, -1, -1):
+        width = 1 << k
+        if k < top:
+            out[width:] = np.maximum(out[width:], out[:-width])
+        at = level == k
+        np.maximum.at(out, first[at], value[at])
+        np.maximum.at(out, last[at] + 1 - width, value[at])
+    return out
 
 
 def _spread(caps: _Caps, share: FloatArray, merge: float) -> FloatArray:
@@ -356,12 +394,13 @@ def _spread(caps: _Caps, share: FloatArray, merge: float) -> FloatArray:
     if not merge > 0.0:
         return share
     out = share.copy()
+    time = caps.time * caps.share / np.maximum(share, 1e-6)
     for part in np.split(
         np.arange(len(caps)),
         np.flatnonzero(caps.ends) + 1,
     ):
         if len(part):
-            out[part] = _spread_section(share[part], caps.time[part], merge)
+            out[part] = _spread_section(share[part], time[part], merge)
     return out
 
 
@@ -370,44 +409,47 @@ def _spread_section(
 ) -> FloatArray:
     """The mean at the middle of each row; beyond the section's ends the shares
     there go on.
+
+    Times depend on what comes out. They begin with those where each share goes
+    on for half of ``merge`` at its own speed.
+    """
+    half = 0.5 * merge
+    at_feed = time * share
+    end = np.cumsum(at_feed)
+    begin = end - at_feed
+    rows = np.arange(len(share))
+    first = np.searchsorted(end, begin - half * share, side="right")
+    last = np.searchsorted(begin, end + half * share) - 1
+    out = -_painted(np.minimum(first, rows), np.maximum(last, rows), -share)
+    for _ in range(ROUNDS):
+        out = np.minimum(_mean_of_least(share, at_feed / out, half), share)
+    return np.asarray(out)
+
+
+def _mean_of_least(
+    share: FloatArray, time: FloatArray, half: float
+) -> FloatArray:
+    """(n,) mean, over ``half`` on either side, of the least share within
+    ``half`` on either side.
     """
     end = np.cumsum(time)
     begin = end - time
     rows = np.arange(len(share))
-    half = 0.5 * merge
     first = np.searchsorted(end, begin - half, side="right")
     last = np.searchsorted(begin, end + half) - 1
-    least = -_largest(
-        -share,
-        np.minimum(first, rows),
-        np.maximum(last, rows),
-    )
-    edges = np.concatenate(
-        [
-            [-merge, 0.0],
-            end,
-            [end[-1] + merge],
-        ]
-    )
+    least = -_largest(-share, np.minimum(first, rows), np.maximum(last, rows))
+    edges = np.concatenate([[-2.0 * half, 0.0], end, [end[-1] + 2.0 * half]])
     level = np.concatenate([least[:1], least, least[-1:]])
-    total = np.concatenate(
-        [
-            [0.0],
-            np.cumsum(level * np.diff(edges)),
-        ]
-    )
+    total = np.concatenate([[0.0], np.cumsum(level * np.diff(edges))])
     middle = 0.5 * (begin + end)
-    mean = (
-        np.interp(middle + half, edges, total)
-        - np.interp(middle - half, edges, total)
-    ) / merge
-    return np.asarray(np.minimum(mean, share))
+    mean = np.interp(middle + half, edges, total) - np.interp(
+        middle - half, edges, total
+    )
+    return np.asarray(mean / (2.0 * half))
 
 
-def _largest(
-    values: FloatArray, low: npt.NDArray[np.intp], high: npt.NDArray[np.intp]
-) -> FloatArray:
-    """Largest of values[low..high], both ends inclusive (sparse table)."""
+def _table(values: FloatArray) -> list[FloatArray]:
+    """Of each power of two the largest of so many values from each place on."""
     table = [values]
     while 1 << len(table) <= len(values):
         half = 1 << (len(table) - 1)
@@ -417,6 +459,14 @@ def _largest(
                 table[-1][half:],
             )
         )
+    return table
+
+
+def _largest(
+    values: FloatArray, low: npt.NDArray[np.intp], high: npt.NDArray[np.intp]
+) -> FloatArray:
+    """Largest of values[low..high], both ends inclusive (sparse table)."""
+    table = _table(values)
     level = np.floor(np.log2(high - low + 1)).astype(np.intp)
     out = np.empty(len(low))
     for k in np.unique(level):

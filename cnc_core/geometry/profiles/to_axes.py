@@ -11,11 +11,12 @@ too, they share their derivatives (C2).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks.profile_columns import SMOOTH, ProfileSpec
+from cnc_core.blocks.profile_columns import POINTS, SMOOTH, ProfileSpec
 from cnc_core.kinematics.machine import Kinematics
 from cnc_core.units import FloatArray
 
@@ -29,6 +30,11 @@ SAMPLES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 HALVINGS = 14
 FINEST_MM, COARSEST_MM = 1e-6, 1e-3
 ANGLE_DEG = 0.002
+# of a part whose feed counts along another curve: by how much the speed there
+# may change against that of the axes, and how often parts are halved for it
+EVEN = 1.004
+EVEN_HALVINGS = 7
+EVEN_GRID = np.linspace(0.0, 1.0, 9)
 TOGETHER = 1e-6  # relative difference of first derivatives that are the same
 
 
@@ -127,12 +133,13 @@ class ToAxes:
         """The intervals in channel axes; NotReached."""
         n = len(intervals)
         if self.exact:
+            index, u0, u1 = self._evenly(intervals)
             return AxisCurves(
-                self.copied(intervals.coef),
-                intervals.span,
-                np.arange(n),
-                np.zeros(n),
-                intervals.span.copy(),
+                _from(self.copied(intervals.coef)[index], u0),
+                u1 - u0,
+                index,
+                u0,
+                u1,
             )
         index = np.arange(n)
         u0 = np.zeros(n)
@@ -158,6 +165,68 @@ class ToAxes:
         )
 
     # exact
+
+    def _evenly(
+        self, intervals: Intervals
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Parts (interval, u0, u1) over which a feed along the tip is one of
+        the axes; whole intervals where it is theirs anyway.
+        """
+        n = len(intervals)
+        index, u0, u1 = np.arange(n), np.zeros(n), intervals.span.copy()
+        for _ in range(EVEN_HALVINGS if self._through and n else 0):
+            ratio = self._tip_over_axes(intervals, index, u0, u1)
+            bad = ratio.max(axis=1) > EVEN * ratio.min(axis=1)
+            bad &= ~intervals.rapid[index]
+            if not bad.any():
+                break
+            times = np.where(bad, 2, 1)
+            middle = 0.5 * (u0 + u1)
+            first = np.cumsum(times) - times
+            index = np.repeat(index, times)
+            u0 = np.repeat(u0, times)
+            u1 = np.repeat(u1, times)
+            u1[first[bad]] = middle[bad]
+            u0[first[bad] + 1] = middle[bad]
+        return index, u0, u1
+
+    @property
+    def _through(self) -> bool:
+        """Axes are programmed, the feed is that of the tip, and no parameter's."""
+        spec = self.spec
+        by_length = spec.kind == POINTS or spec.feed_by_length
+        tip = spec.point == "AXI" and spec.feed_on == "CLP" and spec.five_axes
+        return tip and by_length
+
+    def _tip_over_axes(
+        self,
+        intervals: Intervals,
+        index: IntArray,
+        u0: FloatArray,
+        u1: FloatArray,
+    ) -> FloatArray:
+        """(n, grid) speed of the tip over that of the linear axes; 1 where both
+        rest.
+        """
+        u = (u0[:, None] + (u1 - u0)[:, None] * EVEN_GRID).ravel()
+        at = np.repeat(index, len(EVEN_GRID))
+        tip = self._tip_speed(intervals.coef[at], u)
+        linear = intervals.coef[at][:, list(self.spec.linear)]
+        axes = np.linalg.norm(jets.of_columns(linear, u)[:, 1], axis=1)
+        rests = np.maximum(tip, axes) < 1e-9
+        ratio = np.where(rests, 1.0, tip / np.maximum(axes, 1e-9))
+        return np.asarray(ratio.reshape(len(index), -1))
+
+    def _tip_speed(self, coef: FloatArray, u: FloatArray) -> FloatArray:
+        """(m,) of the tip by the parameter, from positions of the axes."""
+        assert self.versors.kinematics is not None
+        out = jets.still(self.start, len(u))
+        columns = jets.of_columns(coef[:, : len(self.spec.axes)], u)
+        for i, axis in enumerate(self.spec.axes):
+            out[:, :, axis.channel] = columns[:, :, i]
+        chain = self.versors.kinematics.chain
+        speed = chain.forward_jets(out, self.spec.tool.origin_length)[0][:, 1]
+        return np.asarray(np.linalg.norm(speed, axis=1))
 
     def copied(self, coef: FloatArray) -> FloatArray:
         out = np.zeros((len(coef), len(self.start), 6))
@@ -317,31 +386,27 @@ class ToAxes:
         """
         spec = self.spec
         contact = spec.point == "CCP" and spec.feed_on == "CCP"
-        through = (
-            spec.point == "AXI" and spec.feed_on == "CLP" and spec.five_axes
-        )
-        if not contact and not through:
+        if not contact and not self._through:
             return None
         h = made.u1 - made.u0
         along = h[:, None] * 0.5 * (NODES + 1.0)
         u = (made.u0[:, None] + along).ravel()
-        at = np.repeat(made.index, len(NODES))
+        coef = intervals.coef[np.repeat(made.index, len(NODES))]
         if contact:
-            speed = jets.of_columns(
-                intervals.coef[at][:, list(spec.linear)], u, 1
-            )[:, 0]
+            jet = jets.of_columns(coef[:, list(spec.linear)], u, 1)[:, 0]
+            speed = np.linalg.norm(jet, axis=1)
         else:
-            assert self.versors.kinematics is not None
-            out = jets.still(self.start, len(u))
-            columns = jets.of_columns(
-                intervals.coef[at][:, : len(spec.axes)], u
-            )
-            for i, axis in enumerate(spec.axes):
-                out[:, :, axis.channel] = columns[:, :, i]
-            chain = self.versors.kinematics.chain
-            speed = chain.forward_jets(out, spec.tool.origin_length)[0][:, 1]
-        speeds = np.linalg.norm(speed, axis=1).reshape(
-            len(h),
-            len(NODES),
+            speed = self._tip_speed(coef, u)
+        return np.asarray(
+            speed.reshape(len(h), len(NODES)) @ (0.5 * WEIGHTS) * h
         )
-        return np.asarray(speeds @ (0.5 * WEIGHTS) * h)
+
+
+def _from(coef: FloatArray, u: FloatArray) -> FloatArray:
+    """(n, axes, order) polynomials whose parameter begins at u (n,)."""
+    out = coef.copy()
+    order = coef.shape[2]
+    for k in range(order):
+        for m in range(k + 1, order):
+            out[:, :, k] += comb(m, k) * coef[:, :, m] * u[:, None] ** (m - k)
+    return out

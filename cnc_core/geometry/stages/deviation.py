@@ -251,8 +251,10 @@ class Tap:
             return
         self._on.add(code)
         self._mask = np.ones(len(self._before))
-        if row["center"][0] > 0:  # the tangential axis is none of the path
-            self._mask[int(row["center"][0]) - 1] = 0.0
+        # axes that follow are none of the path
+        following = int(row["center"][0])
+        bits = following >> np.arange(len(self._mask)) & 1
+        self._mask[bits == 1] = 0.0
 
     def _record(self, rows: Rows, pool: FloatArray) -> None:
         """Motions; behind the filter's end too, until they are driven."""

@@ -289,7 +289,7 @@ def test_elements_are_reached_when_and_as_fast_as_told(
     with Inside(tmp_path, ARC, "" if jerk else WITHOUT_JERK) as cnc:
         areas = Areas(cnc.segment)
         areas.gpAhead[0].plan_enable_w = True
-        cnc.run(30)
+        cnc.run(60)
         told = ask(cnc, 0.0, 1e9, flags=DETAILS)
         begin = int(cnc.engine.state.cycle)
         reached: dict[int, tuple[int, list[float]]] = {}

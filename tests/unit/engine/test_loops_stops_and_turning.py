@@ -39,8 +39,7 @@ def test_a_loop_that_begins_the_program_is_repeated(
     """isg_contour_lookahead 9, T3: the PLC sets the loop's condition; nothing
     has to stand ahead of the loop.
     """
-    with Inside(tmp_path, ahead + LOOP) as cnc:
-        cnc.level(cnc.bahn.rt_loop_enable, True)
+    with Inside(tmp_path, ahead + LOOP, levels={"rt_loop_enable": True}) as cnc:
         assert _passes(cnc, 1500) >= 2
 
 
@@ -52,9 +51,10 @@ def test_the_distance_is_continuous_where_a_loop_begins_again(
     at ENDWHILE in single block.
     """
     with Inside(
-        tmp_path, LOOP.replace("#RT WHILE", "#RT WHILE" + modulo)
+        tmp_path,
+        LOOP.replace("#RT WHILE", "#RT WHILE" + modulo),
+        levels={"rt_loop_enable": True},
     ) as cnc:
-        cnc.level(cnc.bahn.rt_loop_enable, True)
         cnc.level(cnc.bahn.single_block, True)
         before, length = 0.0, 100_000 * (2 + np.sqrt(2))
         for k in range(3000):
@@ -67,6 +67,88 @@ def test_the_distance_is_continuous_where_a_loop_begins_again(
             ), (k, before, now)
             before = now
         assert modulo or before > 1.2 * length
+
+
+def _ahead(cnc: Inside) -> list[tuple[int, float, float]]:
+    """N, start position and tangent_variation of what mode 2 tells."""
+    return [
+        (b["block_number"], b["start_position"], b["tangent_variation"])
+        for b in cnc.request(cnc.state.dist_prog_start + 1, 1e9)
+    ]
+
+
+CORNER = "N10 G1 X10 F6000\n#RT WHILE\nN30 X20 Y10\nN40 X10\nN50 Y0\n#RT ENDWHILE\nN70 X20\n"
+LENGTH = 100_000 * (2 + np.sqrt(2))
+
+
+@pytest.mark.parametrize("modulo", ["", " [MODULO]"])
+def test_mode_2_tells_the_pass_that_is_driven(
+    tmp_path: Path, modulo: str
+) -> None:
+    """isg_contour_lookahead 8: copy 1 is measured against the block ahead of the
+    loop, every other one against the loop's last element.
+    """
+    text = CORNER.replace("#RT WHILE", "#RT WHILE" + modulo)
+    with Inside(tmp_path, text, levels={"rt_loop_enable": True}) as cnc:
+        entry = _ahead(cnc)[1]
+        assert entry == pytest.approx((30, 100_000, np.pi / 4))
+        assert not cnc.state.inside_rt_loop_r
+        cnc.until(lambda: cnc.state.inside_rt_loop_r)
+        assert cnc.state.rt_loop_count_r == 0
+        for passes in (1, 2):
+            cnc.until(lambda n=passes: cnc.state.rt_loop_count_r == n)
+            shift = 0 if modulo else passes * LENGTH
+            cnc.until(lambda: cnc.state.block_number_r == 30)
+            assert _ahead(cnc)[0] == pytest.approx(
+                (30, 100_000 + shift, 3 * np.pi / 4)
+            )
+        cnc.level(cnc.bahn.rt_loop_enable, False)
+        cnc.until(lambda: cnc.state.block_number_r == 70)
+        assert not cnc.state.inside_rt_loop_r
+        assert _ahead(cnc)[0][2] == pytest.approx(np.pi / 2)
+
+
+def test_a_loop_that_is_not_enabled_is_left_out(tmp_path: Path) -> None:
+    """[EXT] if the real-time variable is not set, the loop is skipped: the path
+    does not stop for it, nothing of it is told or displayed.
+    """
+    with Inside(tmp_path, CORNER.replace("N70 X20", "N70 X20 Y0")) as cnc:
+        assert [n for n, *_ in _ahead(cnc)] == [10]
+        seen = set()
+        while not cnc.state.program_end_r:
+            cnc.run(1)
+            seen.add(int(cnc.state.block_number_r))
+            if cnc.state.block_number_r == 70:
+                assert cnc.state.active_feed_r > 0 or cnc.state.program_end_r
+            known = cnc.clah.state.max_dist_prog_start
+            assert known >= cnc.state.dist_prog_start - 1e-3
+        assert seen <= {0, 10, 70}
+        assert cnc.state.dist_prog_start == pytest.approx(200_000)
+        assert cnc.state.rt_loop_count_r == 0
+        last = cnc.request(0, 1e9)[-1]
+        assert last["block_number"] == 70
+        assert last["start_position"] == pytest.approx(100_000)
+        assert last["tangent_variation"] == pytest.approx(0.0)
+
+
+def test_loops_can_be_left_out_backward_and_one_behind_the_other(
+    tmp_path: Path,
+) -> None:
+    """Display and position agree wherever the path turns."""
+    second = LOOP.replace("#RT WHILE\n", "X0 Y0\n#RT WHILE\n")
+    text = LOOP + second.replace("X-5", "X-9")
+    with Inside(tmp_path, text) as cnc:
+        for k in range(12):
+            cnc.level(cnc.bahn.backward_motion, k % 3 == 2)
+            cnc.level(cnc.bahn.rt_loop_enable, k % 4 == 1)
+            cnc.run(90)
+            known = cnc.clah.state.max_dist_prog_start
+            assert known >= cnc.state.dist_prog_start - 1e-3
+        cnc.level(cnc.bahn.backward_motion, False)
+        cnc.level(cnc.bahn.rt_loop_enable, False)
+        cnc.end()
+        assert cnc.pos[-1] == pytest.approx([-9, 0, 0])
+        legal(cnc.pos, cnc.cell)
 
 
 # ------------------------------------------------------------------------- inserted stops, turning

@@ -239,3 +239,17 @@ def test_the_largest_distance_is_that_of_dense_points(seed):
     assert farthest(mine, other) == pytest.approx(
         farthest(mine[::-1], other[::-1]), abs=2e-6
     )
+
+
+def test_the_spline_puts_out_a_bounded_number_of_segments():
+    """44 segments of metres in steps of 0.001 mm: a thousand for each, not six
+    million."""
+    rng = np.random.default_rng(0)
+    points = np.cumsum(rng.normal(size=(45, 3)) * 1000.0, axis=0)
+    values = {"length": 1e4, "value": 3, "radius": 0.001}
+    stage = SplineFilter(points[0].copy(), (0, 1, 2))
+    stage.push(BlockBatch(setting(stage.code, **values)))
+    rows = stage.push(BlockBatch(line_rows(points, 100.0))).rows
+    last = stage.drain().rows
+    assert len(rows) + len(last) <= 1001 * 44
+    assert last["end"][-1, :3] == pytest.approx(points[-1])

@@ -27,6 +27,7 @@ OWN_UNITS: dict[str, tuple[str, ...]] = {
     "ContinueMachining": ("bahn_mc_control.continue_machining",),
     "ContourAhead": ("contour_lookahead",),
     "ContourLookahead": ("contour_lookahead",),
+    "ContourQueue": ("contour_lookahead",),
     "DeleteDistanceToGo": ("bahn_mc_control.delete_distance_to_go",),
     "DistanceCam": ("bahn_state",),
     "DistanceTrigger": ("bahn_state",),

@@ -153,7 +153,7 @@ class TextCommands(CommandBase):
     def _file_key(self) -> str:
         """MSG, M6, or G and a number."""
         stream, token = self._stream, self._stream.current
-        found = re.compile(r"MSG|M0?6(?!\d)|G\d+", re.I).match(
+        found = re.compile(r"MSG|M0?6(?![0-9])|G[0-9]+", re.I).match(
             stream.text, token.offset
         )
         if not found or token.kind is not Kind.NAME:

@@ -14,7 +14,7 @@ from cnc_core.errors import CncError
 from cnc_core.frontend.base.block_text import read_block
 from cnc_core.frontend.base.flow import START, Level, Mark, ProgramFile
 from cnc_core.frontend.base.formula import Constant, Formula, text_of
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 from cnc_core.frontend.base.variables import Value
 
 from ..cycles import registry
@@ -64,7 +64,7 @@ class CallParser:
     def parse(self, offset: int, letters: str) -> Callable[[], Call]:
         stream, local = self._stream, letters == "LL"
         begin = offset + len(letters)
-        if stream.text[begin : begin + 1].isdigit():
+        if digits(stream.text[begin : begin + 1]):
             self._state.warn(
                 907040, "subprogram call without a blank behind L", offset
             )
@@ -235,7 +235,7 @@ class CallParser:
     ) -> int:
         """Its number."""
         stream = self._stream
-        if not stream.accept_name("P") or not stream.current.text.isdigit():
+        if not stream.accept_name("P") or not digits(stream.current.text):
             raise fail(907034, "L CYCLE: expected @P and a number", offset)
         number = int(stream.next().text)
         if not 1 <= number <= ARGUMENTS_MAX:

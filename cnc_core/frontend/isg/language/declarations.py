@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cnc_core.frontend.base.formula import Formula
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 from cnc_core.frontend.base.variables import (
     REAL64,
     TEXT_MAX,
@@ -75,7 +75,7 @@ class DeclarationParser:
         if kind is Kind.VARIABLE and parts[1] in OWN and len(parts) > 2:
             return parts[1], ".".join(parts[2:])
         number = self._stream.current
-        if kind is Kind.NAME and text.upper() == "P" and number.text.isdigit():
+        if kind is Kind.NAME and text.upper() == "P" and digits(number.text):
             self._stream.next()
             if int(number.text) == 0:
                 raise fail(20400, "P0 is not allowed", offset)

@@ -12,7 +12,7 @@ from cnc_core.frontend.base.formula import (
     FormulaParser,
     number_of,
 )
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 from cnc_core.frontend.base.variables import Value, Variable
 from cnc_core.frontend.machine import ProgramMachine
 
@@ -151,7 +151,7 @@ class Formulas(FormulaParser):
         if stream.current.kind is Kind.VARIABLE:
             return self._named().load
         token = stream.next()
-        if not token.text.isdigit():
+        if not digits(token.text):
             raise fail(
                 900004,
                 f"P{token.text}: the number of a parameter is a whole one",

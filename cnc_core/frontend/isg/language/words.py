@@ -12,7 +12,7 @@ from cnc_core.blocks import motion_planes
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.expression import round_half_away
 from cnc_core.frontend.base.formula import Constant, number_of
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 
 from ..state.state import ProgramState
 from . import gcodes
@@ -427,7 +427,7 @@ class WordParser:
 
     def _g(self, offset: int) -> None:
         token = self._stream.current
-        if token.kind is not Kind.NUMBER or not token.text.isdigit():
+        if token.kind is not Kind.NUMBER or not digits(token.text):
             raise fail(900004, "G without a whole number", offset)
         code = int(self._stream.next().text)
         self._check_group(code, offset)

@@ -1,11 +1,11 @@
 """Real-time loops: ``#RT WHILE [[MODULO]]`` .. ``#RT ENDWHILE``.
 
-The interpolator repeats the loop as long as V.RTG.LOOP.ENABLED is TRUE at its
-end. The PLC sets it by ``bahn_mc_control.rt_loop_enable``. There is always one
-pass.
+The interpolator drives the loop while V.RTG.LOOP.ENABLED is TRUE, and leaves it
+out where that is FALSE. The PLC sets it by ``bahn_mc_control.rt_loop_enable``.
 
-Only motion blocks and look-ahead markers may stand inside. The loop has to end
-where it begins, and loops do not nest (look-ahead specification, section 8).
+Only motion blocks, #SPLINE and look-ahead markers may stand inside. The loop
+has to end where it begins, and loops do not nest (look-ahead specification,
+section 8; public page "Permissible NC commands within a real-time loop").
 """
 
 from __future__ import annotations
@@ -22,12 +22,15 @@ from cnc_core.blocks import (
     POLYNOMIAL,
     RT_LOOP_BEGIN,
     RT_LOOP_END,
+    SPLINE,
 )
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.port import Wait
 from cnc_core.units import FloatArray
+
+from .splines import Splines
 
 CLOSED_WITHIN_MM = 1e-6
 
@@ -44,13 +47,19 @@ class RealTimeLoop:
     ``place``: where in the file an offset of the present block stands.
     """
 
-    def __init__(self, modal: Modal, place: Callable[[int], Place]) -> None:
-        self._modal, self._place = modal, place
+    def __init__(
+        self,
+        modal: Modal,
+        place: Callable[[int], Place],
+        splines: Splines,
+    ) -> None:
+        self._modal, self._place, self._splines = modal, place, splines
         self._open: _Open | None = None
 
     def begin(self, modulo: bool, offset: int) -> Row:
         """``#RT WHILE``."""
         self._not_compensated(offset)
+        self._no_spline(22128, offset)
         if self._open is not None:
             raise fail(
                 22181,
@@ -64,8 +73,9 @@ class RealTimeLoop:
 
     def end(self, offset: int) -> Row:
         """``#RT ENDWHILE``."""
-        self._not_compensated(offset)
         opened, self._open = self._open, None
+        self._not_compensated(offset)
+        self._no_spline(22129, offset)
         if opened is None:
             raise fail(22181, ERRORS[22181], offset)
         away = float(np.abs(self._modal.position - opened.position).max())
@@ -103,6 +113,10 @@ class RealTimeLoop:
             opened.place,
         )
 
+    def _no_spline(self, code: int, offset: int) -> None:
+        if self._splines.active:
+            raise fail(code, ERRORS[code], offset)
+
     def _not_compensated(self, offset: int) -> None:
         if self._modal.compensated:
             raise fail(22158, ERRORS[22158], offset)
@@ -114,6 +128,6 @@ def _allowed(item: Row | Wait) -> bool:
     kind = int(item["type"][0])
     return (
         kind <= POLYNOMIAL
-        or kind == RT_LOOP_BEGIN
+        or kind in (RT_LOOP_BEGIN, SPLINE)
         or (kind == MARKER and int(item["code"][0]) != MARKER_CLEAR)
     )

@@ -60,7 +60,7 @@ class ProgramState:
             self.machine, self.modal, self.offsets, self.warn
         )
         self.spaces = Spaces(self.machine, self.modal, self.offsets)
-        self.loop = RealTimeLoop(self.modal, self.place)
+        self.loop = RealTimeLoop(self.modal, self.place, self.channel.splines)
 
     def rotation_in_cycle(self, offset: int) -> None:
         """Warn: cycles expect coordinate systems that are made with #CS."""

@@ -93,9 +93,10 @@ class IsonsCell:
     tools: dict[int, ToolTable] = field(default_factory=dict)
     canopen: dict[int, dict[tuple[int, int], int]] = field(default_factory=dict)
     events: dict[str, int] = field(default_factory=dict)
+    pauses: dict[float, str] = field(default_factory=dict)
     macro_folder: str = "."
     app_path: str = "."
     positioners: int = 4
     io_block: int = 1
-    passes_max: int = 100_000
+    passes_max: int = 20_000
     homing: dict[str, HomingSensors] = field(default_factory=dict)

@@ -20,7 +20,6 @@ from .text import AXIS_LETTERS
 
 HUGE = 1e12
 POSITIONERS_MAX = 16
-PLANNER = "the planner has its own limits, in the cell file"
 ANALOGUE = "the simulated axes follow without a position loop"
 PANEL = "operator panel and hand wheel are not simulated"
 
@@ -67,8 +66,12 @@ GENERIC: dict[str, Parameter] = {
     "SPEEDMAX": _not_negative(acts="upper bound of S, 0: none"),
     "SPEEDMIN": _not_negative(acts="lower bound of S"),
     "SPEEDDEF": _not_negative(acts="S until it is programmed ($_X0)"),
-    "VMAXG0": _not_negative(100.0, stored=PLANNER, high=100.0),
-    "ACC_G0": _not_negative(stored=PLANNER),
+    "VMAXG0": _not_negative(
+        100.0, acts="speed of rapids, % of VMAX; 0: as 100", high=100.0
+    ),
+    "ACC_G0": _not_negative(
+        acts="acceleration of rapids, with TAU, 0: that of the feed"
+    ),
     "ACC_LAV": _not_negative(
         acts="acceleration of all axes of the cell, with TAU"
     ),
@@ -126,6 +129,11 @@ GENERIC: dict[str, Parameter] = {
     ),
     "NO_SHORT": _choice(0, 0, 2, stored="short segments are removed by G74"),
     "USE_G60": _choice(0, 0, 1, acts="programs begin with G60 in place of G61"),
+    "TOL_G60": _not_negative(
+        10.0,
+        acts="G60: how far the driven path may leave the programmed one at"
+        " corners that do not stop, system units; 0: not at all",
+    ),
     "TIME_OUT_CMD": _not_negative(
         5000.0, stored="commands to the simulated CN cannot be lost"
     ),
@@ -140,7 +148,12 @@ GENERIC: dict[str, Parameter] = {
     "RFG": _choice(
         1, 0, 1, stored="the planner always keeps the axes' velocities"
     ),
-    "JERK": _not_negative(0.0, stored="j_max_mm_s3 of the axes", high=100.0),
+    "JERK": _not_negative(
+        0.0,
+        acts="samples (TAU) in which an axis reaches its acceleration (R), "
+        "0: at once; without it j_max_mm_s3 of the axes",
+        high=100.0,
+    ),
 }
 AXIS: dict[str, Parameter] = {
     "VMAX": _not_negative(
@@ -212,8 +225,10 @@ POSITIONER: dict[str, Parameter] = {
     ),
     "LIMITE_P": Parameter(HUGE, acts="upper limit of the positioner, 0.001 mm"),
 }
+# act where the cell is loaded, not where a program writes them
+AT_START = {"JERK": "the axes take it over when the cell starts"}
 _AXIS_NAME = re.compile(rf"(.+)_([{AXIS_LETTERS}])")
-_POSITIONER_NAME = re.compile(r"(.+)_P(\d+)")
+_POSITIONER_NAME = re.compile(r"(.+)_P([0-9]+)")
 
 
 def parameter(name: str) -> Parameter | None:
@@ -267,6 +282,7 @@ class Parameters:
 
     def __init__(self, given: dict[str, float]) -> None:
         self._values = dict(given)
+        self.written: set[str] = set()  # by the program
 
     def __getitem__(self, name: str) -> float:
         known = parameter(name)
@@ -278,6 +294,7 @@ class Parameters:
 
     def __setitem__(self, name: str, value: float) -> None:
         self._values[name] = value
+        self.written.add(name)
 
     @property
     def speed_unit(self) -> float:

@@ -22,6 +22,7 @@ class UserScope:
 
     values: dict[str, float] = field(default_factory=dict)
     arrays: dict[str, list[float]] = field(default_factory=dict)
+    declared: dict[str, tuple[int, int]] = field(default_factory=dict)
     shared: set[str] = field(default_factory=set)
 
 
@@ -80,8 +81,14 @@ class Store:
 
     # arrays
 
-    def dimension(self, name: str, size: float, offset: int) -> None:
-        """DIM: elements 0..size-1, all 0."""
+    def dimension(
+        self, name: str, size: float, place: tuple[int, int], offset: int
+    ) -> None:
+        """DIM: elements 0..size-1, all 0.
+
+        ``place``: file and line; another DIM of the file for the same array is
+        an error, the same one may be repeated.
+        """
         if size != int(size) or not 1 <= size <= ELEMENTS_MAX:
             raise fail(
                 900012,
@@ -89,6 +96,13 @@ class Store:
                 offset,
             )
         scope = self._home(name)
+        before = scope.declared.setdefault(name, place)
+        if before[0] == place[0] and before != place:
+            raise fail(
+                907017,
+                f"DIM ${name}: {ERRORS[907017]}, first in line {before[1]}",
+                offset,
+            )
         scope.values.pop(name, None)
         scope.arrays[name] = [0.0] * int(size)
 

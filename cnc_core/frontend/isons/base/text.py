@@ -16,9 +16,9 @@ PATTERN = re.compile(
       | (?P<OP>&&|\|\||<>|>=|<=|<<|>>|\S)""",
     re.X,
 )
-LABEL = re.compile(r"\s*(?:N\s*\d+\s*)?@\s*(.*?)\s*$", re.I)
-HEAD = re.compile(r"\s*(?:N\s*\d+\s*)?([A-Za-z_]+)", re.I)
-FUNCTION_OR_BRACKET = re.compile(r'[\[\]()"]|(?<![$A-Z_])G\s*(\d+)', re.I)
+LABEL = re.compile(r"\s*(?:N\s*[0-9]+\s*)?@\s*(.*?)\s*$", re.I)
+HEAD = re.compile(r"\s*(?:N\s*[0-9]+\s*)?([A-Za-z_]+)", re.I)
+FUNCTION_OR_BRACKET = re.compile(r'[\[\]()"]|(?<![$A-Z_])G\s*([0-9]+)', re.I)
 LABEL_SIGNS = frozenset("+-*/^()<>=|&!~ \t")
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.block_text import BlockText, read_line
 from cnc_core.frontend.base.flow import START, Flow, Mark, ProgramFile
-from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.base.lexer import digits, fail
 
 from ..base.text import LABEL_SIGNS, head_word, label_of, strip_remark
 
@@ -237,7 +237,7 @@ class Control:
         found = self.index().labels.get(name)
         if found is None and name == RESTART:
             return START
-        if found is None and name.isdigit():
+        if found is None and digits(name):
             found = self._numbered(int(name))
         if found is None:
             raise fail(
@@ -258,9 +258,22 @@ class Control:
         source = file.source
         before = source.position
         source.seek(0)
-        line = source.hop(
-            re.compile(rb"^[ \t]*N[ \t]*0*%d(?![\d.])" % number, re.I | re.M)
+        block = re.compile(
+            rb"^[ \t]*N[ \t]*0*%d(?![\d.])" % number, re.I | re.M
         )
+        line = source.hop(block)
         mark = None if source.exhausted else Mark(source.position, line)
+        twice = False
+        if mark is not None:
+            source.line()
+            line += 1 + source.hop(block)
+            twice = not source.exhausted
         source.seek(before)
+        if twice:
+            raise fail(
+                907025,
+                f"block number {number} exists more than once, "
+                f"again in line {line + 1}",
+                0,
+            )
         return mark

@@ -21,7 +21,7 @@ from .program import Program
 
 FIRST_KEPT = 2
 # jumps back of GOTO that ``check`` follows, blocks if they are many
-PASSES_CHECKED, BLOCKS_CHECKED = 20_000, 200_000
+PASSES_CHECKED, BLOCKS_CHECKED = 10_000, 40_000
 MANY = 1000
 DEPTH = 4
 PACKAGE = "cnc_core.frontend.isons"

@@ -262,7 +262,9 @@ class Instructions:
 
         def run() -> Items:
             for name, size in made:
-                self._program.store.dimension(name, size(), self._start)
+                program = self._program
+                place = (program.flow.file.number, program.modal.line)
+                program.store.dimension(name, size(), place, self._start)
             return ()
 
         return run
@@ -442,10 +444,18 @@ class Instructions:
         value = self._formulas.argument("value")
 
         def run() -> Items:
-            wrong = parameters.wrong_value(name, self._parameter(name), value())
+            known, given = self._parameter(name), value()
+            wrong = parameters.wrong_value(name, known, given)
             if wrong:
                 raise fail(900012, f"WRITE_PARMAC: {wrong}", self._start)
-            self._program.parameters[name] = value()
+            why = known.stored or parameters.AT_START.get(name, "")
+            if why and name not in self._program.parameters.written:
+                self._program.channel.warn(
+                    907042,
+                    f"WRITE_PARMAC {name}: no effect: {why}",
+                    self._start,
+                )
+            self._program.parameters[name] = given
             self._program.channel.refresh()
             return ()
 

@@ -110,6 +110,7 @@ class Formulas(FormulaParser):
         self._store, self._system = store, system
         self.drain = False
         self.live = 0
+        self._blanks_part = False
         self._kinds: set[str] = (
             set()
         )  # of the operators between the same brackets
@@ -240,6 +241,28 @@ class Formulas(FormulaParser):
         offset = self._stream.current.offset
         inner = self.bracketed() if self._stream.is_op("[") else self._signed()
         return number_of(inner, name, offset)
+
+    def joined(self, name: str) -> Number:
+        """An expression that ends at a blank: ``$A+1 -2`` are two."""
+        if self._stream.is_op("["):
+            return self.argument(name)
+        self._blanks_part, offset = True, self._stream.current.offset
+        try:
+            return number_of(self.expression(), name, offset)
+        finally:
+            self._blanks_part = False
+
+    def _operator(self) -> str | None:
+        """In ``joined`` a blank ends the expression, outside brackets."""
+        stream = self._stream
+        at = stream.current.offset
+        if (
+            self._blanks_part
+            and not self._depth
+            and stream.text[:at][-1:].isspace()
+        ):
+            return None
+        return super()._operator()
 
     def full(self, name: str) -> Number:
         """A whole expression."""

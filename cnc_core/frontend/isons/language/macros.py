@@ -92,7 +92,9 @@ class Macros:
                     return path
         except CncError as error:
             raise fail(error.code, f"IMPORT: {error.text}", offset) from None
-        raise fail(901001, f"IMPORT: file not found: {name}", offset)
+        raise fail(
+            901001, f"IMPORT: file not found: {folders[0] / text}", offset
+        )
 
     def _no_converter(self, name: str, offset: int) -> None:
         """What would read imported files in place of this front end cannot be

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from ..devices.positioners import Positioners
 
-SYSTEM_NAME = re.compile(r"_(PARM_|[A-Z])(\d+)")
+SYSTEM_NAME = re.compile(r"_(PARM_|[A-Z])([0-9]+)")
 
 
 class SystemVariables(Protocol):

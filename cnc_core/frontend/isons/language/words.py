@@ -4,7 +4,7 @@ computed when the block is executed.
 
 from __future__ import annotations
 
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 
 from ..base import codes
 from ..base.text import AXIS_LETTERS
@@ -41,7 +41,7 @@ class WordParser:
             return
         stream.next()
         number = stream.next()
-        if not number.text.isdigit() or int(number.text) > N_MAX:
+        if not digits(number.text) or int(number.text) > N_MAX:
             raise fail(
                 900012,
                 f"N{number.text}: a whole number 0..{N_MAX} is expected",
@@ -172,7 +172,7 @@ class WordParser:
                 offset,
             )
         self._stream.next()
-        if not token.text.isdigit() or int(token.text) > highest:
+        if not digits(token.text) or int(token.text) > highest:
             raise fail(
                 909105,
                 f"{letter}{token.text}: a whole number 0..{highest} is expected",
@@ -221,11 +221,13 @@ class WordParser:
         self.block.m.append((number, offset, behind))
 
     def _macro_call(self, offset: int) -> None:
-        """``HM10 10 20 [$A] $B``: arguments up to the end of the block."""
+        """``HM10 10 20 [$A] $B+1``: arguments, parted by blanks, up to the end
+        of the block.
+        """
         stream = self._stream
         stream.take_letters(2)
         number, arguments = self._whole("HM", offset, M_MAX), []
         while not stream.at_end:
             if not stream.accept(","):
-                arguments.append(self._formulas.argument("HM"))
+                arguments.append(self._formulas.joined("HM"))
         self.block.hm = (number, offset, arguments)

@@ -113,6 +113,8 @@ def home(channel: ChannelState, words: Words, offset: int) -> list[Row | Wait]:
     rows: list[Row | Wait] = [*channel.output.flush(), Wait.DRAINED]
     for axis in axes:
         rows += _home_axis(channel, axis, words.block.n, offset)
+        if channel.failure is not None:
+            break
     return [*rows, Wait.DRAINED]
 
 
@@ -145,14 +147,22 @@ def _home_axis(
     ends.append((reference + p[f"RZERO_OFFSET_{letter}"] * unit, fast))
     rows, seconds, place = [], 0.0, channel.modal.position
     for target, speed in ends:
-        seconds += abs(target - float(place[axis])) / speed * PER_MINUTE
+        begin, left = float(place[axis]), p["TIME_OUT_HOME"] / 1000.0 - seconds
+        needed = abs(target - begin) / speed * PER_MINUTE
+        seconds += needed
         place = place.copy()
-        place[axis] = target
-        rows += way(channel, place, speed, n, offset)
-    if seconds * 1000.0 > p["TIME_OUT_HOME"]:
-        raise fail(
-            1005, f"G71 {letter}: {ERRORS[1005]} ({seconds:g} s)", offset
+        place[axis] = (
+            target
+            if needed <= left
+            else begin + (target - begin) * left / needed
         )
+        rows += way(channel, place, speed, n, offset)
+        if needed > left:
+            text = (
+                f"G71 {letter}: {ERRORS[1005]} ({p['TIME_OUT_HOME'] / 1e3:g} s)"
+            )
+            channel.failure = fail(1005, text, offset)
+            return rows
     preset = p[f"RZERO_PRESET_{letter}"] * unit
     # the encoder says where the axis is
     if mode == ABSOLUTE and not p.given(f"RZERO_PRESET_{letter}"):

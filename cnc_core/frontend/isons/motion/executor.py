@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from cnc_core.blocks import DWELL, STANDSTILL, M
+from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import MotionWords, Row
 from cnc_core.frontend.port import ChannelPort, Wait
@@ -116,6 +117,12 @@ class Executor:
         """Functions that put something out by themselves."""
         rows: list[Row | Wait] = []
         if code in (40, 41, 42):
+            if code != 40 and not self._has_tool():
+                raise fail(
+                    906007,
+                    f"G{code}: {ERRORS[906007]}: program T or D before",
+                    offset,
+                )
             rows += self.channel.output.compensate(
                 code,
                 self._radius(),
@@ -150,6 +157,10 @@ class Executor:
             self.channel.modal.apply(MotionWords(inch=code == 20))
         elif code in (60, 61):
             self.channel.modal.apply(MotionWords(exact_stop=code == 61))
+            self.channel.modes_changed = True
+
+    def _has_tool(self) -> bool:
+        return self.channel.diameter is not None or self.channel.tool != 0
 
     def _radius(self) -> float:
         diameter = (
@@ -175,7 +186,9 @@ class Executor:
     def _pause(self, words: Words) -> list[Row]:
         code = words.take("X")
         self._port.message(
-            "NO CODE PAUSE" if code is None else f"PAUSE {code:g}"
+            self.channel.cell.pauses.get(code, "NO CODE PAUSE")
+            if code is not None
+            else "NO CODE PAUSE"
         )
         return self.channel.emit(
             self.channel.modal.row(M, words.block.n, code=0, flags=STANDSTILL)

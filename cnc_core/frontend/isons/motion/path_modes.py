@@ -17,9 +17,11 @@ import numpy as np
 
 from cnc_core.blocks import FILTER, HAS_VALUE, NC_AXES, PATH_MODE, SMOOTHING
 from cnc_core.frontend.base.scanner import Modal, Row
+from cnc_core.frontend.machine import ProgramMachine
 
 from ..base.parameters import Parameters
 from ..base.text import AXIS_LETTERS
+from .axis_dynamics import AxisDynamics
 
 DEFAULT = 64
 NO_AXIS = 255
@@ -82,13 +84,18 @@ class Filters:
 class PathModes:
     """``mode``: 63, 64, 65, 67, 68, 75.
 
-    ``depth``: of G69, 0 off; ``tangential``: its axis, None none.
+    ``depth``: of G69, 0 off; ``tangential``: its axis, None none. ``tip_on``:
+    RTCP is on.
     """
 
     def __init__(
-        self, axes: tuple[str, ...], modal: Modal, parameters: Parameters
+        self, machine: ProgramMachine, modal: Modal, parameters: Parameters
     ) -> None:
-        self._names = [name.upper() for name in axes]
+        self.tip_on = False
+        self._rotary = sum(
+            1 << i for i, turns in enumerate(machine.rotary) if turns
+        )
+        self._names = [name.upper() for name in machine.axes]
         self._modal, self._parameters = modal, parameters
         self.mode = DEFAULT
         self.transport_limit = 0.0  # of G68 X
@@ -97,6 +104,7 @@ class PathModes:
         self.filters = Filters()
         self.mild: set[int] = set()
         self.mild_on = False
+        self._limits = AxisDynamics(machine, modal, parameters)
         # all off
         self._sent = [
             _key(self._modal.row(FILTER, 0, code=code))
@@ -121,6 +129,7 @@ class PathModes:
             *self._filter_rows(plane, depth_axis, n),
             self._mode_row(plane, n),
             *self._mild_rows(n),
+            *self._limits.rows(n),
         ]
         keys = [_key(row) for row in made]
         out = [
@@ -206,11 +215,7 @@ class PathModes:
             )
             if on and wanted:
                 row["degree"], row["fill_1"], row["plane"] = *plane, depth
-                if self.tangential is not None and self.tangential not in (
-                    *plane,
-                    depth,
-                ):
-                    row["center"][0, 0] = self.tangential + 1
+                row["center"][0, 0] = self._following(*plane, depth)
                 for name, value in values.items():
                     row[name] = value
             rows.append(row)
@@ -243,14 +248,27 @@ class PathModes:
         left = [axis for axis in main if axis not in plane]
         return left[0] if len(left) == 1 else NO_AXIS
 
+    def _following(self, *filtered: int) -> int:
+        """Mask of the axes that follow a filtered path: the tangential one, with
+        RTCP the rotary ones.
+        """
+        own = 0 if self.tangential is None else 1 << self.tangential
+        mask = own | (self._rotary if self.tip_on else 0)
+        for axis in filtered:
+            mask &= ~(1 << axis)
+        return mask
+
     # edge smoothing
 
     def _mild_rows(self, n: int) -> list[Row]:
         """A first-order lag of TAU * 1000 / MILD cuts corners by what depends
         on the feed; so does the smoothing.
+
+        The largest of the tolerances holds. Those of G60 and of the filters
+        only say how the axes may drive: the PLC sees the programmed motions.
         """
         tolerance = self._mild_tolerance() if self.mild_on else 0.0
-        driven, longest = self._driven()
+        driven, longest = max(self._driven(), self._without_stops())
         row = self._modal.row(
             SMOOTHING, n, code=1, value=max(tolerance, driven)
         )
@@ -260,6 +278,12 @@ class PathModes:
             row["value"][0] > 0.0
         )
         return [row] if self._smoothing_told else []
+
+    def _without_stops(self) -> tuple[float, float]:
+        """(tolerance, longest segment), mm, of G60: segments of any length."""
+        if self._modal.exact_stop:
+            return 0.0, 0.0
+        return self._parameters.length("TOL_G60"), 0.0
 
     _smoothing_told = False
 

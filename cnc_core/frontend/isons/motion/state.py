@@ -51,7 +51,7 @@ class ChannelState:
         }
         self.frame = Frame(machine, modal, cell)
         self.transform = Transform(len(machine.axes))
-        self.modes = PathModes(machine.axes, modal, parameters)
+        self.modes = PathModes(machine, modal, parameters)
         self.output = Output(machine, modal, parameters, self.modes)
         self.tip = Tip(machine)
         self.modes_changed = True

@@ -61,7 +61,7 @@ def _switch(
         place = machine.programmed(here, tip.length)[0]
     else:
         place = machine.driven(here, tip.length)[0]
-    tip.on = on
+    tip.on = channel.modes.tip_on = on
     coordinates = Coordinates()
     if on:
         kinematics = channel.machine.kin_id

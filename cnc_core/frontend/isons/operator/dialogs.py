@@ -128,6 +128,16 @@ class Dialogs:
             )
         )
 
+    def _whole_source(self, value: Callable[[], float], offset: int) -> None:
+        """SOURCE copies a variable or an integer constant."""
+        if value() != round(value()):
+            raise fail(
+                909151,
+                "SOURCE: a variable or a whole number is expected, "
+                f"not {value():g}",
+                offset,
+            )
+
     def _property(self, kind: str) -> Run:
         name = self._name(kind)
         key, known = self._forms.property(
@@ -147,7 +157,12 @@ class Dialogs:
                     self._forms.item(kind, name, self._start), "dest", target
                 )
             )
+        start = self._stream.current
         value = self._formulas.argument(key)
+        if key == "SOURCE" and (
+            start.kind is Kind.NUMBER or start.text in ("+", "-")
+        ):
+            self._whole_source(value, start.offset)
         if known.variable:
             return self._simple(
                 lambda: setattr(

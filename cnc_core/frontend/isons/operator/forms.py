@@ -18,7 +18,7 @@ from .colours import COLOURS
 
 FORM, LABEL, BUTTON, INPUT = "form", "label", "button", "input"
 NAME = re.compile(r"[A-Za-z0-9_]+")
-FORMAT = re.compile(r"I|F(\d{1,2})", re.I)
+FORMAT = re.compile(r"I|F([0-9]{1,2})", re.I)
 HUGE = 1.79769313486232e308
 MESSAGE_BUTTONS = (("OK",), ("YES", "NO"))
 MESSAGE_RESULTS = {"OK": 0.0, "YES": 1.0, "NO": 2.0}

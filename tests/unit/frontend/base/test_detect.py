@@ -28,6 +28,10 @@ from cnc_core import frontend
         ("a.nc", "(G43 H1)\nG1 X1 F1 ; #<x>\n", "isg"),
         ("a.nc", "G431\n", "isg"),
         ("a.ngc", "G1 X1 (MSG, #CONTOUR)\n", "iso"),
+        ("a.nc", "%\nO1001\nG0 X1\n%\n", "iso"),
+        ("a.nc", "(a)\nO0001 (PART 7)\nG0 X1\n", "iso"),
+        ("a.nc", "%part\nG0 X1\n", "isg"),
+        ("a.nc", "%\nG0 X1\nO1001\n", "isg"),
     ],
 )
 def test_signs_of_one_dialect_count_more_than_the_name(

@@ -138,6 +138,17 @@ def test_a_wrong_cell_is_an_error_with_words(text: str, said: str) -> None:
     assert caught.value.code == 902001
 
 
+@pytest.mark.parametrize("dialect", ["isg", "iso"])
+def test_errors_that_check_collects_are_bounded(
+    here: Path, dialect: str
+) -> None:
+    """A file of wrong lines only: 1000 errors, one that says so, the end."""
+    errors = errors_of(here, dialect, "G1 X Y\n" * 30_000)
+    assert len(errors) == 1001
+    assert errors[-1].code == 900022
+    assert all(error.__traceback__ is None for error in errors)
+
+
 # writing
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from cnc_core.blocks import ELEMENT, NO_OVERRIDE, PIECE, POLYNOMIAL
-from cnc_core.config import parse_config
 from cnc_core.geometry.filters.run_filter import distances
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.isons_programs import exact_cell
 from support.programs import planned, program_of
 
 AXIS = "[axes.{}]\nv_max_mm_s = 300.0\na_max_mm_s2 = 3000.0\nj_max_mm_s3 = 50000.0\n"
@@ -36,7 +36,7 @@ def micro_plan(folder, head, config="", **options):
     """(points, plan) of the micro-segment program with a head."""
     points, text = micro(head)
     return points, planned(
-        program_of(folder, text, CELL + config, "isons"), **options
+        program_of(folder, text, exact_cell(CELL + config), "isons"), **options
     )
 
 
@@ -102,7 +102,7 @@ def test_blocks_show_the_segments_and_pieces_are_driven(tmp_path):
         [
             b.rows
             for b in Program(
-                path, parse_config(CELL), "isons", programmed=True
+                path, exact_cell(CELL), "isons", programmed=True
             ).batches()
         ]
     )
@@ -115,7 +115,7 @@ def test_blocks_show_the_segments_and_pieces_are_driven(tmp_path):
     driven = np.concatenate(
         [
             b.rows.copy()
-            for b in Program(path, parse_config(CELL), "isons").batches()
+            for b in Program(path, exact_cell(CELL), "isons").batches()
         ]
     )
     elements = driven[
@@ -130,9 +130,7 @@ def test_long_segments_are_driven_exactly(tmp_path):
     path = tmp_path / "part.isons"
     path.write_text("G60F3\nG69X200\nG66X1\nG1X20\nX40Y1\nX60Y0\n")
     assert (
-        plan_program(
-            Program(path, parse_config(CELL), "isons")
-        ).path_deviation_mm
+        plan_program(Program(path, exact_cell(CELL), "isons")).path_deviation_mm
         < 1e-9
     )
 
@@ -144,7 +142,7 @@ def test_only_the_end_of_a_filtered_run_is_an_exact_stop(tmp_path, batch):
     path = tmp_path / "part.isons"
     path.write_text(text)
     program, rows = (
-        Program(path, parse_config(CELL), "isons", programmed=True),
+        Program(path, exact_cell(CELL), "isons", programmed=True),
         [],
     )
     while (item := program.read(batch)) is not None:
@@ -177,7 +175,7 @@ def test_reported_deviations_are_those_of_the_rows(
     path.write_text(
         f"G60G63F3\nG69X200\nG72X1Y{5 * length}A{step}Z{order}\nG1\n{body}"
     )
-    program = Program(path, parse_config(CELL), "isons", programmed=True)
+    program = Program(path, exact_cell(CELL), "isons", programmed=True)
     rows = np.concatenate([batch.rows for batch in program.batches()])
     out = np.vstack(
         [points[:1], rows[rows["type"] <= POLYNOMIAL]["end"][:, :2]]
@@ -203,7 +201,7 @@ def test_the_override_has_no_effect_behind_g74(tmp_path):
         rows = [
             row
             for b in Program(
-                path, parse_config(CELL), "isons", programmed=listed
+                path, exact_cell(CELL), "isons", programmed=listed
             ).batches()
             for row in b.rows
         ]

@@ -21,7 +21,7 @@ from cnc_core.errors import CncError, ConfigError
 from cnc_core.frontend import create
 from cnc_core.frontend.port import OfflinePort, Wait
 from cnc_core.program import Program
-from support.isons_programs import CELL, run
+from support.isons_programs import CELL, exact_cell, run
 from support.programs import error_of
 
 
@@ -209,7 +209,7 @@ def test_events(tmp_path):
     path = tmp_path / "program.isons"
     path.write_text("G0X5\nGOSUB S\nG0X9\n@S\nERROR 7\n")
     program = Program(
-        path, parse_config(CELL + config), "isons", OfflinePort(np.zeros(4))
+        path, exact_cell(CELL + config), "isons", OfflinePort(np.zeros(4))
     )
     batches = program.batches()
     with pytest.raises(CncError) as caught:
@@ -532,14 +532,14 @@ def test_mixed_bits_and_comparisons_warn(tmp_path):
 def test_modal_state_stays_from_program_to_program(tmp_path):
     """All but rotation and compensation; origins with their slots."""
     port, rows = OfflinePort(np.zeros(4)), []
-    first = "G91\nUSER_ZERO 2 G94X10\nG60\nF2\nG50Z90\nG24\nG36X1A\nG18\nG43 X3 Z+\nG41\n"
+    first = "G91\nUSER_ZERO 2 G94X10\nG60\nF2\nG50Z90\nG24\nG36X1A\nG18\nG43 X3 Z+\nD2\nG41\n"
     for name, text in (
         ("a", first),
         ("b", "G1X1\nX5\nG90X1A359\n$A=$_X1\n$B=$_X10\n$C=$_X11\n"),
     ):
         path = tmp_path / f"{name}.isons"
         path.write_text(text)
-        program = Program(path, parse_config(CELL), "isons", port)
+        program = Program(path, exact_cell(CELL), "isons", port)
         rows.append(
             [row.copy() for batch in program.batches() for row in batch.rows]
         )

@@ -3,11 +3,10 @@
 import pytest
 
 from cnc_core.blocks import DISTANCE_RESET, MARKER
-from cnc_core.config import parse_config
 from cnc_core.errors import CncError
 from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
-from support.isons_programs import CELL, run
+from support.isons_programs import CELL, exact_cell, run
 
 ISONS = """G60 G63 F3
 G1X10
@@ -33,7 +32,7 @@ def test_the_same_rows_as_from_isg(tmp_path):
     port = OfflinePort([0.0] * 4)
     theirs = [
         row
-        for batch in Program(path, parse_config(CELL), "isg", port).batches()
+        for batch in Program(path, exact_cell(CELL), "isg", port).batches()
         for row in batch.rows
     ]
     names = ("type", "code", "value", "n", "line", "length", "angle", "radius")

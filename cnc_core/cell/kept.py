@@ -1,0 +1,32 @@
+"""The recording of a run that has ended, and what is told of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..errors import CncError
+from ..recording.parts import Parts
+from .result import RunResult
+
+
+def keep_recording(
+    result: RunResult, parts: Parts, told: dict[str, Any]
+) -> None:
+    """Write the file that the user named; ``told``: what the CNC's report says
+    of losses.
+    """
+    lost: dict[str, int] = told.get("lost", {})
+    result.record_lost = sum(lost.values())
+    if lost:
+        why = told.get("problem") or "the writer was too slow"
+        counts = ", ".join(f"{n} of {table}" for table, n in lost.items())
+        result.warnings.append(f"recording: rows are missing: {counts}: {why}")
+    if parts.recovered:
+        result.warnings.append(
+            f"recording: what a dead run left is now {parts.recovered}"
+        )
+    try:
+        result.recorded = parts.finish(end=result.end, lost=lost)
+    except CncError as error:
+        result.end = "error"
+        result.errors.append(error.as_json())

@@ -1,0 +1,179 @@
+"""Commands on recordings: inspect, compare, show."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table as Rows
+
+from ..errors import CncError
+from .console import app, emit, one_of, out
+from .options import Json
+
+RecordingFile = Annotated[
+    Path, typer.Argument(help="a recording: .parquet, .arrow or .npz")
+]
+
+
+@app.command()
+def inspect(
+    file: RecordingFile,
+    table: Annotated[
+        str | None, typer.Option(help="statistics of this table's columns")
+    ] = None,
+    at: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KEY=VALUE",
+            help="the state at time=S, cycle=N, line=N or distance=MM",
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Show what a recording holds: tables, columns with units, values.
+
+    Example: hli-cosim inspect run.parquet --at distance=25
+    """
+    from ..recording import inspect as look  # noqa: PLC0415
+    from ..recording.reading import Recording  # noqa: PLC0415
+
+    recording = Recording(file)
+    if table is not None:
+        one_of("--table", table, recording.tables)
+    value = look.summary(recording)
+    if table is not None:
+        value["tables"] = {table: value["tables"][table]}
+        value["statistics"] = {table: look.statistics(recording.table(table))}
+    if at is not None:
+        value["at"] = look.state_at(recording, *look.parse_at(at))
+        if table is not None:
+            value["at"] = {table: value["at"].get(table)}
+    if as_json:
+        emit(value)
+    else:
+        _print_inspection(value, str(file))
+
+
+def _print_inspection(value: dict[str, Any], title: str) -> None:
+    units = {name: t["columns"] for name, t in value["tables"].items()}
+    if "at" in value:
+        for name, row in value["at"].items():
+            shown = Rows("column", "value", "unit", title=f"{title}: {name}")
+            for column, item in (row or {}).items():
+                shown.add_row(column, _short(item), units[name].get(column, ""))
+            out.print(shown if row else f"{name}: nothing so far")
+        return
+    if "statistics" in value:
+        for name, columns in value["statistics"].items():
+            shown = Rows("column", "unit", "min", "max", "mean", title=name)
+            for column, figures in columns.items():
+                cells = (_short(figures[k]) for k in ("min", "max", "mean"))
+                shown.add_row(column, units[name][column], *cells)
+            out.print(shown)
+        return
+    whole = "complete" if value["complete"] else "not complete"
+    shown = Rows("table", "rows", "columns", title=f"{title}: {whole}")
+    for name, entry in value["tables"].items():
+        columns = (f"{c} {u}".strip() for c, u in entry["columns"].items())
+        shown.add_row(name, str(entry["rows"]), ", ".join(columns))
+    out.print(shown)
+
+
+def _short(value: Any) -> str:
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
+@app.command()
+def compare(
+    a: RecordingFile,
+    b: RecordingFile,
+    by: Annotated[
+        str,
+        typer.Option(
+            help="time: cycle by cycle; distance or line: at the same place"
+        ),
+    ] = "time",
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN=X",
+            help="largest difference allowed in this column; repeatable",
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Tell where two recordings differ first, and how often; exit 1 if they do.
+
+    Example: hli-cosim compare old.parquet new.parquet --tolerance X=0.001
+    """
+    from ..recording.compare import PLACES  # noqa: PLC0415
+    from ..recording.compare import compare as side_by_side  # noqa: PLC0415
+    from ..recording.reading import Recording  # noqa: PLC0415
+
+    one_of("--by", by, tuple(PLACES))
+    bounds = dict(_tolerance(text) for text in tolerance or ())
+    found = side_by_side(Recording(a), Recording(b), by, bounds)
+    if as_json:
+        emit(found.as_json())
+    else:
+        _print_comparison(found.as_json())
+    if not found.equal:
+        raise typer.Exit(1)
+
+
+def _tolerance(text: str) -> tuple[str, float]:
+    column, equals, value = text.partition("=")
+    try:
+        bound = float(value)
+    except ValueError:
+        bound = -1.0
+    if not equals or not bound >= 0.0:
+        raise CncError(902001, f"--tolerance {text}: COLUMN=X, X not below 0")
+    return column, bound
+
+
+def _print_comparison(value: dict[str, Any]) -> None:
+    first = value["first"]
+    if first is None:
+        out.print("equal")
+        return
+    place = f", line {first['line']}" if first["line"] else ""
+    column = first["column"] or "number of rows"
+    out.print(
+        f"first difference: {first['table']} row {first['row']}, {column}:"
+        f" {json.dumps(first['a'])} and {json.dumps(first['b'])}{place}",
+        soft_wrap=True,
+    )
+    shown = Rows("table", "column", "rows that differ")
+    for table, columns in value["counts"].items():
+        for column, count in columns.items():
+            shown.add_row(table, column or "(rows)", str(count))
+    out.print(shown)
+
+
+@app.command()
+def show(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE...", help="recordings, drawn over each other"
+        ),
+    ],
+    target: Annotated[
+        Path, typer.Option("-o", "--output", help="picture: .html or .png")
+    ],
+) -> None:
+    """Draw a recording: speed, acceleration, jerk, override, symbols, the path.
+
+    Example: hli-cosim show run.parquet -o run.html
+    """
+    from ..recording import show as drawing  # noqa: PLC0415
+    from ..recording.parts import check_writable  # noqa: PLC0415
+    from ..recording.reading import Recording  # noqa: PLC0415
+
+    check_writable(target)
+    drawing.show([Recording(file) for file in files], target)
+    out.print(str(target), soft_wrap=True)

@@ -1,0 +1,143 @@
+"""The parts of a recording while a run lasts: a folder beside the target.
+
+``run.parquet.parts`` holds a stream of each process.  It goes when the target is
+written; it stays where that was not possible, and readers understand it.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+from hli._sync import lib as sync
+
+from ..errors import CncError
+from .source import ArrowSource, JoinedSource, Source
+from .targets import check_kind, write_target
+
+OWNER = "owner"
+CNC, PLC = "cnc.arrow", "plc.arrow"
+
+
+def folder_of(target: Path) -> Path:
+    """The folder of the parts of a target."""
+    return target.with_name(f"{target.name}.parts")
+
+
+def check_target(path: Path) -> None:
+    """CncError if a recording cannot be written there, or is just being written."""
+    check_kind(path)
+    check_writable(path)
+    owner = living_owner(folder_of(path))
+    if owner:
+        raise CncError(
+            901004, f"recording {path}: process {owner} is writing it"
+        )
+
+
+def check_writable(path: Path) -> None:
+    """CncError if a file of this name cannot be written; leaves no file behind."""
+    there = path.exists()
+    try:
+        path.open("ab").close()
+    except OSError as error:
+        raise CncError(
+            901004, f"{path}: cannot be written: {error.strerror}"
+        ) from None
+    if not there:
+        path.unlink()
+
+
+def living_owner(folder: Path) -> int:
+    """The process that records into the folder, 0: none."""
+    try:
+        pid, start = map(int, (folder / OWNER).read_text().split())
+    except (OSError, ValueError):
+        return 0
+    return pid if sync.hs_process_alive(pid, start) else 0
+
+
+class Parts:
+    """The folder of this process for one target.
+
+    ``recovered``: the file that the parts of a dead process became.
+    """
+
+    def __init__(self, target: Path) -> None:
+        check_target(target)
+        self.target = target
+        self.folder = folder_of(target)
+        self.recovered = recover(target)
+        self.folder.mkdir(parents=True)
+        me = os.getpid()
+        owner = f"{me} {sync.hs_process_start(me)}"
+        (self.folder / OWNER).write_text(owner)
+
+    @property
+    def cnc(self) -> Path:
+        """The part of the CNC process."""
+        return self.folder / CNC
+
+    @property
+    def plc(self) -> Path:
+        """The part of the PLC process."""
+        return self.folder / PLC
+
+    def finish(self, **end: object) -> int:
+        """Write the target; returns the recorded cycles.  ``end``: what the end
+        of the run adds to the recording's account.
+
+        CncError: it cannot be written; the parts stay.
+        """
+        source = source_of_parts(self.folder)
+        source.meta |= end | {"complete": True}
+        try:
+            write_target(source, self.target)
+        except OSError as error:
+            why = error.strerror or str(error)
+            raise CncError(
+                901004,
+                f"recording {self.target}: {why};"
+                f" what was recorded is in {self.folder}",
+            ) from None
+        shutil.rmtree(self.folder, ignore_errors=True)
+        return source.rows("cycles")
+
+
+def source_of_parts(folder: Path, live: bool = False) -> JoinedSource:
+    """What the folder holds."""
+    sources: list[Source] = [
+        ArrowSource(folder / name, live)
+        for name in (CNC, PLC)
+        if (folder / name).exists()
+    ]
+    return JoinedSource(sources)
+
+
+def recover(target: Path) -> Path | None:
+    """Turn the parts of a dead process into a file of their own beside the
+    target; None if there are none.
+    """
+    folder = folder_of(target)
+    if not folder.is_dir():
+        return None
+    source = source_of_parts(folder)
+    if not any(source.rows(table) for table in source.tables):
+        shutil.rmtree(folder)
+        return None
+    name = free_name(target)
+    write_target(source, name)
+    shutil.rmtree(folder)
+    return name
+
+
+def free_name(target: Path) -> Path:
+    """A name beside the target that nobody has."""
+    number = 1
+    while True:
+        stem = f"{target.stem}-recovered-{number}"
+        name = target.with_name(stem + target.suffix)
+        if not name.exists():
+            return name
+        number += 1

@@ -1,0 +1,238 @@
+"""Where the rows of a recording come from: Arrow streams, Parquet, npz.
+
+Every source gives a table in chunks of columns, so that a reader needs no more
+memory than a chunk.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from hli.part_file import END_OF_STREAM, META
+
+from ..errors import CncError
+from .schema import TABLES
+
+CHUNK_ROWS = 131_072
+"""Rows of a chunk that is written; readers take what they find."""
+
+
+class Source(Protocol):
+    """One file of a recording."""
+
+    meta: dict[str, Any]
+    complete: bool  # it was written to its end
+    tables: dict[str, dict[str, str]]  # Arrow type by column by table
+
+    def rows(self, table: str) -> int:
+        """Rows of a table."""
+        ...
+
+    def chunks(self, table: str, columns: Sequence[str]) -> Iterator[Any]:
+        """The table's rows in order, as Arrow tables with these columns."""
+        ...
+
+
+class ArrowSource:
+    """An Arrow stream, as far as it was written; ``live``: it may still change."""
+
+    def __init__(self, path: Path, live: bool = False) -> None:
+        import pyarrow as pa  # noqa: PLC0415
+
+        self._path, self._live = path, live
+        self.meta: dict[str, Any] = {}
+        self.tables: dict[str, dict[str, str]] = {}
+        self._rows: dict[str, int] = {}
+        self._batches = 0
+        self._ended = False
+        try:
+            schema = self._stream().schema
+        except (pa.ArrowInvalid, OSError):
+            self.complete = False
+            return
+        self.meta = meta_of(schema.metadata)
+        self.tables = {
+            field.name: {p.name: str(p.type) for p in field.type.value_type}
+            for field in schema
+        }
+        self._rows = dict.fromkeys(self.tables, 0)
+        for batch in self._read():
+            self._batches += 1
+            for name in self.tables:
+                self._rows[name] += len(batch.column(name).values)
+        self.complete = self._ended and bool(self.meta.get("complete"))
+
+    def rows(self, table: str) -> int:
+        """Rows of a table."""
+        return self._rows.get(table, 0)
+
+    def chunks(self, table: str, columns: Sequence[str]) -> Iterator[Any]:
+        """One chunk a batch that has rows of the table."""
+        import pyarrow as pa  # noqa: PLC0415
+
+        for batch in self._read(self._batches):
+            rows = batch.column(table).values
+            if len(rows):
+                arrays = [rows.field(name) for name in columns]
+                yield pa.table(arrays, names=list(columns))
+
+    def _read(self, limit: int | None = None) -> Iterator[Any]:
+        """Batches up to the first that is not whole."""
+        import pyarrow as pa  # noqa: PLC0415
+
+        stream = self._stream()
+        while limit is None or limit > 0:
+            try:
+                yield stream.read_next_batch()
+            except StopIteration:
+                self._ended = self._tail() == END_OF_STREAM
+                return
+            except (pa.ArrowInvalid, OSError):
+                return
+            limit = None if limit is None else limit - 1
+
+    def _stream(self) -> Any:
+        import pyarrow as pa  # noqa: PLC0415
+
+        if self._path.stat().st_size == 0:
+            raise pa.ArrowInvalid("empty")
+        # a file that somebody cuts must not end the reader
+        open_file = pa.OSFile if self._live else pa.memory_map
+        return pa.ipc.open_stream(open_file(str(self._path)))
+
+    def _tail(self) -> bytes:
+        with self._path.open("rb") as file:
+            file.seek(-len(END_OF_STREAM), 2)
+            return file.read()
+
+
+class ParquetSource:
+    """A Parquet file: a row group belongs to one table, which ``table`` names.
+
+    The columns of a table are called ``table.column``.
+    """
+
+    def __init__(self, path: Path) -> None:
+        import pyarrow as pa  # noqa: PLC0415
+        import pyarrow.parquet as pq  # noqa: PLC0415
+
+        try:
+            self._file = pq.ParquetFile(path, memory_map=True)
+        except pa.ArrowInvalid as error:
+            raise not_a_recording(path, str(error)) from None
+        self.meta = meta_of(self._file.schema_arrow.metadata)
+        if not self.meta:
+            raise not_a_recording(path, "it is not of hli-cosim")
+        self.complete = bool(self.meta.get("complete"))
+        self.tables = self.meta["types"]
+        self._groups: dict[str, list[int]] = {}
+        for name, count in self.meta["row_groups"]:
+            first = sum(map(len, self._groups.values()))
+            groups = self._groups.setdefault(name, [])
+            groups += range(first, first + count)
+
+    def rows(self, table: str) -> int:
+        """Rows of a table."""
+        info = self._file.metadata
+        groups = self._groups.get(table, [])
+        return sum(info.row_group(i).num_rows for i in groups)
+
+    def chunks(self, table: str, columns: Sequence[str]) -> Iterator[Any]:
+        """One chunk a row group."""
+        names = [f"{table}.{column}" for column in columns]
+        for group in self._groups.get(table, []):
+            found = self._file.read_row_group(group, columns=names)
+            yield found.select(names).rename_columns(list(columns))
+
+
+class NpzSource:
+    """An npz file: one array a column, called ``table.column``."""
+
+    def __init__(self, path: Path) -> None:
+        import zipfile  # noqa: PLC0415
+
+        try:
+            self._arrays = np.load(path, allow_pickle=False)
+            self.meta = json.loads(str(self._arrays["meta"]))
+        except (zipfile.BadZipFile, KeyError, ValueError) as error:
+            raise not_a_recording(path, str(error)) from None
+        self.complete = bool(self.meta.get("complete"))
+        self.tables = self.meta["types"]
+
+    def rows(self, table: str) -> int:
+        """Rows of a table."""
+        return int(self.meta["rows"].get(table, 0))
+
+    def chunks(self, table: str, columns: Sequence[str]) -> Iterator[Any]:
+        """The whole table."""
+        import pyarrow as pa  # noqa: PLC0415
+
+        if self.rows(table):
+            arrays = [self._arrays[f"{table}.{name}"] for name in columns]
+            yield pa.table([pa.array(a) for a in arrays], names=list(columns))
+
+
+class JoinedSource:
+    """The parts of one run: each table is in one of them."""
+
+    def __init__(self, sources: Sequence[Source]) -> None:
+        self._sources = sources
+        self.meta: dict[str, Any] = {}
+        for source in sources:
+            for key, value in source.meta.items():
+                known = self.meta.get(key)
+                if isinstance(known, dict) and isinstance(value, dict):
+                    value = {**known, **value}  # noqa: PLW2901
+                self.meta[key] = value
+        self.complete = False
+        self.tables = {
+            name: columns
+            for table in TABLES
+            for source in sources
+            for name, columns in source.tables.items()
+            if name == table
+        }
+
+    def rows(self, table: str) -> int:
+        """Rows of a table."""
+        return sum(source.rows(table) for source in self._sources)
+
+    def chunks(self, table: str, columns: Sequence[str]) -> Iterator[Any]:
+        """The chunks of the part that holds the table."""
+        for source in self._sources:
+            if table in source.tables:
+                yield from source.chunks(table, columns)
+
+
+def meta_of(metadata: dict[bytes, bytes] | None) -> dict[str, Any]:
+    """What a schema says of the recording, empty if it is none."""
+    text = (metadata or {}).get(META, b"{}")
+    value = json.loads(text)
+    return value if isinstance(value, dict) else {}
+
+
+def rechunked(chunks: Iterator[Any], rows: int = CHUNK_ROWS) -> Iterator[Any]:
+    """The same rows in chunks of one size, whatever the batches were."""
+    import pyarrow as pa  # noqa: PLC0415
+
+    held: list[Any] = []
+    count = 0
+    for chunk in chunks:
+        held.append(chunk)
+        count += len(chunk)
+        while count >= rows:
+            table = pa.concat_tables(held)
+            yield table.slice(0, rows).combine_chunks()
+            held, count = [table.slice(rows)], count - rows
+    if count:
+        yield pa.concat_tables(held).combine_chunks()
+
+
+def not_a_recording(path: Path, why: str) -> CncError:
+    """The error for a file that is no recording."""
+    return CncError(901002, f"{path}: no recording: {why}")

@@ -1,0 +1,210 @@
+"""What a new user meets in the first hour; each was a defect once."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hli.symbol import SymbolError
+from plc_client.task import PlcError, load_tasks, task
+from support.command_line import Outcome, command
+
+Cli = Callable[..., Outcome]
+Write = Callable[..., Path]
+PART = "N10 G1 X1 Y2 F1000\nN20 X3\nM30\n"
+
+
+def test_samples_are_what_their_name_says(cli: Cli, program: Write) -> None:
+    """.csv holds the numbers of .npz, exactly; another name is refused."""
+    path = program(PART)
+    folder = path.parent
+    for name in ("s.csv", "s.npz"):
+        assert cli("plan", path, "--samples", folder / name).status == 0
+    table = np.genfromtxt(folder / "s.csv", delimiter=",", names=True)
+    assert table.dtype.names == ("t", "X", "Y", "Z", "s", "v", "block")
+    with np.load(folder / "s.npz") as arrays:
+        for i, axis in enumerate("XYZ"):
+            assert (table[axis] == arrays["pos"][:, i]).all()
+        for name in ("t", "s", "v", "block"):
+            assert (table[name] == arrays[name]).all()
+    refused = cli("plan", path, "--samples", folder / "s.txt")
+    assert (refused.status, (folder / "s.txt").exists()) == (1, False)
+    assert ".npz or .csv" in refused.err
+
+
+@pytest.mark.parametrize(("seconds", "most"), [(1, 2.0), (5, 7.0), (20, 23.0)])
+def test_the_demo_takes_the_time_it_was_given(
+    cli: Cli, seconds: int, most: float
+) -> None:
+    """About so many seconds of the cell's time; the log is closed."""
+    result = cli("demo", "--seconds", seconds, "--json").json
+    assert result["end"] == "completed"
+    assert 0.7 * seconds < result["sim_time_s"] < most
+    assert result["log_entries"] >= 3
+
+
+def test_a_binary_file_is_one_error(cli: Cli, tmp_path: Path) -> None:
+    """Not an error for each byte, for no command."""
+    path = tmp_path / "part.nc"
+    path.write_bytes(Path(sys.executable).read_bytes()[:100_000])
+    for name in ("check", "blocks", "plan"):
+        outcome = cli(name, path, "--dialect", "isg")
+        assert outcome.status == 1
+        assert (
+            outcome.err == f"{path}: 901009: no text: byte 0x02 at offset 4\n"
+        )
+
+
+def test_a_wrong_program_shows_twenty_errors(cli: Cli, program: Write) -> None:
+    """And how many there are more; --all and --json tell all of them."""
+    path = program("FOO\n" * 50 + "M30\n")
+    few = cli("check", path)
+    assert few.err.count("part.nc:") == 20
+    assert few.err.endswith("and 30 more errors; --all shows them\n")
+    assert cli("check", path, "--all").err.count("part.nc:") == 50
+    assert len(cli("check", path, "--json").json["errors"]) == 50
+
+
+def test_control_characters_are_shown_as_codes(
+    cli: Cli, tmp_path: Path
+) -> None:
+    """A terminal does not obey a wrong program."""
+    path = tmp_path / "part.nc"
+    path.write_bytes(b"G1 X1 F1\n\x07\x0bfoo \xc2\x9b2J\nM30\n")
+    said = cli("check", path).err
+    assert r"\x07\x0bfoo \x9b2J" in said
+    assert said.replace("\n", "").isprintable()
+
+
+def test_programs_with_a_number_are_read(cli: Cli, program: Write) -> None:
+    """As a control of Fanuc's kind has them, by their content alone."""
+    fanuc = "%\nO1001 (PART)\n(TOOL 3)\nG21 G90\nG0 X1 Y1\nG1 X9 F500\nM30\n%\n"
+    outcome = cli("check", program(fanuc))
+    assert outcome.status == 0
+    assert "dialect: iso" in outcome.err
+    assert cli("check", program("%\nO1001\nG1 X1 F9\n%\n")).status == 0
+    later = "G0 X1\nO1001\nM30\n"
+    second = "O1\nO2\nM30\n"
+    for text, line in ((later, 2), (second, 2), ("O1 G0 X1\nM30\n", 1)):
+        wrong = cli("check", program(text), "--dialect", "iso", "--json").json
+        assert [e["line"] for e in wrong["errors"]] == [line]
+        assert wrong["errors"][0]["code"] == 900003
+
+
+SCRIPT = """
+from __future__ import annotations
+from cnc_core import Cell
+from plc_client import Hli, task
+
+with Cell() as cell:
+    result = cell.run("part.nc")
+end = result.end
+LIMIT = 5
+
+@task(interval=0.001)
+class Below:
+    def setup(self, hli: Hli) -> None:
+        self.n = LIMIT
+    def cyclic(self) -> None:
+        self.n += 1
+    def result(self) -> bool:
+        return self.n > LIMIT
+
+with Cell() as cell:
+    print(end, cell.run("part.nc", Below).plc["result"])
+"""
+
+
+def test_a_class_below_a_run_is_found(program: Write) -> None:
+    """A script runs one cell, then defines a task and runs that."""
+    program(PART)
+    script = program(SCRIPT, "script.py")
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        cwd=script.parent,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.stdout, done.stderr) == ("completed True\n", "")
+
+
+@pytest.mark.parametrize(
+    ("method", "right"),
+    [
+        ("def setup(self): pass", "write def setup(self, hli): not def setup"),
+        ("def setup(hli): pass", "write def setup(self, hli): not def setup"),
+        ("def result(self, hli): pass", "write def result(self): not def"),
+        ("def finished(): pass", "write def finished(self): not def finished"),
+    ],
+)
+def test_a_wrong_method_is_told_with_its_line(
+    program: Write, method: str, right: str
+) -> None:
+    """The user's line, not one of the runtime."""
+    path = program(
+        "from plc_client import task\n@task(interval=0.001)\nclass A:\n"
+        f"    def cyclic(self): pass\n    {method}\n",
+        "plc.py",
+    )
+    with pytest.raises(PlcError) as error:
+        load_tasks(str(path))
+    assert f"{path}:5: {right}" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("interval", "right"),
+    [
+        ("T#1ms", "write interval=0.001"),
+        ("t#2.5s", "write interval=2.5"),
+        ("1ms", "0.001 is a millisecond"),
+        (None, "0.001 is a millisecond"),
+    ],
+)
+def test_an_interval_is_a_number_of_seconds(interval: str, right: str) -> None:
+    """A time of Structured Text is told as the number to write."""
+    with pytest.raises(TypeError, match=right):
+        task(interval=interval)  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize(
+    ("text", "right"),
+    [
+        ("feedhold.command_w=maybe", "is a BOOL; write TRUE or FALSE"),
+        ("override.command_w=much", "is a number, 0 now; write a number"),
+        ("override=500", "is no single value; name a member"),
+    ],
+)
+def test_a_force_that_does_not_fit_says_what_fits(
+    cli: Cli, program: Write, text: str, right: str
+) -> None:
+    """One line, without the value's Python."""
+    outcome = cli(
+        *("run", program(PART), "--force"), f"gpCh[0].bahn_mc_control.{text}"
+    )
+    assert outcome.status == 1
+    last = outcome.err.splitlines()[-1]
+    assert last.endswith(right)
+    assert last.count("force ") == 1
+    assert SymbolError.__name__ not in outcome.err
+
+
+def test_cnc_tells_errors_before_a_plc_comes(program: Write) -> None:
+    """Not only when somebody has started a PLC."""
+    path = program("N10 G1 X1 F9\nN20 FOO\nM30\n")
+    name = f"first-hour-{path.parent.parent.name}"
+    with subprocess.Popen(
+        command("cnc", path, "--name", name),
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as cnc:
+        assert cnc.stderr is not None
+        assert "part.nc:2:5: 900004" in cnc.stderr.readline()
+        assert "N20 FOO" in cnc.stderr.readline()
+        assert "waiting for a PLC" in cnc.stderr.readline()
+        cnc.terminate()

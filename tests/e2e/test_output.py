@@ -1,0 +1,120 @@
+"""What commands print for people: units, few digits, 80 columns, errors last."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from cnc_core.commands.tables import number
+from support.command_line import T1, Outcome
+
+Cli = Callable[..., Outcome]
+Write = Callable[..., Path]
+WATCHED = "gpCh[0].bahn_state.active_feed_r"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (7, "7"),
+        (1234567, "1234567"),
+        (12.34567, "12.35"),
+        (123456.7, "123500"),
+        (0.00012345, "0.0001234"),
+        (7.589e-15, "7.589e-15"),
+        (-2.0, "-2"),
+        (float("nan"), "nan"),
+    ],
+)
+def test_numbers_have_four_digits(value: float, text: str) -> None:
+    """Whole numbers are exact, nothing has sixteen digits."""
+    assert number(value) == text
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("plan",),
+        ("run", "--watch", WATCHED),
+        ("lookahead", "--index", "0"),
+        ("lookahead", "--distance", "0", "500000"),
+    ],
+    ids=["plan", "run", "index", "distance"],
+)
+def test_tables_are_for_people(
+    cli: Cli, program: Write, arguments: tuple[str, ...]
+) -> None:
+    """At most 80 columns, no JSON, no long numbers."""
+    name, *options = arguments
+    outcome = cli(name, program(T1), *options)
+    assert outcome.status == 0
+    assert max(map(len, outcome.out.splitlines())) <= 80
+    assert not re.search(r"[{}\"]|\d\.\d{7}", outcome.out)
+    assert "\x1b" not in outcome.out
+
+
+def test_bench_tables_are_for_people(cli: Cli) -> None:
+    """Nested figures have a row each, with their unit."""
+    outcome = cli("bench", "cycle", "--seconds", "1")
+    assert max(map(len, outcome.out.splitlines())) <= 80
+    assert "{" not in outcome.out
+    assert re.search(r"cycle +p50 .* ns", outcome.out)
+
+
+def test_a_run_tells_tasks_and_watched_symbols(
+    cli: Cli, program: Write
+) -> None:
+    """A line for each task; last, smallest, largest value and changes."""
+    out = cli("run", program(T1), "--watch", WATCHED).out
+    assert re.search(r"task acknowledge: \d+ scans every 1 ms, .* at most", out)
+    row = next(line for line in out.splitlines() if WATCHED in line)
+    last, low, high, changes = map(int, row.split()[1:])
+    assert (last, low) == (0, 0)
+    assert high > 0
+    assert changes > 10
+
+
+def test_an_answer_names_kinds_and_millimetres(
+    cli: Cli, program: Write
+) -> None:
+    """Both units of a place; PARAM of a marker is no length."""
+    out = cli("lookahead", program(T1), "--index", "0").out
+    assert re.search(r"LOG PARAM +60 .* PARAM 5\.5 ", out)
+    assert re.search(r"line +30 +0 +0\.0000 +30\.0000 ", out)
+    assert re.search(r"circle +50 .* 20 +1\.571 ", out)
+
+
+def test_an_error_comes_last_and_without_zeros(
+    cli: Cli, program: Write
+) -> None:
+    """A run that never drove has no table; one that did has its error behind it."""
+    outcome = cli("run", program("N10 FOO\n"))
+    assert outcome.out == ""
+    assert "part.nc:1:5: 900004" in outcome.err.splitlines()[-2]
+    driven = cli("run", program("N10 G1 X1 F1000\nN20 T7 D7\nM30\n"))
+    assert "error" in driven.out
+    assert driven.err.splitlines()[-1].strip() == "N20 T7 D7"
+
+
+def test_usual_options(cli: Cli) -> None:
+    """--version, -h, completion."""
+    assert re.fullmatch(r"hli-cosim \d+\.\d+\.\d+\S*\n", cli("--version").out)
+    assert "Usage: hli-cosim" in cli("-h").out
+    assert "Example:" in cli("plan", "-h").out
+    shown = cli("--show-completion", "bash")
+    assert shown.status == 0
+    assert "complete" in shown.out
+
+
+def test_no_color_is_obeyed(
+    cli: Cli, program: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """NO_COLOR counts more than FORCE_COLOR."""
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    out = cli("plan", program(T1)).out
+    assert not re.search(r"\x1b\[(?:\d+;)*(?:3|4|9|10)[0-7]", out)

@@ -1,0 +1,188 @@
+"""Recordings of real runs: complete, the same every time, kept whatever ends them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cnc_core import Cell, Recording
+from cnc_core.recording.schema import is_wall
+from support.command_line import Outcome, command, wait_for_cycle
+
+Write = Callable[..., Path]
+Cli = Callable[..., Outcome]
+PART = """F6000
+M8
+G1 X50 Y20
+G2 X60 Y30 I0 J10
+#MSG ["half"]
+M9
+G1 X0 Y0
+M30
+"""
+POSITION = "gpCh[0]^.bahn_state.dist_prog_start"
+FAST = """cycle_s = 0.0001
+[axes.X]
+[axes.Y]
+[axes.Z]
+[channel.m_synch]
+8 = "MVS_SVS"
+"""
+
+
+def tables_of(path: Path) -> dict[str, dict[str, list[object]]]:
+    """Every column of every table but those of the wall clock."""
+    recording = Recording(path)
+    return {
+        name: {
+            column: recording.table(name)[column].tolist()
+            for column in recording.table(name).columns
+            if not is_wall(name, column)
+        }
+        for name in recording.tables
+    }
+
+
+def test_a_lockstep_run_recorded_twice_is_the_same(
+    program: Write, tmp_path: Path
+) -> None:
+    """Every table, bit for bit, but columns of the wall clock."""
+    found = []
+    for k in range(2):
+        target = tmp_path / f"{k}.parquet"
+        with Cell() as cell:
+            result = cell.run(
+                program(PART), "builtin:demo", record=target, watch=(POSITION,)
+            )
+        assert result.end == "completed", result.errors
+        assert result.recorded == result.cycles
+        found.append(tables_of(target))
+    assert found[0] == found[1]
+    assert found[0]["requests"]["cycle"]
+    assert "half" in found[0]["events"]["text"]
+    plc = found[0]["plc"]
+    assert max(plc[POSITION]) > 50.0  # type: ignore[type-var]
+    assert plc["cycle"] == sorted(plc["cycle"])
+    assert plc["scan"] == list(range(1, len(plc["scan"]) + 1))
+
+
+def test_derivatives_are_those_of_the_speed(
+    program: Write, tmp_path: Path
+) -> None:
+    """Acceleration and jerk are the changes over a cycle; the axes' limits hold."""
+    target = tmp_path / "a.arrow"
+    with Cell() as cell:
+        cell.run(program(PART), record=target)
+    cycles = Recording(target).cycles
+    v, t = cycles["v"], cycles["t"]
+    assert np.allclose(np.diff(v) / 1e-3, cycles["acceleration"][1:])
+    assert np.allclose(
+        np.diff(cycles["acceleration"]) / 1e-3, cycles["jerk"][1:]
+    )
+    assert np.allclose(np.diff(t), 1e-3)
+    assert cycles.units["X"] == "mm"
+
+
+def test_real_time_is_recorded_behind_the_ring(
+    program: Write, tmp_path: Path
+) -> None:
+    """More cycles than the ring has rows: each is there, or counted as lost."""
+    config = program(FAST.partition("[channel")[0], "cell.toml")
+    target = tmp_path / "a.parquet"
+    with Cell(config, clock="realtime") as cell:
+        result = cell.run(program("G4 2\nG1 X10 F6000\nM30\n"), record=target)
+    assert result.cycles > 16_384
+    cycle = Recording(target).cycles["cycle"].astype(np.int64)
+    assert result.recorded == len(cycle)
+    assert len(cycle) + result.record_lost == result.cycles
+    missing = np.diff(cycle).sum() + 1 - len(cycle)
+    assert missing <= result.record_lost
+    assert cycle[-1] > 16_384
+
+
+@pytest.mark.parametrize(
+    ("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_a_signal_keeps_the_recording(
+    program: Write, tmp_path: Path, number: int, status: int
+) -> None:
+    """SIGTERM and SIGHUP of the launcher: both sides end, the file is whole."""
+    target = tmp_path / "r.parquet"
+    path = program("F600\n" + "G1 X50\nX0\n" * 100)
+    launcher = subprocess.Popen(
+        command("run", path, "--clock", "realtime", "--record", target),
+        stderr=subprocess.PIPE,
+    )
+    wait_for_cycle(launcher.pid, 200)
+    launcher.send_signal(number)
+    launcher.communicate(timeout=90)
+    assert launcher.returncode == status
+    recording = Recording(target)
+    assert recording.complete
+    assert recording.meta["end"] == "interrupted"
+    assert len(recording.cycles) > 100
+
+
+def test_a_killed_launcher_leaves_what_was_recorded(
+    program: Write, tmp_path: Path
+) -> None:
+    """SIGKILL: the parts are readable under the target's name, and the next run
+    to this name makes a file of them.
+    """
+    target = tmp_path / "r.parquet"
+    path = program("F600\n" + "G1 X50\nX0\n" * 100)
+    launcher = subprocess.Popen(
+        command("run", path, "--clock", "realtime", "--record", target),
+        stderr=subprocess.DEVNULL,
+    )
+    wait_for_cycle(launcher.pid, 200)
+    launcher.kill()
+    launcher.wait(timeout=90)
+    rows = len(settled(target).cycles)
+    assert rows > 100
+    with Cell() as cell:
+        result = cell.run(program("G4 0.01\nM30\n", "b.nc"), record=target)
+    name = target.with_name("r-recovered-1.parquet")
+    assert any(name.name in text for text in result.warnings)
+    assert len(Recording(name).cycles) == rows
+    assert Recording(target).complete
+
+
+def settled(target: Path) -> Recording:
+    """The recording when the CNC, which saw its parent die, has ended its part."""
+    end = time.monotonic() + 60.0
+    before = -1
+    while time.monotonic() < end:
+        recording = Recording(target)
+        rows = len(recording.cycles) if recording.tables else 0
+        if rows == before > 0:
+            return recording
+        before = rows
+        time.sleep(0.5)
+    raise AssertionError("the recording does not come to its end")
+
+
+def test_columns_are_chosen(program: Write, cli: Cli, tmp_path: Path) -> None:
+    """--record-only keeps cycle, time and what is named; a wrong name is an error
+    that tells the nearest one.
+    """
+    path = program(PART)
+    done = cli(
+        "run", path, "--record", "a.arrow", "--record-only", "v",
+        "--record-only", "events",
+    )  # fmt: skip
+    assert done.status == 0, done.err
+    recording = Recording(tmp_path / "a.arrow")
+    assert recording.cycles.columns == ("cycle", "t", "v")
+    assert recording.tables == ("cycles", "events")
+    wrong = cli("run", path, "--record", "b.arrow", "--record-only", "jrek")
+    assert wrong.status == 1
+    assert "did you mean jerk" in wrong.err
+    assert not os.path.exists(tmp_path / "b.arrow.parts")
