@@ -13,7 +13,6 @@ import os
 import resource
 import shutil
 import sys
-import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -33,7 +32,7 @@ from ..frontend.port import MESSAGES_KEPT, keep
 from ..program.restart import Restart
 from ..recording.account import account, as_bytes
 from ..recording.recorder import Recorder
-from .identity import CLOCKS, SERVICES, fill_identity
+from .identity import CLOCKS, SERVICES, fill_identity, scratch_folder
 from .live_port import LivePort
 from .modes import READY, SELECTED, ModeControl
 from .options import OUT_FOLDER, CncOptions
@@ -116,7 +115,7 @@ class CncProcess:
         self.engine.stay(not options.once)
         self.engine.stand_by()
         # the launcher's folder, or one of this process: of this user alone
-        self._own_folder = None if options.report else _scratch_folder()
+        self._own_folder = None if options.report else scratch_folder()
         folder = options.report.parent if options.report else self._own_folder
         assert folder is not None
         self._scratch = folder / f"hli-cosim-{os.getpid()}-MDI.nc"
@@ -594,10 +593,3 @@ class CncProcess:
         if self.recorder is None:
             return {}
         return {"lost": self.recorder.lost, "problem": self.recorder.problem}
-
-
-def _scratch_folder() -> Path:
-    """A folder of this process; the next launcher removes it if it is killed."""
-    me = os.getpid()
-    name = f"hli-cosim-run-{me}-{sync.hs_process_start(me)}-"
-    return Path(tempfile.mkdtemp(prefix=name))

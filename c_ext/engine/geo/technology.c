@@ -14,7 +14,7 @@
 #include <math.h>
 #include <string.h>
 #include "engine/geo/technology.h"
-#include "engine/geo/technology_again.h"
+#include "engine/path/technology_again.h"
 #include "engine/path/technology_counts.h"
 #include "engine/state/record_ring.h"
 #include "engine/state/state.h"

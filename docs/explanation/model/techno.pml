@@ -1,5 +1,5 @@
 /* One technology unit with its two flags: put_out, look_at_unit (c_ext/engine/geo/technology.c) and offer_again
- * (technology_again.c) against hs_plc_register, hs_techno_next, hs_techno_fetch, hs_techno_done, hs_techno_take
+ * (c_ext/engine/path/technology_again.c) against hs_plc_register, hs_techno_next, hs_techno_fetch, hs_techno_done, hs_techno_take
  * (c_ext/hli/sync.c).
  *
  * Functions 1..LAST go through the same unit; the odd ones (MOS) are free when fetched, the even ones wait for done_w.

@@ -9,7 +9,7 @@
  * generation and does not show when the PLC attaches
  * (docs/explanation/model/techno.pml).
  */
-#include "engine/geo/technology_again.h"
+#include "engine/path/technology_again.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
 
