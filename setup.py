@@ -6,5 +6,7 @@ setup(
     cffi_modules=[
         "c_ext/build_ffi.py:engine_ffi",
         "c_ext/build_ffi.py:sync_ffi",
-    ]
+    ],
+    # cffi builds both for the limited API: one wheel for 3.11 and later
+    options={"bdist_wheel": {"py_limited_api": "cp311"}},
 )

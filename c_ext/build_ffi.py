@@ -121,7 +121,7 @@ def module(name: str, headers: list[str], sources: list[str]) -> FFI:
     return ffi
 
 
-SYNC_SOURCES = ["hli/sync.c", "hli/queue.c", "hli/bench.c"]
+SYNC_SOURCES = ["hli/sync.c", "hli/guard.c", "hli/queue.c", "hli/bench.c"]
 ENGINE_HEADERS = [
     "rows/nc_block.h",
     "rows/scan.h",
@@ -136,12 +136,16 @@ ENGINE_HEADERS = [
 
 
 def engine_sources() -> list[str]:
-    """Every C file below c_ext but the one that only measures; hli/sync.c too:
+    """Every C file below c_ext but those of the other module; hli/sync.c too:
     the engine waits with its functions.
     """
     found = {str(path.relative_to(HERE)) for path in HERE.rglob("*.c")}
-    return sorted(found - {"hli/bench.c", "_engine.c", "_sync.c"})
+    return sorted(
+        found - {"hli/bench.c", "hli/guard.c", "_engine.c", "_sync.c"}
+    )
 
 
 engine_ffi = module("cnc_core._engine", ENGINE_HEADERS, engine_sources())
-sync_ffi = module("hli._sync", ["hli/sync.h", "hli/bench.h"], SYNC_SOURCES)
+sync_ffi = module(
+    "hli._sync", ["hli/sync.h", "hli/guard.h", "hli/bench.h"], SYNC_SOURCES
+)

@@ -124,6 +124,7 @@ ERRORS: dict[int, str] = {
     900019: "spindle speed missing",
     900020: "program ends at a later % line",
     900021: "real-time loop too long",
+    900022: "too many errors, the rest is not checked: more than",
     # our own: tool radius compensation
     906001: "contour damage: nothing is left of the compensated element",
     906002: "deselection of tool radius compensation needs a linear block",
@@ -322,6 +323,7 @@ ERRORS: dict[int, str] = {
     905014: "no answer in time",
     905015: "wrong segment name",
     905016: "channel or axis not configured",
+    905017: "segment cut or written over while in use",
     905020: "mode command: no program is selected and none is named",
     905021: "execution mode not supported",
     905022: "error record of the PLC",

@@ -53,3 +53,9 @@ class HliTimeout(HliError):
     """The other side did not answer in time."""
 
     code = 905014
+
+
+class HliLost(HliError):
+    """The memory was cut or written over by another process while in use."""
+
+    code = 905017

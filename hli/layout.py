@@ -754,7 +754,8 @@ class HLI_SIDE_PLC(Structure):
         ("finished", UDINT),
         ("scans_due", UDINT),
         ("scans", ULINT),
-        ("fill_1", BYTE * 16),
+        ("techno_shown", ULINT),
+        ("fill_1", BYTE * 8),
     ]
 
 
@@ -773,7 +774,10 @@ class HLI_SIDE_STATS(Structure):
         ("requests_bad", ULINT),
         ("overruns", ULINT),
         ("bad_commands", ULINT),
-        ("fill_1", BYTE * 24),
+        ("techno_again", ULINT),
+        ("techno_busy", UDINT),
+        ("planner_late", UDINT),
+        ("planner_late_cycles", ULINT),
     ]
 
 

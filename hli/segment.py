@@ -67,6 +67,7 @@ class Segment:
         self.memory: mmap.mmap | None = memory
         self.root: Any = layout.HLI_SEGMENT.from_buffer(memory)
         self.base = ctypes.addressof(self.root)
+        lib.hs_guard(self.pointer(0), len(memory))
 
     def pointer(self, offset: int) -> Any:
         """cffi ``void *`` to the byte at ``offset``; valid as long as the
@@ -81,6 +82,17 @@ class Segment:
             + layout.HLI_SEGMENT_HEAD.ready.offset
         )
         lib.hs_store_u32(self.pointer(offset), 1)
+
+    @property
+    def lost(self) -> bool:
+        """Somebody has cut the file or written over its head.
+
+        The memory then holds zeros, and no other process sees it.
+        """
+        return self.root is not None and (
+            bool(lib.hs_guard_lost(self.pointer(0)))
+            or self.root.segment_head.magic != layout.HLI_MAGIC
+        )
 
     def owner_alive(self) -> bool:
         """Whether the process that created the segment still runs."""
@@ -113,6 +125,7 @@ class Segment:
         """
         memory, self.memory, self.root = self.memory, None, None
         if memory is not None:
+            lib.hs_unguard(self.pointer(0))
             with contextlib.suppress(
                 BufferError
             ):  # a view still holds the memory

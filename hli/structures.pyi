@@ -889,6 +889,10 @@ class HLI_SIDE_PLC(View):
     """Scans that are due; written by: PLC."""
     scans: int
     """Scans done; written by: PLC."""
+    techno_shown: int
+    """Units that showed a function when it attached: 20, 20 late, 8 spindle;
+    written by: PLC.
+    """
 
 class HLI_SIDE_WORD(View):
     """One futex word, alone on its cache line."""
@@ -911,6 +915,18 @@ class HLI_SIDE_STATS(View):
     """Intervals missed entirely; unit: cycles; written by: CNC."""
     bad_commands: int
     """Commands that are not usable; written by: CNC."""
+    techno_again: int
+    """Units whose function is offered again, bits as ``techno_shown``;
+    written by: CNC.
+    """
+    techno_busy: int
+    """1 while a technology function is put out; written by: CNC."""
+    planner_late: int
+    """Times the path braked or stood because no motion was planned in time;
+    written by: CNC.
+    """
+    planner_late_cycles: int
+    """Cycles of the path that this took; unit: cycles; written by: CNC."""
 
 class HLI_SIDECAR(View):
     """Not public; one writer and one cache line each."""

@@ -12,7 +12,7 @@ import os
 import time
 from typing import Any, Literal
 
-from hli._sync import lib
+from hli._sync import ffi, lib
 
 from hli import layout
 from hli.areas import Areas
@@ -88,8 +88,7 @@ class Hli(Areas):
         # a dead predecessor may have left some
         self.sidecar.cnc_turn.waiters = self.sidecar.clah_answer.waiters = 0
         self.release_until(lib.hs_load_u32(self._cnc_turn))
-        plc.generation = (plc.generation + 1) & 0xFFFFFFFF
-        lib.hs_store_u32(self._attached, 1)
+        lib.hs_plc_register(ffi.cast("void *", self.segment.base))
 
     def set_present(self, present: bool = True) -> None:
         """``plc_present_w`` of platform, channels and configured axes: the

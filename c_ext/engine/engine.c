@@ -332,4 +332,7 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->halt_whole = engine->program.halt_whole;
     out->mode_warnings = engine->modes.warnings;
     out->errors_lost = engine->errors.lost;
+    out->planner_late = engine->lateness.times;
+    out->planner_late_cycles = engine->lateness.cycles;
+    out->planner_away_s = (double)ATOMIC_GET(engine->lateness.away_ns) * 1e-9;
 }

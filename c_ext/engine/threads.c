@@ -73,13 +73,21 @@ static int64_t wake_at(struct engine *engine, struct waker *waker, int64_t t) {
     return took;
 }
 
+static void note_away(struct engine *engine, int64_t ns) {
+    if (ns > (int64_t)engine->lateness.away_ns) {
+        ATOMIC_SET(engine->lateness.away_ns, (uint64_t)ns);
+    }
+}
+
 static void *plan_main(void *arg) {
     struct engine *engine = arg;
     while (ATOMIC_GET(engine->threads.running)) {
         bool pumped = planner_pump(engine) != 0;
         prediction_plan(engine, pumped);
         if (!pumped) {
-            sleep_until(now_ns() + PLANNER_IDLE_NS);
+            int64_t until = now_ns() + PLANNER_IDLE_NS;
+            sleep_until(until);
+            note_away(engine, now_ns() - until);
         }
     }
     return NULL;

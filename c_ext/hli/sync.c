@@ -9,6 +9,7 @@
 #include <linux/futex.h>
 #include <math.h>
 #include <sched.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/prctl.h>
@@ -539,4 +540,51 @@ void hs_techno_take(void *unit, void *copy) {
     memcpy(copy, this_unit, sizeof *this_unit);
     store_u8_release(&this_unit->done_w, 1);
     store_u8_release(&this_unit->please_rw, 0);
+}
+
+static uint64_t shown(const TECHNO_UNIT_CH *units,
+                      uint32_t count,
+                      uint32_t first) {
+    uint64_t found = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (load_u8_acquire(&units[i].please_rw)) {
+            found |= (uint64_t)1 << (first + i);
+        }
+    }
+    return found;
+}
+
+/* Until the CNC is not putting a function out; false: it seems to stand. */
+static bool await_quiet(const void *busy) {
+    int64_t end = hs_monotonic_ns() + NS_PER_S;
+    while (hs_load_u32(busy)) {
+        if (hs_monotonic_ns() > end) {
+            return false;
+        }
+        sched_yield();
+    }
+    return true;
+}
+
+void hs_plc_register(void *segment) {
+    HLI_SEGMENT *memory = segment;
+    HLI_SIDE_PLC *plc = &memory->sidecar.plc;
+    hs_store_u32(&plc->generation, hs_load_u32(&plc->generation) + 1u);
+    /* a function that the CNC puts out from here on is put out to this PLC */
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    bool quiet = await_quiet(&memory->sidecar.stats.techno_busy);
+    uint64_t found = shown(memory->channel[0].techno_unit_std_sync,
+                           HLI_TU_CH_STD_SYNC_MAXIDX + 1u,
+                           TECHNO_BIT_STD)
+                     | shown(memory->channel[0].techno_unit_late_sync,
+                             HLI_TU_CH_LATE_SYNC_MAXIDX + 1u,
+                             TECHNO_BIT_LATE);
+    for (uint32_t i = 0; i <= HLI_SYS_AX_MAXIDX; i++) {
+        found |= shown((const TECHNO_UNIT_CH *)(const void *)memory->axis[i]
+                           .techno_unit_std_sync,
+                       HLI_TU_AX_STD_SYNC_MAXIDX + 1u,
+                       TECHNO_BIT_SPINDLE);
+    }
+    hs_store_u64(&plc->techno_shown, quiet ? found : UINT64_MAX);
+    hs_store_u32(&plc->attached, 1);
 }

@@ -115,6 +115,10 @@ static inline void seq_end(volatile void *gen) {
     store_u32_release(gen, (load_u32_relaxed(gen) | 1u) + 1u);
 }
 
+/* bits of techno_shown and techno_again: the first of each array's units */
+#define TECHNO_BIT_STD 0u
+#define TECHNO_BIT_LATE 20u
+#define TECHNO_BIT_SPINDLE 40u
 /* Count a bell up and wake who sleeps on it. */
 void hs_ring(void *side_word);
 
@@ -289,5 +293,10 @@ void hs_techno_done(void *unit);
  * that would acknowledge the next function in it
  * (docs/explanation/model/techno.pml). */
 void hs_techno_take(void *unit, void *copy);
+
+/* A PLC takes its place: a new generation, the technology units that show a
+ * function, `attached` last. Functions of other units were fetched by a PLC
+ * that was here before; the CNC offers them again. */
+void hs_plc_register(void *segment);
 /* cdef end */
 #endif

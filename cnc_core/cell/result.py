@@ -12,6 +12,9 @@ from ..errors import CncError, Place
 
 # members of the CNC's report that the result takes over
 FROM_CNC = (
+    "planner_late",
+    "planner_late_cycles",
+    "planner_away_s",
     "cycles",
     "sim_time_s",
     "wall_time_s",
@@ -40,6 +43,9 @@ class RunResult:
     )
     handshake_us: dict[str, float | None] = field(default_factory=dict)
     overruns: int = 0
+    planner_late: int = 0
+    planner_late_cycles: int = 0
+    planner_away_s: float = 0.0
     end: str = "aborted"
     messages: list[str] = field(default_factory=list)
     files: list[str] = field(default_factory=list)
@@ -112,6 +118,9 @@ class RunResult:
             "requests": self.requests,
             "handshake_us": self.handshake_us,
             "overruns": self.overruns,
+            "planner_late": self.planner_late,
+            "planner_late_cycles": self.planner_late_cycles,
+            "planner_away_s": self.planner_away_s,
             "end": self.end,
             "messages": self.messages,
             "files": self.files,

@@ -151,7 +151,7 @@ def _run_rows(result: Any) -> Iterator[list[str]]:
     if asked:
         yield ["look-ahead requests", *_joined(asked, "")]
     yield from (["handshake", t] for t in _joined(result.handshake_us, "us"))
-    for name in ("overruns", "recorded"):
+    for name in ("overruns", "planner_late", "recorded"):
         if getattr(result, name):
             yield [name, str(getattr(result, name))]
 

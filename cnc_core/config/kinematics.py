@@ -23,6 +23,7 @@ from ..kinematics.machine_types import (
 )
 from ..units import FloatArray
 
+AxisName = Annotated[str, Field(min_length=1)]
 Finite = Annotated[float, Field(gt=-1e9, lt=1e9, allow_inf_nan=False)]
 Vector = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 Cin = Annotated[list[Finite], Field(min_length=6, max_length=6)]
@@ -62,10 +63,10 @@ class KinematicsConfig(BaseModel):
 
     type: TypeName
     bed: BedName = "WRK"
-    linear: Annotated[list[str], Field(min_length=3, max_length=3)] = Field(
-        default_factory=lambda: ["X", "Y", "Z"]
+    linear: Annotated[list[AxisName], Field(min_length=3, max_length=3)] = (
+        Field(default_factory=lambda: ["X", "Y", "Z"])
     )
-    rotary: Annotated[list[str], Field(min_length=2, max_length=2)]
+    rotary: Annotated[list[AxisName], Field(min_length=2, max_length=2)]
     directions: dict[str, Vector] = Field(default_factory=dict)
     points: dict[str, Vector] = Field(default_factory=dict)
     part: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])

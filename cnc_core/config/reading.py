@@ -11,7 +11,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from ..errors import ConfigError, Place
+from ..errors import CncError, ConfigError, Place
+from ..files import DATA_BYTES, open_regular
 from .axes import AxisConfig, SpindleConfig
 from .cell import CellConfig
 from .channel import ChannelConfig, StartupConfig
@@ -101,6 +102,8 @@ def parse_config(text: str, file: str = "") -> CellConfig:
     """
     try:
         values = tomllib.loads(text)
+    except RecursionError:
+        raise ConfigError("nested too deeply", Place(file)) from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(
             f"not TOML: {error}", _toml_place(file, text, str(error))
@@ -130,14 +133,27 @@ def load_config(path: str | Path | None) -> CellConfig:
     if path is None:
         return CellConfig()
     try:
-        text = Path(path).read_text()
-    except FileNotFoundError:
-        raise ConfigError(
-            "configuration file not found", Place(str(path))
-        ) from None
-    except (OSError, UnicodeDecodeError) as error:
+        with open_regular(Path(path)) as file:
+            data = file.read(DATA_BYTES + 1)
+        if len(data) > DATA_BYTES:
+            raise ConfigError(
+                f"configuration of more than {DATA_BYTES >> 20} MiB",
+                Place(str(path)),
+            )
+        text = data.decode()
+    except UnicodeDecodeError as error:
         raise ConfigError(
             f"configuration cannot be read: {error}", Place(str(path))
+        ) from None
+    except CncError as error:
+        if isinstance(error, ConfigError):
+            raise
+        found = error.code != 901001
+        raise ConfigError(
+            f"configuration cannot be read: {error.text}"
+            if found
+            else "configuration file not found",
+            Place(str(path)),
         ) from None
     if Path(path).suffix == ".json":
         return _validated(json.loads(text), text, str(path))

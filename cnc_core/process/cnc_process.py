@@ -12,14 +12,12 @@ import os
 import resource
 import shutil
 import sys
-import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
-from hli._sync import lib as sync
-
 from hli import layout, segment
+from hli.errors import HliLost
 
 from .. import frontend
 from ..config import load_config
@@ -31,7 +29,7 @@ from ..frontend.port import MESSAGES_KEPT, keep
 from ..program.restart import Restart
 from ..recording.account import account, as_bytes
 from ..recording.recorder import Recorder
-from .identity import CLOCKS, SERVICES, fill_identity
+from .identity import CLOCKS, SERVICES, fill_identity, scratch_folder
 from .live_port import LivePort
 from .modes import READY, SELECTED, ModeControl
 from .options import OUT_FOLDER, CncOptions
@@ -127,7 +125,7 @@ class CncProcess:
         self.plc = PlcLife(self.segment, self._tell)
         self._watch_waits(root)
         # the launcher's folder, or one of this process: of this user alone
-        self._own_folder = None if options.report else _scratch_folder()
+        self._own_folder = None if options.report else scratch_folder()
         folder = options.report.parent if options.report else self._own_folder
         assert folder is not None
         self._scratch = folder / f"hli-cosim-{os.getpid()}-MDI.nc"
@@ -224,6 +222,14 @@ class CncProcess:
             time.sleep(0.002)
 
     # ---------------------------------------------------------------- the PLC's life
+    def _look_at_plc(self) -> None:
+        if self.segment.lost:
+            raise HliLost(
+                f"segment {self.options.name!r} has been cut or written over"
+                " while it was in use; the CNC ends"
+            )
+        self.plc.look()
+
     def _plc_lost(self) -> bool:
         """Whether a run that depends on its PLC has lost it."""
         return (
@@ -476,8 +482,8 @@ class CncProcess:
             event = self.engine.wait(SLICE_S)
         else:
             event = self.engine.run(self._stretch(), int(SLICE_S * 1e9))
-        if event in (Event.DONE, Event.PLC_WAIT):
-            self.plc.look()
+        if event in (Event.DONE, Event.PLC_WAIT) or self.segment.lost:
+            self._look_at_plc()
             if event is Event.PLC_WAIT and not self.side.plc.attached:
                 time.sleep(0.002)
         self._handle(event)
@@ -611,10 +617,3 @@ class CncProcess:
         if self.recorder is None:
             return {}
         return {"lost": self.recorder.lost, "problem": self.recorder.problem}
-
-
-def _scratch_folder() -> Path:
-    """A folder of this process; the next launcher removes it if it is killed."""
-    me = os.getpid()
-    name = f"hli-cosim-run-{me}-{sync.hs_process_start(me)}-"
-    return Path(tempfile.mkdtemp(prefix=name))

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import os
+import tempfile
 import time
+from pathlib import Path
 from typing import Any
 
 from hli._sync import lib as sync
@@ -61,3 +63,10 @@ def fill_identity(
     side.clock, side.service = CLOCKS[clock], SERVICES[service]
     side.generation = (time.monotonic_ns() // 1000) & 0x7FFFFFFF or 1
     side.phase = layout.HLI_PHASE_STARTING
+
+
+def scratch_folder() -> Path:
+    """A folder of this process; the next launcher removes it if it is killed."""
+    me = os.getpid()
+    name = f"hli-cosim-run-{me}-{sync.hs_process_start(me)}-"
+    return Path(tempfile.mkdtemp(prefix=name))

@@ -35,6 +35,8 @@ LOG_WARNINGS = {
 }
 COUNTERS = (
     "overruns",
+    "planner_late",
+    "planner_late_cycles",
     "bad_commands",
     "techno_functions",
     "techno_wait_cycles",
@@ -68,4 +70,5 @@ def engine_figures(state: Any, cycle_s: float) -> dict[str, Any]:
         "sim_time_s": int(state.cycle) * cycle_s,
         "requests": requests,
         "time_by_cause": time_by_cause(state),
+        "planner_away_s": float(state.planner_away_s),
     } | counters

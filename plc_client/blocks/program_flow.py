@@ -54,9 +54,16 @@ class AutoContinue:
         command(self._unit, rise or (waiting and not self._unit.state_r))
 
 
+# first bit of an array in techno_again (c_ext/hli/sync.h)
+_BIT_STD, _BIT_LATE, _BIT_SPINDLE = 0, 20, 40
+
+
 class TechnoFunction(NamedTuple):
     """A fetched technology function: kind M, H, S or T, its number (S: ``rev``;
     T: ``basic``), payload, origin.
+
+    ``again``: a PLC before this one has fetched it and not acknowledged it.
+    Nobody knows whether it was carried out.
     """
 
     kind: str
@@ -64,13 +71,18 @@ class TechnoFunction(NamedTuple):
     payload: Any
     area: str
     late: bool
+    again: bool = False
 
 
 class TechnoArray:
     """One technology array of a channel or axis with its pointers cast once."""
 
     def __init__(
-        self, area: HLI_CHANNEL | HLI_AXIS, area_name: str, late: bool
+        self,
+        area: HLI_CHANNEL | HLI_AXIS,
+        area_name: str,
+        late: bool,
+        stats: Any = None,
     ) -> None:
         expect(
             area,
@@ -86,6 +98,10 @@ class TechnoArray:
         self._units = units  # keeps the memory alive
         self._pointers = [unit._pointer() for unit in units]
         self._first, self._count = self._pointers[0], len(self._pointers)
+        self._stats = stats
+        self._bit = _BIT_LATE if late else _BIT_STD
+        if area_name.startswith("gpAx"):
+            self._bit = _BIT_SPINDLE
         self._awaited = [True] * self._count
         self._copy = layout.TECHNO_UNIT_CH()
         self._target = ffi.cast("void *", ctypes.addressof(self._copy))
@@ -101,7 +117,7 @@ class TechnoArray:
         while index >= 0:
             unit = self._pointers[index]
             ffi.memmove(self._target, unit, ctypes.sizeof(self._copy))
-            function = self._decode()
+            function = self._decode(index)
             awaited = not function.payload.synch_mode & _NOT_AWAITED
             (lib.hs_techno_fetch if awaited else lib.hs_techno_take)(
                 unit, self._target
@@ -115,7 +131,7 @@ class TechnoArray:
         if self._awaited[index]:
             lib.hs_techno_done(self._pointers[index])
 
-    def _decode(self) -> TechnoFunction:
+    def _decode(self, index: int) -> TechnoFunction:
         code = self._copy.fkt_ctrl_r
         structure = _PAYLOADS.get(code, layout.HLI_M_H_PROZESS)
         payload: Any = view_class(structure)(
@@ -125,7 +141,13 @@ class TechnoArray:
             code, lambda: payload.nr
         )()
         return TechnoFunction(
-            KINDS.get(code, "?"), number, payload, self.area_name, self.late
+            KINDS.get(code, "?"),
+            number,
+            payload,
+            self.area_name,
+            self.late,
+            self._stats is not None
+            and bool(self._stats.techno_again >> self._bit + index & 1),
         )
 
 
@@ -134,8 +156,12 @@ class TechnoArea:
     finds out that nothing is there.
     """
 
-    def __init__(self, area: HLI_CHANNEL | HLI_AXIS, name: str) -> None:
-        self._arrays = [TechnoArray(area, name, late) for late in (False, True)]
+    def __init__(
+        self, area: HLI_CHANNEL | HLI_AXIS, name: str, stats: Any
+    ) -> None:
+        self._arrays = [
+            TechnoArray(area, name, late, stats) for late in (False, True)
+        ]
         std: ViewArray[Any]
         late: ViewArray[Any]
         std, late = area.techno_unit_std_sync, area.techno_unit_late_sync
@@ -159,12 +185,12 @@ class TechnoArea:
 def techno_areas(hli: Areas) -> list[TechnoArea]:
     """The configured areas, axes first."""
     areas = [
-        TechnoArea(area, f"gpAx[{i}]")
+        TechnoArea(area, f"gpAx[{i}]", hli.sidecar.stats)
         for i, area in enumerate(hli.gpAx)
         if area is not None
     ]
     return areas + [
-        TechnoArea(area, f"gpCh[{i}]")
+        TechnoArea(area, f"gpCh[{i}]", hli.sidecar.stats)
         for i, area in enumerate(hli.gpCh)
         if area is not None
     ]

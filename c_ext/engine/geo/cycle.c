@@ -5,6 +5,7 @@
 #include "engine/geo/commands.h"
 #include "engine/geo/external.h"
 #include "engine/geo/interpolate.h"
+#include "engine/commit/lateness.h"
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/publish.h"
 #include "engine/geo/record.h"
@@ -97,6 +98,7 @@ void geo_cycle(struct engine *engine) {
     if (!ATOMIC_GET(engine->program.hold_start)) {
         geo_advance(engine, engine->cfg.cycle_s);
     }
+    note_lateness(engine);
     ATOMIC_SET(engine->withdrawal.waits,
                engine->geo.waiting_continue || engine->geo.waiting_techno);
     geo_evaluate(engine);

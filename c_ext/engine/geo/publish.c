@@ -163,6 +163,10 @@ static void publish_stats(struct engine *engine) {
                       ATOMIC_GET(engine->service.requests_bad));
     store_u64_relaxed(&side_stats->overruns, engine->timing.overruns);
     store_u64_relaxed(&side_stats->bad_commands, engine->orders.bad);
+    store_u32_relaxed(&side_stats->planner_late,
+                      (uint32_t)engine->lateness.times);
+    store_u64_relaxed(&side_stats->planner_late_cycles,
+                      engine->lateness.cycles);
 }
 
 /* Showing it twice is showing it once. */

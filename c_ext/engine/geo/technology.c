@@ -14,6 +14,7 @@
 #include <math.h>
 #include <string.h>
 #include "engine/geo/technology.h"
+#include "engine/path/technology_again.h"
 #include "engine/path/technology_counts.h"
 #include "engine/state/record_ring.h"
 #include "engine/state/state.h"
@@ -174,7 +175,10 @@ static void fill_spindle(engine_config *cfg,
 static void put_out(struct engine *engine,
                     TECHNO_UNIT_CH *unit,
                     struct techno_slot *techno_slot,
-                    const struct piece *piece) {
+                    const struct piece *piece,
+                    uint32_t bit) {
+    uint32_t generation = begin_output(engine);
+    mark_again(engine, bit, false);
     memset(&unit->attribut_r, 0, sizeof unit->attribut_r);
     if (piece->type == NC_S) {
         fill_spindle(&engine->cfg, unit, piece);
@@ -191,6 +195,8 @@ static void put_out(struct engine *engine,
     store_u8_release(&unit->done_w, 0);
     store_u8_release(&unit->please_rw, 1);
     *techno_slot = slot_of(engine, piece, true);
+    techno_slot->generation = generation;
+    end_output(engine);
 }
 
 static uint32_t free_late_slot(const struct technology_state *technology) {
@@ -220,7 +226,8 @@ static void output_spindle(struct engine *engine, struct piece *piece) {
     put_out(engine,
             (TECHNO_UNIT_CH *)&axis->techno_unit_std_sync[i],
             &engine->technology.spindle_slots[0][i],
-            piece);
+            piece,
+            TECHNO_BIT_SPINDLE + i);
     engine->technology.spindle_open[0]++;
     if (!piece->replay && ATOMIC_GET(engine->orders.simulate)
         && !(piece->synch & SYNCH_FWD)) {
@@ -265,7 +272,8 @@ void techno_output(struct engine *engine, struct piece *piece) {
             late ? &engine->hli.channel->techno_unit_late_sync[index]
                  : &engine->hli.channel->techno_unit_std_sync[index],
             techno_slot,
-            piece);
+            piece,
+            (late ? TECHNO_BIT_LATE : TECHNO_BIT_STD) + index);
     if (!piece->replay && ATOMIC_GET(engine->orders.simulate)
         && !(piece->synch & SYNCH_FWD)) {
         acknowledge(&engine->technology, techno_slot);
@@ -374,6 +382,7 @@ static void look_at_early(struct engine *engine) {
 void techno_cycle(struct engine *engine) {
     if (engine->hli.channel) {
         techno_clear_units(engine);
+        offer_again(engine);
         for (uint32_t i = 0; i < STD_UNITS; i++) {
             look_at(engine,
                     &engine->hli.channel->techno_unit_std_sync[i],

@@ -149,6 +149,9 @@ typedef struct engine_state {
     double time_by_cause[ENGINE_CAUSES]; /* s of cycles of programs */
     uint64_t infeasible; /* planner: state that could not be continued legally;
                             must stay 0 */
+    uint64_t planner_late; /* times the path braked or stood for the planner */
+    uint64_t planner_late_cycles; /* cycles that this took */
+    double planner_away_s;        /* longest time its thread had no processor */
 } engine_state;
 
 /* Where the path stands and why. */

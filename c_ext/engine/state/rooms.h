@@ -381,6 +381,12 @@ typedef struct geo {
     bool rapid;
 } geo;
 
+/* The planner's lateness, as GEO sees it. */
+typedef struct lateness {
+    uint64_t times, cycles, cycles_now;
+    uint64_t away_ns; /* longest time the planner's thread had no processor */
+} lateness;
+
 /* What the PLC, or a test, asks for. */
 typedef struct orders {
     double override, rapid;
@@ -421,6 +427,8 @@ typedef struct technology_state {
                                     [HLI_TU_AX_STD_SYNC_MAXIDX + 1];
     uint32_t spindle_open[ENGINE_SPINDLES], spindle_used;
     int suppressed, units_cleared;
+    uint32_t plc_generation;
+    uint64_t again; /* units whose function is offered once more, a bit each */
 } technology_state;
 
 typedef struct mode_unit {

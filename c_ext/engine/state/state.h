@@ -57,6 +57,7 @@ struct engine {
     struct geo geo;
     struct technology_state technology;
     struct orders orders;
+    struct lateness lateness;
     struct watchdog watchdog;
     struct retracing retracing;
     struct time_causes time_causes;

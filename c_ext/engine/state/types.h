@@ -123,6 +123,7 @@ typedef struct techno_counts {
 typedef struct techno_slot {
     bool used, acked, replay;
     uint32_t synch;
+    uint32_t generation; /* of the PLC to which it was put out */
     struct engine_function recorded;
 } techno_slot;
 

@@ -445,13 +445,22 @@ static void take_other(nc_contour *contour, const nc_block *row) {
     }
 }
 
+/* The coefficients of a row lie inside the pool. */
+static bool row_in_pool(const nc_block *row, int axes, int64_t pool_n) {
+    uint64_t need = (uint64_t)axes * (row->degree + 1u);
+    return row->type != NC_POLYNOMIAL
+           || (uint64_t)row->pool + need <= (uint64_t)pool_n;
+}
+
 int nc_contour_push(nc_contour *contour,
                     const nc_block *rows,
                     int64_t count,
                     const double *pool,
                     int64_t pool_n) {
-    (void)pool_n;
     for (int64_t i = 0; i < count && !contour->failed; i++) {
+        if (!row_in_pool(&rows[i], contour->cfg.axes, pool_n)) {
+            return -2;
+        }
         if (rows[i].type <= NC_POLYNOMIAL) {
             take_motion(contour, &rows[i], pool);
         } else {

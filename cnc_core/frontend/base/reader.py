@@ -35,8 +35,12 @@ WARNINGS_MAX = 1000  # of one number
 # blocks without a row (and, where somebody answers, without a wait): error
 # 907001
 IDLE_BLOCKS_MAX = 5_000_000
+ERRORS_MAX = 1000  # that a check collects
 # what a check follows where blocks come again: without a row; all of them
 IDLE_CHECKED, REPEATS_CHECKED = 50_000, 40_000
+
+# of an error: code, file, line, column, text
+Key = tuple[int, str, int, int, str]
 
 
 @dataclass
@@ -105,7 +109,7 @@ class BlockReader(ABC):
         self._lines_left = 0
         self.mark = START  # where the block begins that is being prepared
         self._shown: dict[int, int] = {}
-        self._seen: set[tuple[int, str, int, int, str]] = set()
+        self._seen: set[Key] = set()
         self.flow.source  # noqa: B018  the file is opened here, so that its absence shows at once
 
     def _prepare(self, block: BlockText) -> Prepared:
@@ -348,9 +352,7 @@ class BlockReader(ABC):
         error = located(error, block)
         place = error.place
         key = (error.code, place.file, place.line, place.column, error.text)
-        if key not in self._seen:
-            self._seen.add(key)
-            self.errors.append(error)
+        self._keep(key, error)
         if error.code == 900006:
             self.modal.assume_feed()  # one error for one missing feed
         for other in error.also:
@@ -369,9 +371,19 @@ class BlockReader(ABC):
             found.place.column,
             found.text,
         )
-        if key not in self._seen:
+        self._keep(key, found)
+
+    def _keep(self, key: Key, error: CncError) -> None:
+        """Collect an error that is new; a check ends behind ERRORS_MAX."""
+        if key in self._seen or len(self.errors) > ERRORS_MAX:
+            return
+        if len(self.errors) == ERRORS_MAX:
+            error = CncError(900022, f"{ERRORS[900022]} {ERRORS_MAX} errors")
+            self._ended = True
+        else:
             self._seen.add(key)
-            self.errors.append(found)
+        # its traceback holds the frames of the block, some kilobytes an error
+        self.errors.append(error.with_traceback(None))
 
     def _warn(self, code: int, text: str, place: Place) -> None:
         """A warning; a repeated block reports it once."""

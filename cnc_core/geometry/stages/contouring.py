@@ -105,12 +105,12 @@ class Contouring:
         pool = np.ascontiguousarray(batch.pool)
         pointer = pool_pointer(pool)
         first = row_pointer(rows)
-        if (
-            lib.nc_contour_push(
-                self._state, first, len(rows), pointer, len(pool)
-            )
-            < 0
-        ):
+        failed = lib.nc_contour_push(
+            self._state, first, len(rows), pointer, len(pool)
+        )
+        if failed == -2:
+            raise ValueError("contouring: coefficients outside the pool")
+        if failed < 0:
             raise MemoryError("contouring")
         self._messages()
         return self._taken()

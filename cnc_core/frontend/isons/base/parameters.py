@@ -10,6 +10,7 @@ names ``_P0`` ...
 from __future__ import annotations
 
 import difflib
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -256,6 +257,8 @@ def nearest(name: str) -> str:
 
 def wrong_value(name: str, known: Parameter, value: float) -> str:
     """What is wrong with a value, empty if nothing is."""
+    if not math.isfinite(value):
+        return f"{name} = {value:g} is no finite number"
     if known.whole and value != int(value):
         return f"{name} is a whole number, not {value:g}"
     if not known.low <= value <= known.high:

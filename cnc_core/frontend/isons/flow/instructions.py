@@ -348,10 +348,9 @@ class Instructions:
         target = self._formulas.target()
         self._comma()
         name = self._name("a file name")
+        text = self._program.text_of
         return self._simple(
-            lambda: target(
-                float(self._program.text_of(name, self._start) is not None)
-            )
+            lambda: target(float(text(name, self._start) is not None))
         )
 
     def _get_var(self) -> Run:

@@ -118,6 +118,37 @@ def test_variables_that_are_none_do_not_show(here: Path) -> None:
     assert (error.code, "hush" in str(error)) == (909107, False)
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[isons]\nFEEDRES = inf\n", "FEEDRES"),
+        ("[isons]\nFEEDRES = nan\n", "FEEDRES"),
+        ("[isons]\nFEEDRES = 1e400\n", "FEEDRES"),
+        (
+            '[kinematics.9]\ntype = "head-head"\nlinear = ["X", "", "Z"]\n'
+            'rotary = ["C", "B"]\ndirections = { X = [-1.0, 0.0, 0.0] }\n',
+            "linear",
+        ),
+        ("a = " + "[" * 20_000 + "]" * 20_000, "deeply"),
+    ],
+)
+def test_a_wrong_cell_is_an_error_with_words(text: str, said: str) -> None:
+    with pytest.raises(CncError, match=said) as caught:
+        parse_config(text)
+    assert caught.value.code == 902001
+
+
+@pytest.mark.parametrize("dialect", ["isg", "iso"])
+def test_errors_that_check_collects_are_bounded(
+    here: Path, dialect: str
+) -> None:
+    """A file of wrong lines only: 1000 errors, one that says so, the end."""
+    errors = errors_of(here, dialect, "G1 X Y\n" * 30_000)
+    assert len(errors) == 1001
+    assert errors[-1].code == 900022
+    assert all(error.__traceback__ is None for error in errors)
+
+
 # writing
 
 
