@@ -15,7 +15,7 @@ import importlib.abc, sys
 
 class Hidden(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
-        if name.split(".")[0] in ("matplotlib", "scipy", "pyarrow"):
+        if name.split(".")[0] in ("matplotlib", "scipy"):
             raise ModuleNotFoundError(name)
 
 sys.meta_path.insert(0, Hidden())
