@@ -56,7 +56,8 @@ def test_a_binary_file_is_one_error(cli: Cli, tmp_path: Path) -> None:
         outcome = cli(name, path, "--dialect", "isg")
         assert outcome.status == 1
         assert (
-            outcome.err == f"{path}: 901009: no text: byte 0x02 at offset 4\n"
+            outcome.err
+            == f"{path}:1:5: 901009: no text: byte 0x02 at offset 4\n"
         )
 
 

@@ -67,10 +67,12 @@ class Source:
         if found is None:
             return
         self.close()
+        line = head.count(b"\n", 0, found.start()) + 1
+        column = found.start() - head.rfind(b"\n", 0, found.start())
         raise CncError(
             901009,
             f"no text: byte 0x{found[0][0]:02x} at offset {found.start()}",
-            Place(file=str(self.path)),
+            Place(str(self.path), line, column),
         )
 
     def close(self) -> None:
