@@ -98,9 +98,7 @@ class Profile:
         unset: list[str] = []
         words = parse(text, self.context.variables, letters, unset)
         for name in unset:
-            self.context.warn(
-                909102, f"variable {name} is read before it was written: 0"
-            )
+            self._unset(name)
         if words.m:
             code = next(iter(words.m))
             raise fail(
@@ -111,6 +109,18 @@ class Profile:
         if words.n is not None:
             self.context.number = words.n
         return words
+
+    def read_variable(self, letter: str, number: int) -> float:
+        """Its value; one that was never assigned is 0 and told."""
+        variables = self.context.variables
+        if not variables.known(letter, number):
+            self._unset(f"{letter}{number}")
+        return variables(letter, number)
+
+    def _unset(self, name: str) -> None:
+        self.context.warn(
+            909102, f"variable {name} is read before it was written: 0"
+        )
 
     def take_feed(self, words: Words) -> None:
         if "F" not in words.values:
