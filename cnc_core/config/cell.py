@@ -379,7 +379,9 @@ class CellConfig(Table):
             dialects=(
                 self.isons.machine,
                 OsaiCell(
-                    self.osai.feed == "arc", self.osai.location == "centre"
+                    self.osai.feed == "arc",
+                    self.osai.location == "centre",
+                    25.4 if self.osai.setup_unit == "inch" else 1.0,
                 ),
             ),
             probe=dict(self.probe),

@@ -12,8 +12,9 @@ class OsaiConfig(Table):
 
     ``feed``: of polynomials and B-splines, that of their parameter or along the
     arc.  ``location``: where a cutter location point lies on a ball or toroidal
-    tool.
+    tool.  ``setup_unit``: of lengths in setup files.
     """
 
     feed: Literal["parameter", "arc"] = "parameter"
     location: Literal["tip", "centre"] = "tip"
+    setup_unit: Literal["mm", "inch"] = "mm"

@@ -200,6 +200,8 @@ feed |
     of polynomials and B-splines: that of their parameter, or along the arc
 location |
     where a cutter location point lies on a ball or toroidal tool
+setup_unit |
+    unit of the lengths in setup files
 [kinematics.N]
     Kinematic transformations, N from 0 to 999: [kinematics](kinematics.md).
 type |

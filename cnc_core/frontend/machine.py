@@ -102,10 +102,12 @@ class OsaiCell:
 
     ``feed_by_length``: polynomials' feed counts along the arc.
     ``centre``: location points are in the tool's centre.
+    ``setup_mm``: per unit of lengths in setups.
     """
 
     feed_by_length: bool = False
     centre: bool = False
+    setup_mm: float = 1.0
 
 
 @dataclass(frozen=True)

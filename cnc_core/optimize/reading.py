@@ -13,6 +13,7 @@ from ..config import CellConfig
 from ..errors import CncError, Place
 from ..frontend.osai.front_end import OsaiFrontEnd
 from ..frontend.osai.setup import Records, SetupFile
+from ..frontend.osai.spec import in_mm
 from ..frontend.port import OfflinePort, Wait
 from ..geometry.profiles.points import Points
 from .program_text import BEGIN, CALL, middle
@@ -125,7 +126,8 @@ class ProgramReader:
             for kind, name in EDGE_CODES.items()
         }
         own_length = records.get("TOL").maybe("Len") is not None
-        return Settings(records, _tolerances(records), codes, own_length)
+        tolerances = _tolerances(in_mm(records, self.cell.program_machine()))
+        return Settings(records, tolerances, codes, own_length)
 
     def _records(self) -> Records:
         """The setup with the program's variables."""

@@ -18,13 +18,13 @@ from ..blocks.profile_columns import (
 )
 from ..errors import CncError
 from ..frontend.osai.setup import (
-    VARIABLE,
     Record,
     Records,
     SetupFile,
     SetupLine,
     Value,
 )
+from ..frontend.osai.variables import FIELD
 from ..geometry.profiles.blend import evaluated
 from ..geometry.profiles.points import Points
 from .columns import OutputColumns
@@ -212,7 +212,7 @@ def _written(record: Record, line: SetupLine) -> str:
     values: dict[str, Value] = dict(record.values)
     shown = Record(record.code, values, record.place)
     for name, (text, _) in zip(record.values, line.fields, strict=False):
-        if VARIABLE.match(text):
+        if FIELD.match(text):
             values[name] = text
     return shown.printed()
 

@@ -378,7 +378,8 @@ class BlockReader(ABC):
         if key in self._seen or len(self.errors) > ERRORS_MAX:
             return
         if len(self.errors) == ERRORS_MAX:
-            error = CncError(900022, f"{ERRORS[900022]} {ERRORS_MAX} errors")
+            text = f"{ERRORS[900022]} {ERRORS_MAX} errors"
+            error = CncError(900022, text, error.place)
             self._ended = True
         else:
             self._seen.add(key)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import io
 import re
 from pathlib import Path
@@ -18,6 +19,12 @@ HEAD_BYTES = 65536
 # programs from punched tape and serial lines
 BINARY = re.compile(rb"[\x00-\x06\x0e-\x10\x15-\x19\x1b-\x1f]")
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+
+
+def _utf_16(head: bytes) -> bool:
+    """By its mark, or by every second byte of plain text being 0."""
+    marked = head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    return marked or any(head[::2]) != any(head[1::2])
 
 
 class Source:
@@ -67,13 +74,12 @@ class Source:
         if found is None:
             return
         self.close()
+        text = f"no text: byte 0x{found[0][0]:02x} at offset {found.start()}"
+        if _utf_16(head):
+            text = "the file is UTF-16: save it as UTF-8"
         line = head.count(b"\n", 0, found.start()) + 1
         column = found.start() - head.rfind(b"\n", 0, found.start())
-        raise CncError(
-            901009,
-            f"no text: byte 0x{found[0][0]:02x} at offset {found.start()}",
-            Place(str(self.path), line, column),
-        )
+        raise CncError(901009, text, Place(str(self.path), line, column))
 
     def close(self) -> None:
         self._file.close()

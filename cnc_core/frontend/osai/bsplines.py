@@ -73,12 +73,29 @@ class BsplineProfile(Profile):
             return
         if self._left_out:
             return
+        self._no_small_knot(words)
         self.ignore(words)
         self.take_feed(words)
         if "K" in words.values:
             self._knot(words.values["K"], words.offsets["K"])
         if any(name in words.values for name in self.columns):
             self._point(words)
+
+    def _no_small_knot(self, words: Words) -> None:
+        """``k`` is a component of the tool direction; alone, it is a knot with
+        a small letter.
+        """
+        given = words.values
+        if "k" not in given or any(letter in given for letter in "Kij"):
+            return
+        point = any(name in given for name in self.names)
+        if point and "ijk" in self.spec.versors:
+            return
+        raise fail(
+            909226,
+            "k is the z component of the tool direction: a knot is K",
+            words.offsets["k"],
+        )
 
     def _knot(self, value: float, offset: int) -> None:
         if self._knots and value < self._knots[-1]:

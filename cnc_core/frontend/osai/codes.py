@@ -10,7 +10,8 @@ from dataclasses import dataclass
 @dataclass(frozen=True)
 class Field:
     """One field.  ``words``: the names it may have; empty: a number within
-    ``low``..``high``, whole if ``whole``.
+    ``low``..``high``, whole if ``whole``.  ``length``: it counts in the unit of
+    setups; where the code is one of an axis' own unit, on linear axes only.
     """
 
     name: str
@@ -21,6 +22,7 @@ class Field:
     high: float = 1e9
     whole: bool = False
     letter: bool = False  # an axis name
+    length: bool = False
 
 
 EDGE_MODES = ("G63", "G66", "G67")
@@ -30,8 +32,18 @@ def _number(name: str, low: float = -1e9, high: float = 1e9) -> Field:
     return Field(name, low=low, high=high)
 
 
+def _length(name: str, low: float = -1e9) -> Field:
+    return Field(name, low=low, length=True)
+
+
 def _open(name: str, low: float = -1e9, default: float | None = None) -> Field:
     return Field(name, optional=True, low=low, default=default)
+
+
+def _open_length(
+    name: str, low: float = -1e9, default: float | None = None
+) -> Field:
+    return Field(name, optional=True, low=low, default=default, length=True)
 
 
 POINTS = ("CCP", "CLP", "AXI")
@@ -61,22 +73,22 @@ CODES: dict[str, tuple[Field, ...]] = {
         _open("Ttop", 0.0, 0.0),
     ),
     "THR": (
-        _number("Tol", 0.0),
+        _length("Tol", 0.0),
         _number("TolV", 0.0),
         _number("Scale", 0.0),
-        _number("NullMov", 0.0),
-        _number("Chord", 0.0),
+        _length("NullMov", 0.0),
+        _length("Chord", 0.0),
     ),
     "TOL": (
-        _open("Len"),
-        _open("Radius", 0.0),
-        _number("EdgeRad", 0.0),
+        _open_length("Len"),
+        _open_length("Radius", 0.0),
+        _length("EdgeRad", 0.0),
         _number("Angle", -180.0, 180.0),
-        _open("OriginLen", default=0.0),
+        _open_length("OriginLen", default=0.0),
     ),
     "TOD": (_number("Xcomp"), _number("Ycomp"), _number("Zcomp")),
     "CRV": (
-        _number("Len", 0.0),
+        _length("Len", 0.0),
         _number("Ratio", 0.0),
         Field("Mode", ("G62", "G63")),
     ),
@@ -95,31 +107,29 @@ CODES: dict[str, tuple[Field, ...]] = {
     ),
     "AXP": (
         NAME,
-        _number("NullMov", 0.0),
-        _open("Pitch", 0.0),
-        _open("Lim-"),
-        _open("Lim+"),
+        _length("NullMov", 0.0),
+        _open_length("Pitch", 0.0),
+        _open_length("Lim-"),
+        _open_length("Lim+"),
     ),
     "DIN": (
         NAME,
         *(
-            _open(name, 1e-6)
+            _open_length(name, 1e-6)
             for name in ("Vmax", "Amax", "Jmax", "Vrap", "Arap", "Jrap")
         ),
     ),
     "MAC": (Field("Type", CHAINS), Field("Bed", BEDS)),
     "CIN": (
         NAME,
-        *(
-            _number(name)
-            for name in ("OffX", "OffY", "OffZ", "RotX", "RotY", "RotZ")
-        ),
+        *(_length(name) for name in ("OffX", "OffY", "OffZ")),
+        *(_number(name) for name in ("RotX", "RotY", "RotZ")),
     ),
     "SMT": (
-        *(
-            _number(name, 0.0)
-            for name in ("Toll", "TollX", "TollV", "Racc", "RaccX", "RaccV")
-        ),
+        _length("Toll", 0.0),
+        _length("TollX", 0.0),
+        _number("TollV", 0.0),
+        *(_length(name, 0.0) for name in ("Racc", "RaccX", "RaccV")),
         *(Field(name, EDGE_MODES) for name in ("C0", "C0X", "C0V")),
     ),
     "SMS": (
@@ -133,7 +143,7 @@ CODES: dict[str, tuple[Field, ...]] = {
             )
             for name in ("Cond", "CondX", "CondV")
         ),
-        _open("Len", 0.0),
+        _open_length("Len", 0.0),
         Field(
             "Pnt",
             optional=True,
@@ -147,6 +157,7 @@ CODES: dict[str, tuple[Field, ...]] = {
     ),
 }
 PER_AXIS = ("AXI", "AXP", "DIN", "CIN")  # once for each name
+OWN_UNIT = ("AXP", "DIN")  # mm of a linear axis, degrees of a rotary one
 REQUIRED = ("PNT", "VER", "THR", "AXI")
 FEED_ON = {
     "CCP": ("CCP", "CLP"),

@@ -34,7 +34,7 @@ from cnc_core.frontend.osai.bsplines import BsplineProfile
 from cnc_core.frontend.osai.polynomials import PolynomialProfile
 from cnc_core.frontend.osai.profile import Context, PointProfile, Profile
 from cnc_core.frontend.osai.setup import Records, SetupFile
-from cnc_core.frontend.osai.spec import Active, build, check
+from cnc_core.frontend.osai.spec import Active, build, check, unused
 from cnc_core.frontend.osai.variables import Variables, assignment
 from cnc_core.frontend.osai.words import Words, parse
 from cnc_core.units import FloatArray
@@ -49,7 +49,7 @@ PROFILES: dict[str, type[Profile]] = {
 CODE = re.compile(
     r"\s*\(\s*([A-Za-z][A-Za-z0-9_]{2})\s*(?:,\s*([^)]*?)\s*)?\)\s*$"
 )
-ASSIGNMENT = re.compile(r"\s*(?:N[0-9]+\s*)?([EL][0-9]+)\s*=")
+ASSIGNMENT = re.compile(r"\s*(?:N[0-9]+\s*)?([EL][0-9]+|JRS)\s*=")
 NUMBERED = re.compile(r"\s*N[0-9]+\s*(?=\()")
 END_OR_BEGIN = re.compile(rb"^[ \t]*(?:N[0-9]+[ \t]*)?G6[01]\b", re.M)
 BEGIN = re.compile(r"[ \t]*(?:N[0-9]+[ \t]*)?G61\b")
@@ -208,6 +208,8 @@ class OsaiFrontEnd(BlockReader):
         self._spec_ok = not errors
         if not errors:
             self.setups.append(records.as_json())
+        for error in unused(records):
+            self._warn(error.code, error.text, error.place)
         self._report(errors)
 
     def _report(self, errors: list[CncError]) -> None:
@@ -436,6 +438,7 @@ class OsaiFrontEnd(BlockReader):
             degree,
             modal.count,
             self.flow.file.number,
+            self._variables.jerk_scale,
         )
         spec = build(records, self._machine, active)
         path = str(self.flow.file.path)

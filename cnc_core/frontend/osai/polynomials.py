@@ -10,12 +10,14 @@ from cnc_core.blocks.profile_columns import PASS, SMOOTH, STOP, ProfileChunk
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.osai.profile import VERSOR_LETTERS, Context, Profile
-from cnc_core.frontend.osai.words import VALUE_MAX, shortened
+from cnc_core.frontend.osai.variables import FIELD, variable_number
+from cnc_core.frontend.osai.words import EXPRESSION_VALUE, VALUE_MAX, shortened
 from cnc_core.units import FloatArray
 
 SHORTEST = 1e-9
 REACH_MAX = 1e12  # of a coefficient at the polynomial's end
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?$")
+SUM = re.compile(r"[+-]?(?:[EL][0-9]+|[0-9.]+)\s*[-+*/]")
 HEADER = ("length", "block number", "feed", "transition")
 GAP_MAX = 1e-6  # mm, degrees; versors without a unit
 ENDS = {1: STOP, 2: PASS}
@@ -94,13 +96,29 @@ class PolynomialProfile(Profile):
     def _numbers(self, parts: list[tuple[str, int]]) -> list[float]:
         out = []
         for text, offset in parts:
-            if not NUMBER.match(text):
-                raise fail(900004, f"{shortened(text)!r} is no number", offset)
-            value = float(text)
+            value = self._number(text, offset)
             if not abs(value) < 1e30:
                 raise fail(900012, f"{shortened(text)}: out of range", offset)
             out.append(value)
         return out
+
+    def _number(self, text: str, offset: int) -> float:
+        """A number, or the value of an E or L variable."""
+        if NUMBER.match(text):
+            return float(text)
+        if EXPRESSION_VALUE.match(text) or SUM.match(text):
+            raise fail(909227, ERRORS[909227], offset)
+        found = FIELD.match(text)
+        if not found:
+            raise fail(
+                900004,
+                f"{shortened(text)!r} is neither a number nor an E or L variable",
+                offset,
+            )
+        sign, letter, digits = found.groups()
+        number = variable_number(digits, letter, offset)
+        value = self.read_variable(letter, number)
+        return -value if sign == "-" else value
 
     def _header(
         self, parts: list[tuple[str, int]], begin: int, text: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -14,7 +15,7 @@ from cnc_core.blocks.profile_columns import (
     ProfileChunk,
     ProfileSpec,
 )
-from cnc_core.errors import ERRORS
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.osai import codes
@@ -25,6 +26,8 @@ from cnc_core.units import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 VERSOR_LETTERS = "ijkmnopqd"
+FUNCTION = re.compile(r"G\s*([0-9]{1,9})(?![0-9.])")
+ALLOWED = (0, 1, 60, 61, 90, 91, *codes.TRANSITIONS)
 Warn = Callable[[int, str], None]
 
 
@@ -96,11 +99,13 @@ class Profile:
 
     def words(self, text: str, letters: str) -> Words:
         unset: list[str] = []
-        words = parse(text, self.context.variables, letters, unset)
+        try:
+            words = parse(text, self.context.variables, letters, unset)
+        except CncError:
+            _refuse_codes(text)
+            raise
         for name in unset:
-            self.context.warn(
-                909102, f"variable {name} is read before it was written: 0"
-            )
+            self._unset(name)
         if words.m:
             code = next(iter(words.m))
             raise fail(
@@ -111,6 +116,18 @@ class Profile:
         if words.n is not None:
             self.context.number = words.n
         return words
+
+    def read_variable(self, letter: str, number: int) -> float:
+        """Its value; one that was never assigned is 0 and told."""
+        variables = self.context.variables
+        if not variables.known(letter, number):
+            self._unset(f"{letter}{number}")
+        return variables(letter, number)
+
+    def _unset(self, name: str) -> None:
+        self.context.warn(
+            909102, f"variable {name} is read before it was written: 0"
+        )
 
     def take_feed(self, words: Words) -> None:
         if "F" not in words.values:
@@ -151,6 +168,12 @@ class Profile:
                 909224,
                 "a three-letter code cannot stand between G61 and G60",
                 plain.index("("),
+            )
+        if plain.lstrip().startswith("/"):
+            raise fail(
+                909224,
+                "a block with / cannot stand between G61 and G60",
+                plain.index("/"),
             )
         if plain.lstrip()[:1] in ("E", "L") and "=" in plain:
             raise fail(
@@ -469,6 +492,19 @@ class PointProfile(Profile):
         )
         out = {name: whole[name][:cut] for name in names}
         return ProfileChunk(self.spec, **out, last=self.ended)
+
+
+def _refuse_codes(text: str) -> None:
+    """CncError for a function that no profile has: its words are unknown only
+    because of it.
+    """
+    for found in FUNCTION.finditer(text):
+        if int(found[1]) not in ALLOWED:
+            raise fail(
+                909224,
+                f"G{int(found[1])} cannot stand between G61 and G60",
+                found.start(),
+            )
 
 
 def _filled(values: FloatArray) -> FloatArray:

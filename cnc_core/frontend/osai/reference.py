@@ -16,7 +16,7 @@ G_FUNCTIONS = r"""
 62 63 66 67
     transitions inside a profile
 70 71
-    inch, mm; setups are always in mm
+    inch, mm; setups have the unit of the cell
 90 91
     absolute, relative; inside a profile for points only
 """

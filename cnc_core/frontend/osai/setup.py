@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,10 @@ from cnc_core.files import Folders
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.codes import CODES, Field
+from cnc_core.frontend.osai.variables import FIELD
 
 LINE = re.compile(r"\s*\(\s*([A-Za-z0-9]+)\s*(,.*)?\)\s*$")
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?$")
-VARIABLE = re.compile(r"([+-]?)([EL])([0-9]+)$")
 LINES_MAX = 1000
 VALUE_MAX = 1e12
 VARIABLE_DIGITS = 6
@@ -117,6 +117,26 @@ class Records:
         if code in self.general:
             return self.general[code]
         return Record(code, dict(DEFAULTS[code]), Place(str(self.path)))
+
+    def scaled(self, unit_mm: float, rotary: frozenset[str]) -> Records:
+        """The same with every length in mm; ``rotary``: axes whose own unit is
+        the degree.
+        """
+        if unit_mm == 1.0:
+            return self
+        out = Records(self.path)
+        for record in self.order:
+            own = record.code in codes.OWN_UNIT
+            if own and record.word("Name") in rotary:
+                out.add(record)
+                continue
+            values = dict(record.values)
+            for spec in CODES[record.code]:
+                value = values[spec.name]
+                if spec.length and isinstance(value, float):
+                    values[spec.name] = value * unit_mm
+            out.add(replace(record, values=values))
+        return out
 
     def missing(self, text: str, code: int = 909207) -> CncError:
         return CncError(code, text, Place(str(self.path), 1, 1))
@@ -216,7 +236,7 @@ class SetupFile:
         found = []
         for line in self.lines:
             for text, column in line.fields:
-                if (named := VARIABLE.match(text)) and len(
+                if (named := FIELD.match(text)) and len(
                     named[3]
                 ) <= VARIABLE_DIGITS:
                     place = Place(
@@ -299,7 +319,7 @@ def _value(
 def _number(
     line: SetupLine, text: str, what: str, column: int, variables: Variables
 ) -> float:
-    variable = VARIABLE.match(text)
+    variable = FIELD.match(text)
     if variable:
         if len(variable[3]) > VARIABLE_DIGITS:
             raise _error(

@@ -63,6 +63,30 @@ class Active:
     degree: int
     count: int
     file: int
+    jerk_scale: float | None = None  # JRS of the program
+
+
+def unused(records: Records) -> list[CncError]:
+    """Values of a setup that change nothing, as warnings."""
+    sms = records.get("SMS")
+    return [
+        sms.fail(909270, f"SMS, {name}: {value} {text}", name)
+        for name, value, text in (
+            ("C1", "ENA", "is for later releases: it has no effect"),
+            ("Progr", "DIS", "asks for a debug output: there is none"),
+        )
+        if sms.word(name) == value
+    ]
+
+
+def in_mm(records: Records, machine: ProgramMachine) -> Records:
+    """A setup that ``check`` has found right, every length in mm."""
+    turning = frozenset(
+        name
+        for name, record in records.axes["AXI"].items()
+        if machine.rotary[machine.ids.index(int(record.number("Id")))]
+    )
+    return records.scaled(machine.settings(OsaiCell).setup_mm, turning)
 
 
 def check(records: Records, machine: ProgramMachine) -> list[CncError]:
@@ -213,10 +237,11 @@ def _rotaries(records: Records) -> list[Record]:
 
 
 def _chain(records: Records, _: ProgramMachine) -> None:
-    rotaries = _rotaries(records)
+    rotaries, mac = _rotaries(records), records.general.get("MAC")
     if not rotaries:
+        _no_chain(records, mac)
         return
-    if "MAC" not in records.general:
+    if mac is None:
         raise records.missing("the setup lacks MAC: it declares a rotary axis")
     if len(rotaries) < 2:
         name = rotaries[0].word("Name")
@@ -233,6 +258,16 @@ def _chain(records: Records, _: ProgramMachine) -> None:
     for name in (*chain, "t", "w"):
         if name not in records.axes["CIN"]:
             raise records.missing(f"the setup lacks CIN of {name}", 909211)
+
+
+def _no_chain(records: Records, mac: Record | None) -> None:
+    """Nothing of a chain may stand without an axis that turns in it."""
+    if mac is not None:
+        raise mac.fail(
+            909211, "MAC: no axis is WRK or TOL, there is no chain to describe"
+        )
+    for name, record in records.axes["CIN"].items():
+        raise record.fail(909207, f"CIN of {name}: the setup lacks MAC")
 
 
 def _tool_direction(records: Records, _: ProgramMachine) -> None:
@@ -253,6 +288,7 @@ def build(
     records: Records, machine: ProgramMachine, active: Active
 ) -> ProfileSpec:
     """The specification; ``check`` has found no error."""
+    records = in_mm(records, machine)
     pnt, thr = records.general["PNT"], records.general["THR"]
     axes = tuple(
         _profile_axis(records, record, machine, active)
@@ -280,7 +316,7 @@ def build(
         tool=_tool(records, active, machine.settings(OsaiCell).centre),
         feed_by_length=machine.settings(OsaiCell).feed_by_length,
         marks=_marks(records),
-        smoothness=_smoothness(records.get("JRK")),
+        smoothness=_smoothness(records.get("JRK"), active.jerk_scale),
         chain=_kinematics(records),
     )
 
@@ -381,10 +417,11 @@ def _marks(records: Records) -> Marks:
     )
 
 
-def _smoothness(jrk: Record) -> Smoothness:
+def _smoothness(jrk: Record, active: float | None) -> Smoothness:
+    own = jrk.maybe("Jrs")
     return Smoothness(
         jerk=JERKS[jrk.word("Mode")],
-        scale=jrk.maybe("Jrs"),
+        scale=active if own is None else own,
         entities=int(jrk.number("Entities")),
         window_s=jrk.number("Tstab") / 1000.0,
         merge_s=jrk.number("Tintgr") / 1000.0,

@@ -7,15 +7,17 @@ import re
 
 from cnc_core.frontend.base import expression
 from cnc_core.frontend.base.expression import ExpressionParser
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, Token, TokenStream, fail
 
 PATTERN = re.compile(
     r"""(?P<NUMBER>[0-9]+(?:\.[0-9]*)?|\.[0-9]+)
-      | (?P<VARIABLE>[EL][0-9]+)
+      | (?P<VARIABLE>[EL][0-9]+|JRS(?![A-Za-z_]))
       | (?P<NAME>[A-Za-z_]+)
       | (?P<OP>\S)""",
     re.X,
 )
+FIELD = re.compile(r"([+-]?)([EL])([0-9]+)$")  # a variable in place of a number
+JERK_SCALE = "JRS"
 NUMBER_MAX = 100_000
 VALUES_MAX = 1e30
 
@@ -43,6 +45,13 @@ class Variables:
 
     def __call__(self, letter: str, number: int) -> float:
         return self._values.get((letter, number), 0.0)
+
+    @property
+    def jerk_scale(self) -> float | None:
+        """JRS, which profiles without a scale of their own take; None: never
+        assigned.
+        """
+        return self._values.get((JERK_SCALE, 0))
 
     def known(self, letter: str, number: int) -> bool:
         return (letter, number) in self._values
@@ -88,10 +97,7 @@ class Formulas(ExpressionParser):
         stream, token = self._stream, self._stream.current
         if token.kind is Kind.VARIABLE:
             stream.next()
-            return self._values(
-                token.text[0],
-                variable_number(token.text[1:], token.text[0], token.offset),
-            )
+            return self._values(*_named(token))
         if token.kind is Kind.NUMBER:
             return float(stream.next().text)
         name = token.text.upper() if token.kind is Kind.NAME else ""
@@ -139,7 +145,7 @@ class Formulas(ExpressionParser):
 
 
 def assignment(text: str, variables: Variables, begin: int) -> None:
-    """``E1=..`` or ``L1=..`` from ``begin`` on, executed."""
+    """``E1=..``, ``L1=..`` or ``JRS=..`` from ``begin`` on, executed."""
     stream = TokenStream(text, PATTERN)
     stream.skip_to(begin)
     target = stream.next()
@@ -151,5 +157,15 @@ def assignment(text: str, variables: Variables, begin: int) -> None:
             f"{stream.describe()} behind the assignment",
             stream.current.offset,
         )
-    number = variable_number(target.text[1:], target.text[0], target.offset)
-    variables.assign(target.text[0], number, value, target.offset)
+    letter, number = _named(target)
+    if letter == JERK_SCALE and value < 0.0:
+        raise fail(900012, f"JRS={value:g}: it is not negative", target.offset)
+    variables.assign(letter, number, value, target.offset)
+
+
+def _named(token: Token) -> tuple[str, int]:
+    """Letter and number of a variable; JRS has the number 0."""
+    if token.text == JERK_SCALE:
+        return JERK_SCALE, 0
+    letter = token.text[0]
+    return letter, variable_number(token.text[1:], letter, token.offset)

@@ -16,7 +16,8 @@ WORD = re.compile(
     rf"\s*([A-Za-z])\s*(?:({NUMBER})|([+-]?)([EL])([0-9]+)(?![0-9(]))"
 )
 N_MAX = 2**31 - 1
-EXPRESSION = re.compile(r"[A-Za-z]\s*([+-]?\s*(?:[EL]?\s*\(|[EL][0-9]+\s*\())")
+EXPRESSION_VALUE = re.compile(r"[+-]?\s*(?:[EL]?\s*\(|[EL][0-9]+\s*\()")
+EXPRESSION = re.compile(rf"[A-Za-z]\s*({EXPRESSION_VALUE.pattern})")
 SHOWN = 24
 VALUE_MAX = 1e9  # of a word: beyond that no axis, feed or knot makes sense
 

@@ -89,12 +89,15 @@ class PointFilter:
     dropped: int = 0
     _held: Points | None = None
     _last: FloatArray | None = field(default=None)
+    _begun: bool = False  # points have been given out
 
     def push(self, points: Points, final: bool) -> Points:
         points = self._normalised(self._axis_null_moves(self._rolled(points)))
         held = self._held if self._held is not None else points[:0]
         whole = held + points
         keep = self._moving(whole)
+        if final and len(whole):
+            self._keep_end(whole, keep)
         # the transition belongs to the point that stays
         for i in np.flatnonzero(~keep & (whole.after != SMOOTH)):
             before = np.flatnonzero(keep[:i])[-1]
@@ -105,7 +108,24 @@ class PointFilter:
             self._held = None
             return whole
         self._held = whole[-1:]
+        self._begun = self._begun or len(whole) > 1
         return whole[:-1]
+
+    def _keep_end(self, points: Points, keep: npt.NDArray[np.bool_]) -> None:
+        """The profile ends at its last point: where that is a null move, it
+        takes the place of the point before, unless that is the first one, has a
+        transition, or the two are driven in different ways.
+        """
+        before = int(np.flatnonzero(keep)[-1])
+        if (
+            keep[-1]
+            or self._near(points.values[-1:], points.values[[before]], 0.0)[0]
+        ):
+            return
+        keep[-1] = True
+        plain = (points.after[before:-1] == SMOOTH).all()
+        alike = points.rapid[before] == points.rapid[-1]
+        keep[before] = not (plain and alike and (before or self._begun))
 
     def _rolled(self, points: Points) -> Points:
         """Positions of rollover axes (AXP Pitch), each the equivalent that is

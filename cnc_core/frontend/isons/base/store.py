@@ -138,10 +138,13 @@ class Store:
 
     def list_place(self, index: float, offset: int) -> int:
         if index != int(index) or not 0 <= index < len(self.list):
+            what = (
+                f"out of range 0..{len(self.list) - 1}"
+                if self.list
+                else "the list is empty"
+            )
             raise fail(
-                909106,
-                f"variable list: index {index:g} out of range 0..{len(self.list) - 1}",
-                offset,
+                909106, f"variable list: index {index:g}: {what}", offset
             )
         return int(index)
 

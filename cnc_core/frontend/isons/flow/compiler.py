@@ -14,10 +14,11 @@ from ..base import codes
 from ..base.text import PATTERN, label_of, parts_of
 from ..base.words import WordBlock
 from ..language.formulas import Formulas
-from ..language.words import WordParser
-from .instructions import Instructions
+from ..language.words import VALUES, WordParser
+from .instructions import TABLE, Instructions
 from .lookahead import look_ahead_command
 from .program import Program
+from .spelling import spelt
 
 Items = Sequence[Row | Wait]
 Run = Callable[[], Items]
@@ -58,9 +59,12 @@ class Compiler:
         formulas = Formulas(stream, program.store, program.system)
         parser = WordParser(stream, formulas, program.channel.axes)
         parser.n_number()
-        return self._instruction(stream, formulas, parser) or self._block(
-            text, formulas, parser
-        )
+        try:
+            return self._instruction(stream, formulas, parser) or self._block(
+                text, formulas, parser
+            )
+        except CncError as error:
+            raise spelt(error, text, (*TABLE, *VALUES)) from None
 
     def _instruction(
         self, stream: TokenStream, formulas: Formulas, parser: WordParser

@@ -175,6 +175,8 @@ class Control:
         self._skip(self.index().branches.get(position))
 
     def _skip(self, target: Mark | None) -> None:
+        if target is None and self._report is not None:
+            return  # the index has told it
         if target is None:
             raise fail(
                 907021, "the control structure of the program is not closed", 0
@@ -193,6 +195,8 @@ class Control:
                 self._flow.level.nest.append(Loop(position, 1, self._here()))
             raise fail(909105, "LOOP: a whole number is expected", offset)
         found = self.index().loops.get(position)
+        if found is None and self._report is not None:
+            return
         if found is None:
             raise fail(907021, "LOOP without END_LOOP", offset)
         if passes < 1:
@@ -209,7 +213,10 @@ class Control:
 
     def end_loop(self, position: int) -> None:
         nest: list[Loop] = self._flow.level.nest
-        if not nest or nest[-1].position != self.index().begins.get(position):
+        begin = self.index().begins.get(position)
+        if begin is None and self._report is not None:
+            return
+        if not nest or nest[-1].position != begin:
             raise fail(907020, "END_LOOP: its LOOP is not being executed", 0)
         nest[-1].left -= 1
         if nest[-1].left > 0:

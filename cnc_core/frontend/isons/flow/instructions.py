@@ -49,7 +49,7 @@ class Instructions:
         """What the block does; None if it does not begin with an instruction."""
         token = self._stream.current
         name = token.text.upper() if token.kind is Kind.NAME else ""
-        make = _TABLE.get(name)
+        make = TABLE.get(name)
         if name in _POSITIONERS and self._stream.following.text == "[":
             make = _POSITIONERS[name]
         if make is None:
@@ -553,7 +553,7 @@ class Instructions:
 
 
 Make = Callable[[Instructions], Run]
-_TABLE: dict[str, Make] = {
+TABLE: dict[str, Make] = {
     "IF": Instructions._if,
     "ELSE": Instructions._else,
     "END_IF": Instructions._end_if,

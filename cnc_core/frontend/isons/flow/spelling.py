@@ -1,0 +1,43 @@
+"""A word that nobody knows: told as it is written, with what it may have meant."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+from cnc_core.errors import CncError
+from cnc_core.frontend.base.lexer import Kind, fail, tokenize
+
+from ..base.text import PATTERN
+
+SHORTEST = 3  # letters of a word that is worth a guess
+NEAR = 0.7
+NOT_READ = (900001, 900002, 900004)
+
+
+def spelt(error: CncError, text: str, known: Iterable[str]) -> CncError:
+    """The error itself, or one for the whole word in which it lies: ``GOT`` is
+    no G function, ``USR_ZERO`` no axis U.
+    """
+    if error.code not in NOT_READ or error.place.line:
+        return error
+    at = error.place.column
+    word = next(
+        (
+            token
+            for token in tokenize(text, PATTERN)
+            if token.offset <= at < token.offset + len(token.text)
+        ),
+        None,
+    )
+    if word is None or word.kind is not Kind.NAME or len(word.text) < SHORTEST:
+        return error
+    name, words = word.text.upper(), sorted(known)
+    if name in words:
+        return error
+    near = difflib.get_close_matches(name, words, n=1, cutoff=NEAR)
+    if not near and "_" not in name:
+        return error
+    hint = f"; did you mean {near[0]}?" if near else ""
+    code = 900002 if error.code == 900002 else 900001
+    return fail(code, f"unknown word {name}{hint}", word.offset)
