@@ -182,6 +182,11 @@ def number_of_blocks(batch: BlockBatch) -> int:
     return int((~np.isin(batch.rows["type"], SILENT)).sum())
 
 
+def number_of_last(batch: BlockBatch) -> int:
+    """N of the last row; 0 where there is none."""
+    return int(batch.rows["n"][-1]) if len(batch) else 0
+
+
 def number_pushed(batch: BlockBatch) -> int:
     """Blocks of a batch on its way to the engine.
 

@@ -12,6 +12,7 @@ import secrets
 import shutil
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -121,8 +122,12 @@ class Cell:
         program: str | Path,
         plc: Any = None,
         plc_args: dict[str, Any] | None = None,
+        look: Callable[[str], None] = lambda _: None,
     ) -> RunResult:
-        """As ``run``, with options that are complete."""
+        """As ``run``, with options that are complete.
+
+        ``look``: called with the segment's name again and again.
+        """
         refuse_cell_start()
         program = Path(program)
         self._check(program, options)
@@ -145,7 +150,7 @@ class Cell:
             return result
 
         try:
-            supervise(job, options.max_wall)
+            supervise(job, options.max_wall, look)
             stop(job)
             return collected(judged=True)
         except KeyboardInterrupt:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 
 from hli import segment
 from hli.errors import HliError
@@ -25,18 +26,23 @@ STALL_S = 0.5
 BACKSTOP_S = 5.0
 
 
-def supervise(job: Job, max_wall: float = 0.0) -> None:
+def supervise(
+    job: Job,
+    max_wall: float = 0.0,
+    look: Callable[[str], None] = lambda _: None,
+) -> None:
     """Until both have ended; when one has, the other gets a short time to follow.
 
-    ``max_wall``: s; 0: no limit.
+    ``max_wall``: s; 0: no limit.  ``look``: called with the segment's name.
     """
     alone_since = 0.0
     end = time.monotonic() + max_wall + BACKSTOP_S if max_wall else math.inf
     if job.plc is None:
-        supervise_alone(job, end)
+        supervise_alone(job, end, look)
         return
     while not (job.cnc.ended and job.plc.ended) and time.monotonic() < end:
         time.sleep(POLL_S)
+        look(job.name)
         if job.cnc.ended or job.plc.ended:
             alone_since = alone_since or time.monotonic()
             # a PLC that ended well (status 0) leaves the CNC to finish;
@@ -45,7 +51,7 @@ def supervise(job: Job, max_wall: float = 0.0) -> None:
                 return
 
 
-def supervise_alone(job: Job, end: float) -> None:
+def supervise_alone(job: Job, end: float, look: Callable[[str], None]) -> None:
     """Without a PLC: until the CNC has ended, or stands where only a PLC could help.
 
     ``end``: monotonic time at which that is over.
@@ -54,6 +60,7 @@ def supervise_alone(job: Job, end: float) -> None:
     since = 0.0
     while not job.cnc.ended and time.monotonic() < end:
         time.sleep(POLL_S)
+        look(job.name)
         try:
             view = view or segment.attach(job.name)
         except HliError:

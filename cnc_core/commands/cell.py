@@ -35,6 +35,7 @@ from .options import (
     check_choices,
     expanded,
 )
+from .progressing import run_bar
 from .tables import number, print_answer, print_run, print_table
 
 
@@ -62,10 +63,10 @@ def run(
     check_choices(options)
     with (
         telling_interrupts(as_json),
-        progress(f"running {file.name}"),
+        run_bar(f"running {file.name}", file) as look,
         Cell(config) as cell,
     ):
-        result = cell.run_with(options, file, plc)
+        result = cell.run_with(options, file, plc, look=look)
     if options.dialect is None and result.dialect:
         say_dialect(result.dialect)
     if as_json:

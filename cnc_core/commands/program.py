@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,13 +14,14 @@ from .console import (
     emit,
     load,
     out,
-    progress,
     say_causes,
     say_dialect,
+    say_error,
     say_errors,
     say_warnings,
 )
 from .options import (
+    OPTIONS,
     Config,
     File,
     Json,
@@ -28,7 +29,11 @@ from .options import (
     ReadOptions,
     expanded,
 )
+from .progressing import program_bar
 from .tables import say_figures
+
+if TYPE_CHECKING:
+    from ..planning import Feeder, PlanResult
 
 NO_PLACE = PlaceOptions().place
 
@@ -79,7 +84,7 @@ def check(
     """
     from plc_client.task import is_st  # noqa: PLC0415
 
-    from ..blocks import number_of_blocks  # noqa: PLC0415
+    from ..blocks import number_of_blocks, number_of_last  # noqa: PLC0415
 
     if is_st(file):
         from .structured_text import check_st  # noqa: PLC0415
@@ -89,9 +94,11 @@ def check(
     count, errors = 0, []
     setups: list[dict[str, Any]] = []
     try:
-        with progress(f"checking {file.name}"):
+        with program_bar(f"checking {file.name}", file) as bar:
             program = open_program(file, options, collect=True, programmed=True)
-            count = sum(map(number_of_blocks, program.batches()))
+            for batch in program.batches():
+                count += number_of_blocks(batch)
+                bar.program(program, number_of_last(batch))
         errors, setups = program.errors, program.reader.setups
         say_warnings(program)
     except CncError as error:
@@ -130,15 +137,19 @@ def blocks(
     program = open_program(file, options, programmed=True)
     cell = program.cell
     start = cell.axis_values("start_mm")
-    for batch in program.batches():
-        for block in rows.blocks(batch, start, cell.axis_names, cell.main_axes):
-            if block.row["type"] in rows.SILENT:
-                continue
-            value = block.as_json()
-            if as_json:
-                emit(value)
-            else:
-                out.print(_block_line(value))
+    with program_bar(f"reading {file.name}", file, printing=True) as bar:
+        for batch in program.batches():
+            bar.program(program, rows.number_of_last(batch))
+            for block in rows.blocks(
+                batch, start, cell.axis_names, cell.main_axes
+            ):
+                if block.row["type"] in rows.SILENT:
+                    continue
+                value = block.as_json()
+                if as_json:
+                    emit(value)
+                else:
+                    out.print(_block_line(value))
     say_warnings(program)
 
 
@@ -198,6 +209,7 @@ SamplesFile = Annotated[
     Path | None,
     typer.Option(help="write t, pos, axes, s, v, block to this .npz or .csv"),
 ]
+MaxWall = Annotated[float, OPTIONS["max_wall"][1]]
 PictureFile = Annotated[
     Path | None,
     typer.Option(help="draw path, speed, acceleration and jerk to this .png"),
@@ -232,6 +244,7 @@ def plan(
     ] = None,
     samples: SamplesFile = None,
     picture: PictureFile = None,
+    max_wall: MaxWall = 0.0,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
@@ -240,7 +253,6 @@ def plan(
     """
     from ..planning import (  # noqa: PLC0415
         check_samples_target,
-        plan_program,
         save_samples,
     )
     from ..recording.parts import check_writable  # noqa: PLC0415
@@ -255,13 +267,13 @@ def plan(
         if target:
             check_writable(target)
     program = open_program(file, options, tolerance=tolerance)
-    with progress(f"planning {file.name}"):
-        result = plan_program(
-            program,
-            window=lookahead,
-            jerk=not no_jerk,
-            keep_samples=bool(samples or picture),
-        )
+    result = _planned(
+        program,
+        max_wall,
+        window=lookahead,
+        jerk=not no_jerk,
+        keep_samples=bool(samples or picture),
+    )
     say_warnings(program)
     if samples and result.samples:
         save_samples(samples, result.samples)
@@ -277,6 +289,23 @@ def plan(
     say_causes(result.time_by_cause)
     for line in say_ratios(result.max_ratio):
         out.print(line)
+
+
+def _planned(program: Any, max_wall: float, **chosen: Any) -> PlanResult:
+    """The plan of a program that tells where it is."""
+    from ..planning import plan_program  # noqa: PLC0415
+    from ..planning.watching import PlanWatch  # noqa: PLC0415
+
+    watch = PlanWatch(program, say_error, max_wall)
+    path = program.path
+    with program_bar(f"planning {path.name}", path) as bar:
+
+        def look(feeder: Feeder) -> None:
+            cycle = int(feeder.engine.state.cycle)
+            bar.program(program, feeder.n, cycle * program.cell.cycle_s)
+            watch.look(feeder)
+
+        return plan_program(program, look=look, **chosen)
 
 
 @app.command()
@@ -310,9 +339,9 @@ def optimize(
     for path in (file, setup):
         if not path.is_file():
             raise CncError(901001, "file not found", Place(str(path)))
-    with progress(f"optimizing {file.name}") as tick:
+    with program_bar(f"optimizing {file.name}", file) as bar:
         value = run_optimizer(
-            file, setup, target, load(config), tick, compared=compare
+            file, setup, target, load(config), bar.share, compared=compare
         ).as_json()
     if as_json:
         emit(value)

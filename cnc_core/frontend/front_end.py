@@ -29,6 +29,11 @@ class FrontEnd(Protocol):
         ...
 
     @property
+    def bytes_read(self) -> int:
+        """Bytes of the main program's file in front of the next block."""
+        ...
+
+    @property
     def place_now(self) -> Place:
         """Where the block stands that is being executed, with its text."""
         ...

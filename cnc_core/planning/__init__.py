@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..blocks import BlockBatch, number_pushed
+from ..blocks import BlockBatch, number_of_last, number_pushed
 from ..config import CellConfig
 from ..engine import Engine, Event, Samples
 from ..engine.causes import time_by_cause
@@ -64,9 +64,14 @@ class PlanResult:
         }
 
 
+Look = Callable[["Feeder"], None]
+
+
 class Feeder:
     """Pushes a program's rows into an engine; what the ring does not take waits
     for the next call, and so does a program that waits for standstill.
+
+    ``motions``: rows with motion so far.  ``n``: N of the last row.
     """
 
     def __init__(
@@ -74,9 +79,12 @@ class Feeder:
         program: Program,
         engine: Engine,
         seen: Callable[[BlockBatch], None],
+        look: Look | None = None,
     ) -> None:
         self.program, self.engine, self.seen = program, engine, seen
+        self._look = look
         self.batch, self.first, self.rows = BlockBatch.empty(), 0, 0
+        self.motions = self.n = 0
         self.done = self.waiting = False
 
     def fill(self) -> None:
@@ -91,7 +99,10 @@ class Feeder:
             if isinstance(item, BlockBatch):
                 self.batch, self.first = item, 0
                 self.rows += number_pushed(item)
+                self.motions += int(item.motion.sum())
+                self.n = number_of_last(item) or self.n
                 self.seen(item)
+                self.look()
             elif item is None:
                 self.engine.finish()
                 self.done = True
@@ -101,6 +112,11 @@ class Feeder:
             elif item is Wait.CYCLE:
                 self.engine.expect_cycle()
                 return
+
+    def look(self) -> None:
+        """Show somebody how far it is."""
+        if self._look:
+            self._look(self)
 
     def drained(self) -> None:
         """The axes stand behind all rows so far: the program goes on."""
@@ -115,11 +131,13 @@ def plan_program(
     jerk: bool = True,
     keep_samples: bool = False,
     live: tuple[int, Callable[[Engine], None]] | None = None,
+    look: Look | None = None,
 ) -> PlanResult:
     """Plan and interpolate to the end; CncError if the program is wrong.
 
     ``live``: after so many cycles each the function is called with the engine
-    (override steps, feed holds).
+    (override steps, feed holds).  ``look`` is called after each piece of work
+    and may raise.
     """
     cycles, change = live or (RECORD_ROWS, None)
     cell = program.cell
@@ -127,11 +145,15 @@ def plan_program(
     engine = Engine(cell, window=window, record_rows=RECORD_ROWS, jerk=jerk)
     check, kept = TrajectoryCheck(cell), []
     feeder = Feeder(
-        program, engine, lambda batch: check.table.add(batch.rows, batch.pool)
+        program,
+        engine,
+        lambda batch: check.table.add(batch.rows, batch.pool),
+        look,
     )
     try:
         for event, samples in _driven(engine, feeder, cycles):
             check.add(samples)
+            feeder.look()
             if keep_samples:
                 kept.append(samples)
             if change and event is Event.DONE:
@@ -155,6 +177,7 @@ def plan_program(
         return out
     finally:
         engine.close()
+        program.reader.close()
 
 
 def _driven(

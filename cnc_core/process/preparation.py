@@ -4,6 +4,7 @@ as far as back-pressure allows.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from ..units import FloatArray
 from .live_port import LivePort
 from .pausing import Pause
 
+COMPUTE_S = 0.1  # of wall time without a row, before the run is looked at
 NO_PAUSE = 4  # pause_mode: the program allows no pause
 
 
@@ -54,6 +56,8 @@ class Preparation:
         self.engine = engine
         self.error: CncError | None = None
         self.blocks = 0
+        self.computes = False  # for long, without a row
+        self._idle = False  # the last read gave none
         self.waiting = self.done = self._halted = self._stopping = (
             self._stopped
         ) = False
@@ -78,16 +82,23 @@ class Preparation:
             self._end(error)
 
     def pump(self) -> None:
-        """Push rows until the ring is full, the program waits, or it ends."""
+        """Push rows until the ring is full, the program waits, or it ends.
+
+        A program that computes for long is left for a look at the run; the
+        engine asks for its rows again.
+        """
         if self.pause.held:
             self.engine.expect_cycle()
             return
+        self.computes, until = False, time.monotonic() + COMPUTE_S
         try:
             while (
                 not (self.done or self.waiting or self.port.interrupted)
                 and self._step()
             ):
-                pass
+                if self._idle and time.monotonic() > until:
+                    self.computes = True
+                    return
         except CncError as error:
             self._end(error)
 
@@ -129,6 +140,7 @@ class Preparation:
         reader = self._restartable
         if reader is not None and not self.pause.active:
             self.engine.hold_by_cell(reader.pauses)
+        self._idle = isinstance(item, BlockBatch) and not len(item)
         if isinstance(item, BlockBatch):
             self._batch, self._first = item, 0
             self.blocks += number_pushed(item)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from typing import Any
 
@@ -10,12 +9,12 @@ from cnc_core._engine import lib
 
 from ..config import CellConfig
 from ..engine import Engine, Standstill
+from ..program import Program
 from .options import CncOptions
 from .preparation import Preparation
 from .stands import PlcSight, reasons
 from .waiting import Scene
 
-OWN_N = re.compile(r"\s*[nN](\d+)")
 # phases of a run
 ATTACHING, NOT_STARTED = "attaching", "not started"
 RUNNING, ENDED = "running", "ended"
@@ -27,6 +26,22 @@ FINISH = (
     "the PLC behind the program's end",
     "the PLC: finished() of its tasks returns TRUE",
 )
+MOTION = (
+    "the next motion",
+    "the program computes: Ctrl-C ends a loop that does not end",
+)
+
+
+def place_now(program: Program) -> tuple[tuple[str, int, int], str]:
+    """File, line and N of the block that a program is at, and its text."""
+    here = program.reader.place_now
+    return (here.file, here.line, program.number_now), here.source.strip()
+
+
+def computing(program: Program | None, key: object = "computes") -> Scene:
+    """A program that has handed out no motion for long."""
+    place = place_now(program)[0] if program else ("", 0, 0)
+    return Scene([MOTION], place, key=key)
 
 
 class RunScene:
@@ -44,6 +59,8 @@ class RunScene:
         self._scans, self._scanned_at = 0, time.monotonic()
 
     def __call__(self) -> Scene:
+        if self.phase == ENDED and not self._options.once:
+            return Scene([])
         plc = self._plc()
         if self.phase == ATTACHING or (self._lockstep and not plc.attached):
             return Scene([("a PLC", plc.missing)])
@@ -52,7 +69,7 @@ class RunScene:
         if self.phase == NOT_STARTED:
             return Scene([(START[0], plc.trouble() or START[1])])
         if self.phase == ENDED:
-            return Scene([FINISH] if self._options.once else [])
+            return Scene([FINISH])
         return self._standing(plc)
 
     @property
@@ -76,9 +93,16 @@ class RunScene:
 
     def _standing(self, plc: PlcSight) -> Scene:
         stands = self._engine.standstill
+        preparation = self.preparation
+        # virtual time waits for the program, whether the path stands or not
+        virtual = self._options.run.clock != "realtime"
+        told = bool(stands.conditions) or virtual
+        if preparation and preparation.computes and told:
+            return computing(preparation.program)
         if not stands.conditions:
             return Scene([])
         found = reasons(stands, self._root, self._cell, plc)
+        key = stands.since, stands.line, tuple(what for what, _ in found)
         place, text = self._place(stands)
         if text:
             named = f"what its program waits for ({text})"
@@ -89,7 +113,7 @@ class RunScene:
         cell_s = (stands.cycle - stands.since) * self._cell.cycle_s
         # a dwell is no wait: it is told by wall time alone
         dwells = stands.conditions & lib.ENGINE_STOP_DWELL
-        return Scene(found, place, 0.0 if dwells else cell_s, stands.since)
+        return Scene(found, place, 0.0 if dwells else cell_s, key)
 
     def _place(self, stands: Standstill) -> tuple[tuple[str, int, int], str]:
         """File, line and N where the path stands; the text of a block that
@@ -102,10 +126,7 @@ class RunScene:
         waits = stands.conditions & lib.ENGINE_STOP_NO_BLOCKS
         others = stands.conditions & ~lib.ENGINE_STOP_NO_BLOCKS
         if waits and not others:
-            here = program.reader.place_now
-            number = OWN_N.match(here.source)
-            n = int(number[1]) if number else 0
-            return (here.file, here.line, n), here.source.strip()
+            return place_now(program)
         known = stands.line and stands.file < len(files)
         file = str(files[stands.file]) if known else str(program.path)
         return (file, stands.line, stands.n), ""

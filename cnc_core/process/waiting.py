@@ -63,7 +63,7 @@ class Scene:
 
     ``place``: file, line and N of the block.
     ``cell_s``: how long already, cell time; None where none passes.
-    ``key``: another one is another wait.
+    ``key``: another one is another wait; None: place and reasons are it.
     """
 
     reasons: list[Reason]
@@ -127,7 +127,9 @@ class StandWatch:
 
     def _seen(self, now: float) -> Scene:
         scene = self._scene()
-        key = (scene.key, scene.place, tuple(w for w, _ in scene.reasons))
+        key = scene.key
+        if key is None:
+            key = (scene.place, tuple(what for what, _ in scene.reasons))
         if key != self._key:
             self._key, self._since = key, now
             self._told_at, self._gap = 0.0, FIRST_GAP_S

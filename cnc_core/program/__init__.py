@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -47,6 +48,7 @@ from .restart import Passed, Restart, SearchingPort, way_to
 from .stages import FILTERS, contour_machine, smoothing_machine
 
 BATCH_ROWS = 4096
+OWN_N = re.compile(r"\s*[nN](\d+)")
 
 
 @dataclass
@@ -294,6 +296,17 @@ class Program:
             found,
             key=lambda e: (order.get(e.place.file, len(order)), e.place.line),
         )
+
+    @property
+    def bytes_read(self) -> int:
+        """Bytes of the program's file that have been read."""
+        return self.reader.bytes_read
+
+    @property
+    def number_now(self) -> int:
+        """N of the block that is being read, 0 where it has none."""
+        number = OWN_N.match(self.reader.place_now.source)
+        return int(number[1]) if number else 0
 
     def read(self, rows: int = BATCH_ROWS) -> BlockBatch | Wait | None:
         """The next final rows, a wait, or None at the end.

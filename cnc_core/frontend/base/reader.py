@@ -27,9 +27,8 @@ from ..port import ChannelPort, Wait
 
 Item = Row | Wait | CncError
 LEVELS_MAX = 21  # the main program and 20 subprograms in each other
-BREATH_BLOCKS = (
-    100_000  # blocks without a row before ``read`` returns, empty-handed
-)
+# blocks without a row before ``read`` returns, empty-handed
+BREATH_BLOCKS = 10_000
 WAIT_BLOCKS = 1000  # what a wait counts for where nobody answers
 WARNINGS_MAX = 1000  # of one number
 # blocks without a row (and, where somebody answers, without a wait): error
@@ -188,6 +187,13 @@ class BlockReader(ABC):
             else self._idle + WAIT_BLOCKS * self.flow.level.repeats
         )
         return wait
+
+    @property
+    def bytes_read(self) -> int:
+        """Bytes of the main program's file in front of the next block."""
+        if self._ended:  # the file is closed
+            return self.flow.files[0].stat().st_size
+        return self.flow.levels[0].file.source.position
 
     @property
     def place_now(self) -> Place:

@@ -1,0 +1,96 @@
+"""Progress on a terminal, and nothing of it elsewhere."""
+
+from __future__ import annotations
+
+import os
+import pty
+import re
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from support.command_line import command
+
+Write = Callable[..., Path]
+BLOCKS = 2_000
+ENDLESS = "N10 G1 X1 F600\nN20 $WHILE 1\nN30 P1 = 1\nN40 $ENDWHILE\nM30\n"
+
+
+def on_terminal(*arguments: object) -> tuple[int, str]:
+    """Status, and what a command shows on a terminal as standard error."""
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen(
+        command(*arguments),
+        stdout=subprocess.DEVNULL,
+        stderr=theirs,
+        stdin=subprocess.DEVNULL,
+        env=os.environ | {"COLUMNS": "80", "TERM": "xterm"},
+    )
+    os.close(theirs)
+    shown = b""
+    try:
+        while part := os.read(ours, 65536):
+            shown += part
+    except OSError:  # the other side is closed
+        pass
+    finally:
+        os.close(ours)
+    text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode(errors="replace"))
+    return process.wait(), text
+
+
+@pytest.fixture
+def part(program: Write) -> Path:
+    """A program that takes some looks."""
+    lines = [f"N{i} G1 X{i % 300} F60000" for i in range(1, BLOCKS)]
+    return program("\n".join(lines) + "\nM30\n")
+
+
+@pytest.mark.parametrize("name", ["check", "blocks", "plan", "run"])
+def test_a_terminal_sees_how_far_it_is(part: Path, name: str) -> None:
+    """Share and N; cell time where some passes."""
+    alone = ["--plc", "none"] if name == "run" else []
+    status, shown = on_terminal(name, part, *alone)
+    assert status == 0
+    assert re.search(r"[1-9]\d*%", shown)
+    assert re.search(r" N\d+", shown)
+    if name in ("plan", "run"):
+        assert re.search(r" N\d+ \d+\.\d s", shown)
+
+
+def test_no_terminal_no_progress(
+    cli: Callable[..., object], part: Path
+) -> None:
+    """Standard error has the dialect alone."""
+    outcome = cli("plan", part, "--json")
+    err = vars(outcome)["err"]
+    assert err.count("\n") == 1
+    assert err.startswith("dialect:")
+
+
+def test_a_plan_that_stands_is_told(
+    cli: Callable[..., object], program: Write
+) -> None:
+    """One line after 3 s; the wall time ends it with status 1."""
+    endless = program(ENDLESS)
+    outcome = vars(cli("plan", endless, "--max-wall", 4, "--dialect", "isg"))
+    assert outcome["status"] == 1
+    told, ended = (
+        line for line in outcome["err"].splitlines() if "next motion" in line
+    )
+    assert told.startswith("part.nc:")
+    assert "905025: not planned after 4 s" in ended
+
+
+def test_a_run_that_computes_is_told(
+    cli: Callable[..., object], program: Write
+) -> None:
+    """The wall time reaches a program that computes for ever."""
+    endless = program(ENDLESS)
+    given = ("--max-wall", 4, "--dialect", "isg", "--json")
+    outcome = vars(cli("run", endless, "--plc", "none", *given))
+    assert outcome["status"] == 1
+    assert "waits for the next motion" in outcome["err"].splitlines()[0]
+    assert "905025" in outcome["out"]
