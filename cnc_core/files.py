@@ -238,9 +238,9 @@ class Quota:
 class RunFolder:
     """The folder of the run; it is made with the first file.
 
-    A file of an earlier run may be read and grow.  It is replaced if it holds
-    nothing but numbers: a list of variables is kept from run to run, and no
-    program, cell or PLC looks like one.
+    A file of an earlier run may be read and grow.  It is replaced if it
+    differs from the new one in its numbers alone: a list of variables is kept
+    from run to run, and no program, cell or PLC looks like one.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -264,8 +264,8 @@ class RunFolder:
     def write(self, name: str, text: str) -> None:
         """Write a file, or write it again.
 
-        Errors as ``append``; 901008: the run has not written the file, and it
-        is no list of numbers.
+        Errors as ``append``; 901008: the run has not written the file, and its
+        words are others.
         """
         self._put(name, text, os.O_TRUNC)
 
@@ -278,7 +278,7 @@ class RunFolder:
             self._make_folders(inner)
             data = text.encode("utf-8", "replace")
             with _parent_of(self._folder, inner.parts) as folder:
-                fd = self._opened(path, inner, folder, how)
+                fd = self._opened(path, inner, folder, how, data)
                 if fd is None:
                     self._replace(inner, folder, data)
                     return
@@ -297,7 +297,12 @@ class RunFolder:
                     continue
 
     def _opened(
-        self, path: Path, inner: PurePosixPath, folder: int, how: int
+        self,
+        path: Path,
+        inner: PurePosixPath,
+        folder: int,
+        how: int,
+        data: bytes,
     ) -> int | None:
         """A descriptor for writing: of a new file, or of one that may grow.
 
@@ -307,13 +312,18 @@ class RunFolder:
         try:
             fd = os.open(inner.name, new, 0o666, dir_fd=folder)
         except FileExistsError:
-            return self._again(path, inner, folder, how)
+            return self._again(path, inner, folder, how, data)
         info = os.fstat(fd)
         self._made[inner] = info.st_dev, info.st_ino
         return fd
 
     def _again(
-        self, path: Path, inner: PurePosixPath, folder: int, how: int
+        self,
+        path: Path,
+        inner: PurePosixPath,
+        folder: int,
+        how: int,
+        data: bytes,
     ) -> int | None:
         look = os.open(inner.name, _LOOK, dir_fd=folder)
         try:
@@ -323,7 +333,7 @@ class RunFolder:
             foreign = info.st_nlink != 1 or info.st_uid != os.getuid()
             if own or not (foreign or how == os.O_TRUNC):
                 return _reopened(look, os.O_WRONLY | how)
-            if foreign or not _is_list(look):
+            if foreign or not _is_like(look, data):
                 raise CncError(901008, f"{path}: {ERRORS[901008]}")
             return None
         finally:
@@ -347,13 +357,21 @@ class RunFolder:
         self._made[inner] = info.st_dev, info.st_ino
 
 
-def _is_list(look: int) -> bool:
-    """The file holds numbers alone, as SAVE_VAR writes them."""
+def _is_like(look: int, new: bytes) -> bool:
+    """The file has the words of ``new``; the numbers may differ."""
     with os.fdopen(_reopened(look, os.O_RDONLY), "rb") as file:
-        data = file.read(DATA_BYTES + 1)
+        old = file.read(DATA_BYTES + 1)
+    return len(old) <= DATA_BYTES and _words(old) == _words(new)
+
+
+def _words(data: bytes) -> list[bytes]:
+    """All that is no number."""
+    return [word for word in data.split() if not _is_number(word)]
+
+
+def _is_number(word: bytes) -> bool:
     try:
-        for number in data.split():
-            float(number)
+        float(word)
     except ValueError:
         return False
-    return len(data) <= DATA_BYTES
+    return True

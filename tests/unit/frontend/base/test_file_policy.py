@@ -204,6 +204,18 @@ def test_a_list_of_numbers_is_kept_from_run_to_run(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["list.txt"]
 
 
+def test_a_result_with_labels_is_written_anew(tmp_path: Path) -> None:
+    """The same words and other numbers; other words are kept."""
+    old, new = "X-Axis: 1.0 0.0 0.0\n", "X-Axis: 0.0 -1.0 0.0\n"
+    (tmp_path / "a.txt").write_text(old)
+    RunFolder(tmp_path).write("a.txt", new)
+    assert (tmp_path / "a.txt").read_text() == new
+    with pytest.raises(CncError) as caught:
+        RunFolder(tmp_path).write("a.txt", "1.0\n")
+    assert caught.value.code == 901008
+    assert (tmp_path / "a.txt").read_text() == new
+
+
 def test_a_list_that_is_replaced_is_never_half(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
