@@ -23,6 +23,7 @@ from support.open_edges import held
 ORDER = [
     "engine",
     "engine/geo",
+    "engine/lookahead",
     "engine/plan",
     "engine/accel",
     "engine/jerk_adapter",

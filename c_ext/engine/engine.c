@@ -9,7 +9,7 @@
 #include "engine/geo/cycle.h"
 #include "engine/geo/external.h"
 #include "engine/geo/interpolate.h"
-#include "engine/geo/lookahead_service.h"
+#include "engine/lookahead/service.h"
 #include "engine/geo/publish.h"
 #include "engine/geo/standstill.h"
 #include "engine/jerk_adapter/adapter.h"

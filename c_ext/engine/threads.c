@@ -9,7 +9,7 @@
 #include "engine/commit/planner.h"
 #include "engine/events.h"
 #include "engine/geo/cycle.h"
-#include "engine/geo/lookahead_service.h"
+#include "engine/lookahead/service.h"
 #include "engine/plan/prediction.h"
 #include "engine/plan/pump.h"
 #include "engine/state/state.h"

@@ -27,14 +27,13 @@ from ..errors import CncError
 from ..frontend.operator import Operator, read_answers
 from ..frontend.port import MESSAGES_KEPT, keep
 from ..program.restart import Restart
-from ..recording.account import account, as_bytes
-from ..recording.recorder import Recorder
 from .identity import CLOCKS, SERVICES, fill_identity, scratch_folder
 from .live_port import LivePort
 from .modes import READY, SELECTED, ModeControl
 from .options import OUT_FOLDER, CncOptions
 from .plc_life import PlcLife
 from .preparation import Preparation
+from .recording import missing_rows, recorder_for
 from .report import KEPT_TEXTS, engine_figures, log_warnings
 from .scene import ENDED, NOT_STARTED, RUNNING, RunScene
 from .start_units import NO_FUNCTIONS, execution_mode, skip_levels
@@ -118,7 +117,7 @@ class CncProcess:
             service=SERVICES[self.service],
             record_rows=RECORD_ROWS if options.samples else 0,
         )
-        self.recorder = self._recorder(options) if options.samples else None
+        self.recorder = recorder_for(self.engine, self.cell, options)
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
         self.engine.stand_by()
@@ -143,19 +142,6 @@ class CncProcess:
             self._report_error,
         )
         self.modes.select(options.file)
-
-    def _recorder(self, options: CncOptions) -> Recorder:
-        assert options.samples is not None
-        about = account(
-            options.file, self.cell, options.run.clock, options.config
-        )
-        return Recorder(
-            self.engine,
-            options.samples,
-            self.cell,
-            as_bytes(about),
-            options.run.record_only,
-        )
 
     def _watch_waits(self, root: Any) -> None:
         """Who tells what the run waits for."""
@@ -606,14 +592,8 @@ class CncProcess:
             "errors": [error.as_json() for error in self.errors],
             "waiting": [waiting.as_json() for waiting in self.waiting],
             "source": first.place.source if first else "",
-            "recording": self._recording(),
+            "recording": missing_rows(self.recorder),
             "dialect": self.dialect,
             "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
             / 1024.0,
         }
-
-    def _recording(self) -> dict[str, Any]:
-        """What is missing in the recording, and why."""
-        if self.recorder is None:
-            return {}
-        return {"lost": self.recorder.lost, "problem": self.recorder.problem}

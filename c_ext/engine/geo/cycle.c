@@ -6,7 +6,7 @@
 #include "engine/geo/external.h"
 #include "engine/geo/interpolate.h"
 #include "engine/commit/lateness.h"
-#include "engine/geo/lookahead_service.h"
+#include "engine/lookahead/service.h"
 #include "engine/geo/publish.h"
 #include "engine/geo/record.h"
 #include "engine/geo/standstill.h"

@@ -194,10 +194,6 @@ static void run_loop_end(struct engine *engine, const struct piece *piece) {
     }
 }
 
-double displayed_distance(const struct geo *geo) {
-    return (geo->dist_shift + geo->dist) * TENTH_UM;
-}
-
 void geo_begin_distance(struct engine *engine) {
     set_epoch(&engine->geo,
               engine->push.epoch,

@@ -13,9 +13,6 @@ void geo_begin_distance(struct engine *engine);
 /* The path goes on behind rows that were left out: the distance stays. */
 void geo_go_on(struct engine *engine);
 
-/* dist_prog_start, 0.1 um. */
-double displayed_distance(const struct geo *geo);
-
 /* The present phase is driven for t seconds only; its piece goes on. */
 void end_phase_at(struct geo *geo, double t);
 

@@ -25,7 +25,7 @@ BLOCKS_MAX = 200_000
 CALL = re.compile(rb"\bcycle\s*\[", re.I)
 SUBPROGRAM = re.compile(rb"(?<![A-Za-z])L[ \t]+([^\s();\"\],#$]+)", re.I)
 FILES_MAX = 100
-CODES = frozenset({13320, 21381, 22178, *range(907101, 907111)})
+CODES = frozenset({13320, 21381, 22178, *range(907101, 907109), 907110})
 
 
 class Reader(Protocol):

@@ -1,7 +1,7 @@
 /* What a request of the queue may ask for beside the elements' facts. */
-#ifndef ENGINE_GEO_LOOKAHEAD_DETAILS_H
-#define ENGINE_GEO_LOOKAHEAD_DETAILS_H
-#include "engine/geo/lookahead_window.h"
+#ifndef ENGINE_LOOKAHEAD_DETAILS_H
+#define ENGINE_LOOKAHEAD_DETAILS_H
+#include "engine/lookahead/window.h"
 #include "engine/plan/timetable.h"
 #include "engine/state/state.h"
 

@@ -1,6 +1,6 @@
 /* Which elements the look-ahead shows at present. */
-#ifndef ENGINE_GEO_LOOKAHEAD_WINDOW_H
-#define ENGINE_GEO_LOOKAHEAD_WINDOW_H
+#ifndef ENGINE_LOOKAHEAD_WINDOW_H
+#define ENGINE_LOOKAHEAD_WINDOW_H
 #include "engine/state/state.h"
 
 typedef struct range {
@@ -28,6 +28,9 @@ static inline uint32_t epoch_shown(uint32_t epoch) {
 
 /* The program was aborted: nothing more is driven of it. */
 bool left_out(const struct program_state *program);
+
+/* dist_prog_start, 0.1 um. */
+double displayed_distance(const struct geo *geo);
 
 bool mode2_available(const engine_config *cfg);
 struct range window_range(struct engine *engine);

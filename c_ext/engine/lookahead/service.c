@@ -6,10 +6,9 @@
  * its own serves; the copy is repeated then.
  */
 #include <string.h>
-#include "engine/geo/interpolate.h"
-#include "engine/geo/lookahead_service.h"
-#include "engine/geo/lookahead_answer.h"
-#include "engine/geo/lookahead_window.h"
+#include "engine/lookahead/service.h"
+#include "engine/lookahead/answer.h"
+#include "engine/lookahead/window.h"
 #include "engine/state/record_ring.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"

@@ -2,7 +2,7 @@
  * element lies, how long its driven path is, when it is reached and how fast.
  */
 #include <string.h>
-#include "engine/geo/lookahead_details.h"
+#include "engine/lookahead/details.h"
 #include "engine/state/state.h"
 
 #define UM_PER_MM 1000.0

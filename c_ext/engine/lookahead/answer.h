@@ -1,6 +1,6 @@
 /* What a request of the look-ahead is answered with. */
-#ifndef ENGINE_GEO_LOOKAHEAD_ANSWER_H
-#define ENGINE_GEO_LOOKAHEAD_ANSWER_H
+#ifndef ENGINE_LOOKAHEAD_ANSWER_H
+#define ENGINE_LOOKAHEAD_ANSWER_H
 #include "engine/state/state.h"
 
 #define ANSWER_MAX (HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1)

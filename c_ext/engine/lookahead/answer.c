@@ -5,9 +5,9 @@
  */
 #include <math.h>
 #include <string.h>
-#include "engine/geo/lookahead_answer.h"
-#include "engine/geo/lookahead_details.h"
-#include "engine/geo/lookahead_window.h"
+#include "engine/lookahead/answer.h"
+#include "engine/lookahead/details.h"
+#include "engine/lookahead/window.h"
 #include "engine/state/state.h"
 #include "engine/store/marked_log.h"
 #include "hli/sync.h"

@@ -3,7 +3,7 @@
  * distances change their meaning: at a distance reset, at either end of a
  * real-time loop.
  */
-#include "engine/geo/lookahead_window.h"
+#include "engine/lookahead/window.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
 
@@ -91,6 +91,10 @@ bool range_holds(struct engine *engine, const struct range *range) {
     __atomic_thread_fence(__ATOMIC_ACQUIRE);
     return ATOMIC_GET(engine->store.element_head)
            < range->first + engine->store.element_mask + 1;
+}
+
+double displayed_distance(const struct geo *geo) {
+    return (geo->dist_shift + geo->dist) * TENTH_UM;
 }
 
 bool mode2_available(const engine_config *cfg) {
