@@ -9,6 +9,7 @@ opened before its kind is known, so a FIFO or a device cannot block.
 from __future__ import annotations
 
 import os
+import secrets
 import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -237,7 +238,9 @@ class Quota:
 class RunFolder:
     """The folder of the run; it is made with the first file.
 
-    A file of an earlier run may be read and grow.  It is never replaced.
+    A file of an earlier run may be read and grow.  It is replaced if it
+    differs from the new one in its numbers alone: a list of variables is kept
+    from run to run, and no program, cell or PLC looks like one.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -261,7 +264,8 @@ class RunFolder:
     def write(self, name: str, text: str) -> None:
         """Write a file, or write it again.
 
-        Errors as ``append``; 901008: the run has not written the file.
+        Errors as ``append``; 901008: the run has not written the file, and its
+        words are others.
         """
         self._put(name, text, os.O_TRUNC)
 
@@ -272,10 +276,14 @@ class RunFolder:
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             self._make_folders(inner)
+            data = text.encode("utf-8", "replace")
             with _parent_of(self._folder, inner.parts) as folder:
-                fd = self._opened(path, inner, folder, how)
+                fd = self._opened(path, inner, folder, how, data)
+                if fd is None:
+                    self._replace(inner, folder, data)
+                    return
             with os.fdopen(fd, "wb") as file:
-                file.write(text.encode("utf-8", "replace"))
+                file.write(data)
         except OSError as error:
             raise CncError(901004, f"{path}: {error.strerror}") from None
 
@@ -289,29 +297,81 @@ class RunFolder:
                     continue
 
     def _opened(
-        self, path: Path, inner: PurePosixPath, folder: int, how: int
-    ) -> int:
-        """A descriptor for writing: of a new file, or of one that may grow."""
+        self,
+        path: Path,
+        inner: PurePosixPath,
+        folder: int,
+        how: int,
+        data: bytes,
+    ) -> int | None:
+        """A descriptor for writing: of a new file, or of one that may grow.
+
+        None: the file is there and may be replaced.
+        """
         new = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
         try:
             fd = os.open(inner.name, new, 0o666, dir_fd=folder)
         except FileExistsError:
-            return self._again(path, inner, folder, how)
+            return self._again(path, inner, folder, how, data)
         info = os.fstat(fd)
         self._made[inner] = info.st_dev, info.st_ino
         return fd
 
     def _again(
-        self, path: Path, inner: PurePosixPath, folder: int, how: int
-    ) -> int:
+        self,
+        path: Path,
+        inner: PurePosixPath,
+        folder: int,
+        how: int,
+        data: bytes,
+    ) -> int | None:
         look = os.open(inner.name, _LOOK, dir_fd=folder)
         try:
             info = os.fstat(look)
             _refuse_kind(path, info.st_mode)
             own = self._made.get(inner) == (info.st_dev, info.st_ino)
             foreign = info.st_nlink != 1 or info.st_uid != os.getuid()
-            if not own and (foreign or how == os.O_TRUNC):
+            if own or not (foreign or how == os.O_TRUNC):
+                return _reopened(look, os.O_WRONLY | how)
+            if foreign or not _is_like(look, data):
                 raise CncError(901008, f"{path}: {ERRORS[901008]}")
-            return _reopened(look, os.O_WRONLY | how)
+            return None
         finally:
             os.close(look)
+
+    def _replace(self, inner: PurePosixPath, folder: int, data: bytes) -> None:
+        """Put a whole file in the place of an old one: a run that dies
+        meanwhile leaves the old one.
+        """
+        aside = f".{secrets.token_hex(8)}.new"
+        new = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+        fd = os.open(aside, new, 0o666, dir_fd=folder)
+        try:
+            with os.fdopen(fd, "wb") as file:
+                info = os.fstat(fd)
+                file.write(data)
+            os.rename(aside, inner.name, src_dir_fd=folder, dst_dir_fd=folder)
+        except BaseException:
+            os.unlink(aside, dir_fd=folder)
+            raise
+        self._made[inner] = info.st_dev, info.st_ino
+
+
+def _is_like(look: int, new: bytes) -> bool:
+    """The file has the words of ``new``; the numbers may differ."""
+    with os.fdopen(_reopened(look, os.O_RDONLY), "rb") as file:
+        old = file.read(DATA_BYTES + 1)
+    return len(old) <= DATA_BYTES and _words(old) == _words(new)
+
+
+def _words(data: bytes) -> list[bytes]:
+    """All that is no number."""
+    return [word for word in data.split() if not _is_number(word)]
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

@@ -12,14 +12,15 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import errno
-import itertools
 import mmap
 import os
 import re
+import secrets
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+import posix_ipc
 
 from . import access, layout
 from ._sync import ffi, lib
@@ -40,12 +41,9 @@ LOCK_S = 2.0
 NAME_RULE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 SEGMENT_SIZE = ctypes.sizeof(layout.HLI_SEGMENT)
 HEAD_SIZE = ctypes.sizeof(layout.HLI_SEGMENT_HEAD)
-# process id, its start time, a running number
+# process id, its start time, a random number
 DRAFT_RULE = re.compile(r"\.hli-new-(\d{1,10})-(\d{1,20})-\d{1,20}")
 _CREATE_TRIES = 5
-# what file systems say to O_TMPFILE
-_NO_UNNAMED_FILES = (errno.EOPNOTSUPP, errno.EISDIR, errno.ENOENT, errno.EINVAL)
-_drafts = itertools.count()
 
 
 class Segment:
@@ -159,9 +157,22 @@ def check_name(name: str) -> str:
 
 
 def remove(name: str) -> None:
-    """Unlink the name; nothing happens if it is gone already."""
-    with contextlib.suppress(FileNotFoundError):
-        (SHM_DIR / check_name(name)).unlink()
+    """Unlink the name; nothing happens if it is gone already.
+
+    Raises HliAccessError for another user's file; ValueError for a wrong name.
+    """
+    _unlink(check_name(name))
+
+
+def _unlink(name: str) -> None:
+    try:
+        posix_ipc.unlink_shared_memory("/" + name)
+    except posix_ipc.ExistentialError:
+        pass
+    except (posix_ipc.PermissionsError, PermissionError):
+        raise HliAccessError(
+            f"segment {name!r} may not be removed by this user"
+        ) from None
 
 
 # ------------------------------------------------------------------------------------------------
@@ -199,55 +210,36 @@ def _map_new(
     """The memory, head written, with its name in one step: a creator that dies
     leaves no nameless head behind.
     """
-    fd, draft = _open_draft(name)
+    _sweep_drafts()
+    shared = _open_draft(name)
     try:
-        _reserve(name, fd)
-        memory = mmap.mmap(fd, SEGMENT_SIZE)
+        _reserve(name, shared.fd)
+        memory = mmap.mmap(shared.fd, SEGMENT_SIZE)
         try:
             _write_head(memory, channel_count, axis_count)
-            _take_name(name, fd, draft)
+            _take_name(name, shared.name)
         except BaseException:
             memory.close()
             raise
-        return memory, _identity(fd)
+        return memory, _identity(shared.fd)
     finally:
-        if draft is not None:
-            draft.unlink(missing_ok=True)
-        os.close(fd)
+        shared.close_fd()
+        _unlink(shared.name[1:])
 
 
-def _open_draft(name: str) -> tuple[int, Path | None]:
-    """A file without a name, or, where the file system has none, one under a
-    name that tells whose it is.
-    """
-    draft = None
+def _open_draft(name: str) -> posix_ipc.SharedMemory:
+    """Sized memory under a name that tells whose it is and that nobody guesses."""
+    pid = os.getpid()
+    start = lib.hs_process_start(pid)
+    draft = f"/.hli-new-{pid}-{start}-{secrets.randbits(60)}"
     try:
-        try:
-            fd = os.open(
-                SHM_DIR, os.O_TMPFILE | os.O_RDWR | os.O_CLOEXEC, 0o600
-            )
-        except OSError as error:
-            if error.errno not in _NO_UNNAMED_FILES:
-                raise
-            _sweep_drafts()
-            pid = os.getpid()
-            draft = (
-                SHM_DIR
-                / f".hli-new-{pid}-{lib.hs_process_start(pid)}-{next(_drafts)}"
-            )
-            fd = os.open(
-                draft,
-                os.O_CREAT
-                | os.O_EXCL
-                | os.O_RDWR
-                | os.O_CLOEXEC
-                | os.O_NOFOLLOW,
-                0o600,
-            )
-        os.fchmod(fd, 0o600)
-    except OSError as error:
+        shared = posix_ipc.SharedMemory(
+            draft, posix_ipc.O_CREX, mode=access.MODE, size=SEGMENT_SIZE
+        )
+    except (posix_ipc.Error, OSError, ValueError) as error:
         raise _no_room(name, error) from None
-    return fd, draft
+    os.fchmod(shared.fd, access.MODE)  # whatever the umask takes away
+    return shared
 
 
 def _reserve(name: str, fd: int) -> None:
@@ -260,36 +252,24 @@ def _reserve(name: str, fd: int) -> None:
         raise _no_room(name, error) from None
 
 
-def _no_room(name: str, error: OSError) -> HliError:
+def _no_room(name: str, error: Exception) -> HliError:
+    why = getattr(error, "strerror", None) or error
     return HliError(
         f"segment {name!r} cannot be created in {SHM_DIR}: "
-        f"{error.strerror} ({SEGMENT_SIZE} bytes needed)"
+        f"{why} ({SEGMENT_SIZE} bytes needed)"
     )
 
 
-def _take_name(name: str, fd: int, draft: Path | None) -> None:
+def _take_name(name: str, draft: str) -> None:
     """Link the written file; a stale segment of this name is replaced."""
-    folder = os.open("/proc/self/fd", os.O_RDONLY | os.O_CLOEXEC)
-    try:
-        for _ in range(_CREATE_TRIES):
-            try:
-                if draft is not None:
-                    os.link(draft, SHM_DIR / name)
-                # with a folder's descriptor this is linkat(AT_SYMLINK_FOLLOW):
-                # the file, not the link in /proc
-                else:
-                    os.link(
-                        str(fd),
-                        SHM_DIR / name,
-                        src_dir_fd=folder,
-                        follow_symlinks=True,
-                    )
-                return
-            except FileExistsError:
-                if not _remove_stale(SHM_DIR / name):
-                    raise HliInUse(_in_use(name)) from None
-    finally:
-        os.close(folder)
+    for _ in range(_CREATE_TRIES):
+        try:
+            os.link(SHM_DIR / draft[1:], SHM_DIR / name)
+        except FileExistsError:
+            if not _remove_stale(SHM_DIR / name):
+                raise HliInUse(_in_use(name)) from None
+        else:
+            return
     raise HliInUse(f"segment {name!r}: other processes keep taking the name")
 
 
@@ -419,8 +399,7 @@ def sweep() -> list[str]:
     returns their names.
 
     Touched are only files in /dev/shm that belong to this user and begin with
-    the segment magic, and the unfinished ones of dead creators (only where the
-    file system has no unnamed files).
+    the segment magic, and the unfinished ones of dead creators.
     """
     _sweep_drafts()
     candidates = [
@@ -437,8 +416,8 @@ def _sweep_drafts() -> None:
         found = DRAFT_RULE.fullmatch(path.name)
         if found and not lib.hs_process_alive(int(found[1]), int(found[2])):
             # another user's, or swept by someone else
-            with contextlib.suppress(OSError):
-                path.unlink()
+            with contextlib.suppress(HliAccessError, OSError):
+                _unlink(path.name)
 
 
 def _remove_stale(path: Path) -> bool:
@@ -464,10 +443,10 @@ def _remove_stale(path: Path) -> bool:
         if not access.lock(fd, LOCK_S):
             return False
         if os.lstat(path).st_ino == os.fstat(fd).st_ino:
-            path.unlink()
+            _unlink(path.name)
     except FileNotFoundError:
         pass
-    except OSError:
+    except (HliAccessError, OSError):
         return False
     finally:
         os.close(fd)

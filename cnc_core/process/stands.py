@@ -59,6 +59,12 @@ PLAIN: tuple[tuple[int, str, str], ...] = (
         "the PLC writes bahn_mc_control.ext_command_speed.command_w",
     ),
     (
+        lib.ENGINE_STOP_BACKWARD,
+        "the end of backward motion",
+        "the PLC sets bahn_mc_control.backward_motion.command_w to FALSE"
+        " (or an ext_command_speed above 0)",
+    ),
+    (
         lib.ENGINE_STOP_DWELL,
         "the end of a dwell",
         "it ends by itself",

@@ -363,3 +363,19 @@ def test_run_and_plan_count_the_same_blocks(cli: Cli, program: Write) -> None:
     }
     assert len(counts) == 1
     assert counts.pop() > 100
+
+
+def test_a_counter_is_kept_from_run_to_run(
+    cli: Callable[..., Outcome], program: Callable[..., Path], tmp_path: Path
+) -> None:
+    """LOAD_VAR and SAVE_VAR of the same file in the same folder, run by run."""
+    first = program('ADD_VAR 1\nSAVE_VAR "count.txt"\n', "first.isons")
+    again = program(
+        'LOAD_VAR "count.txt"\nGET_VAR $B,0\n$B=$B+1\nWRITE_VAR $B,0\n'
+        'SAVE_VAR "count.txt"\n',
+        "again.isons",
+    )
+    for part in (first, again, again):
+        done = cli("run", part, "--json")
+        assert done.status == 0, done.err
+    assert (tmp_path / "hli-cosim-out" / "count.txt").read_text() == "3.0\n"

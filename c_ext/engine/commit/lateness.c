@@ -1,8 +1,9 @@
 /* The path brakes on the stored tail, or stands although there is path to drive
- * and nothing is committed: the planner is late. Planner, preparation and GEO
- * poll each other and sleep on nothing, so no wake can be lost: the planner's
- * thread had no processor, or its work took longer than what was committed.
- * `away_ns` tells the first, the planner's own time the second.
+ * and nothing is committed: the planner is late. Why is not proved. Planner,
+ * preparation and GEO poll each other and sleep on nothing, so a lost wake is
+ * unlikely; that the planner's thread had no processor, or that its work took
+ * longer than what was committed, fits what was seen. `away_ns` and the
+ * planner's own time help to tell these two.
  *
  * A release, a new program and a resumed path need a commit first. So standing
  * counts only once it has lasted as long as a commit lasts at most.

@@ -56,6 +56,9 @@ static uint32_t further_conditions(const struct engine *engine) {
     if (engine->orders.ext_speed <= 0) {
         bits |= ENGINE_STOP_EXTERNAL_SPEED;
     }
+    if (ATOMIC_GET(engine->orders.backward)) {
+        bits |= ENGINE_STOP_BACKWARD;
+    }
     return bits;
 }
 

@@ -55,6 +55,7 @@
 #define ENGINE_STOP_RAPID_OVERRIDE 0x10000
 #define ENGINE_STOP_EXTERNAL_SPEED 0x20000
 #define ENGINE_STOP_UNKNOWN 0x40000
+#define ENGINE_STOP_BACKWARD 0x80000
 
 /* what limits the speed: index of engine_state.time_by_cause */
 #define ENGINE_CAUSE_FEED 0

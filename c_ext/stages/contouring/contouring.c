@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "rows/pool.h"
 #include "stages/contouring/corner.h"
 #include "stages/contouring/tuning.h"
 
@@ -443,13 +444,6 @@ static void take_other(nc_contour *contour, const nc_block *row) {
     } else {
         emit(contour, row);
     }
-}
-
-/* The coefficients of a row lie inside the pool. */
-static bool row_in_pool(const nc_block *row, int axes, int64_t pool_n) {
-    uint64_t need = (uint64_t)axes * (row->degree + 1u);
-    return row->type != NC_POLYNOMIAL
-           || (uint64_t)row->pool + need <= (uint64_t)pool_n;
 }
 
 int nc_contour_push(nc_contour *contour,

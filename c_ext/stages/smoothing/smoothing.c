@@ -1,5 +1,6 @@
 /* Rows to points of the contour, and the life of the stage. */
 #include <stdlib.h>
+#include "rows/pool.h"
 #include "stages/smoothing/emit.h"
 #include "stages/smoothing/nodes.h"
 #include "stages/smoothing/sections.h"
@@ -362,8 +363,10 @@ int64_t nc_smooth_push(nc_smooth *smooth,
                        int64_t count,
                        const double *pool,
                        int64_t pool_n) {
-    (void)pool_n;
     for (int64_t i = 0; i < count; i++) {
+        if (!row_in_pool(&rows[i], smooth->cfg.axes, pool_n)) {
+            return -2;
+        }
         take_row(smooth, &rows[i], pool);
         if (smooth->no_memory) {
             return -1;

@@ -113,16 +113,12 @@ class Smoothing:
         rows = np.ascontiguousarray(rows)
         pool = np.ascontiguousarray(batch.pool)
         pointer = pool_pointer(pool)
-        if (
-            lib.nc_smooth_push(
-                self._state,
-                row_pointer(rows),
-                len(rows),
-                pointer,
-                len(pool),
-            )
-            < 0
-        ):
+        taken = lib.nc_smooth_push(
+            self._state, row_pointer(rows), len(rows), pointer, len(pool)
+        )
+        if taken == -2:
+            raise ValueError("smoothing: coefficients outside the pool")
+        if taken < 0:
             raise MemoryError("smoothing")
         return self._taken()
 

@@ -64,7 +64,7 @@ proctype cnc(byte me) {
 _map_new:
         do
         ::
-            mine = me; /* its file: O_TMPFILE */
+            mine = me; /* its file, under a draft's name */
 #ifdef MUTATE_NAME_BEFORE_HEAD
             if :: atomic { name_ == 0 -> name_ = mine } :: atomic { name_ != 0 -> mine = 0 } fi;
             if :: mine -> owner[mine] = me; break :: else fi;

@@ -4,7 +4,6 @@ docs/explanation/model/attach.pml and place.pml say, in the code.
 
 from __future__ import annotations
 
-import errno
 import os
 import resource
 import signal
@@ -12,7 +11,9 @@ import stat
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import posix_ipc
 import pytest
 from hli._sync import lib
 
@@ -36,11 +37,15 @@ segment.create(sys.argv[1])
 """
 
 
+def drafts() -> set[str]:
+    return {n for n in os.listdir(SHM) if n.startswith(".hli-new-")}
+
+
 def test_no_room_for_a_segment_is_an_error_and_leaves_nothing() -> None:
     """A full shared memory is named when the segment is created, not by a
     SIGBUS at a later store.
     """
-    name = unique_name()
+    name, before = unique_name(), drafts()
     done = subprocess.run(
         [sys.executable, "-P", "-c", SMALL, name],
         capture_output=True,
@@ -48,8 +53,9 @@ def test_no_room_for_a_segment_is_an_error_and_leaves_nothing() -> None:
         check=False,
     )
     assert "HliError: segment" in done.stderr, done.stderr
-    assert "File too large" in done.stderr
+    assert "too large" in done.stderr
     assert not (SHM / name).exists()
+    assert drafts() == before
 
 
 @pytest.mark.parametrize("step", ["_reserve", "_write_head", "_take_name"])
@@ -67,47 +73,42 @@ def test_a_creator_that_dies_leaves_no_name(step: str) -> None:
         assert created.root.segment_head.ready == 1
 
 
-NO_UNNAMED = """
-import errno, os, sys
-from hli import segment
-plain = os.open
-def refuse(path, flags, *rest, **more):
-    if flags & os.O_TMPFILE == os.O_TMPFILE:
-        raise OSError(errno.EOPNOTSUPP, "Operation not supported")
-    return plain(path, flags, *rest, **more)
-os.open = refuse
-"""
-
-
-def drafts() -> set[str]:
-    return {n for n in os.listdir(SHM) if n.startswith(".hli-new-")}
-
-
-@pytest.mark.parametrize(
-    "number", [errno.EOPNOTSUPP, errno.EISDIR, errno.ENOENT]
-)
-def test_without_unnamed_files_the_segment_comes_by_a_draft(
-    monkeypatch: pytest.MonkeyPatch, number: int
+@pytest.mark.parametrize("umask", [0o000, 0o777])
+def test_segments_are_laid_sized_and_removed_by_posix_ipc(
+    monkeypatch: pytest.MonkeyPatch, umask: int
 ) -> None:
-    """Where O_TMPFILE is unknown the segment is written under a name of its own
-    and linked; nothing else differs.
+    """Created exclusively under a name of its own with mode 0600 and whole
+    size, linked, and unlinked again; the umask changes nothing.
     """
-    plain, name, before = os.open, unique_name(), drafts()
+    name, before = unique_name(), drafts()
+    laid: list[tuple[int, int, int]] = []
+    gone: list[str] = []
+    lay, unlink = posix_ipc.SharedMemory, posix_ipc.unlink_shared_memory
 
-    def refuse(path: str | Path, flags: int, *rest: int) -> int:
-        if flags & os.O_TMPFILE == os.O_TMPFILE:
-            raise OSError(number, os.strerror(number))
-        return plain(path, flags, *rest)
+    def noted(draft: str, flags: int, mode: int, size: int) -> Any:
+        laid.append((flags, mode, size))
+        return lay(draft, flags, mode=mode, size=size)
 
-    monkeypatch.setattr(os, "open", refuse)
-    with hli.create(name) as created:
-        assert created.root.segment_head.ready == 1
-        info = (SHM / name).stat()
-        assert (info.st_nlink, stat.S_IMODE(info.st_mode)) == (1, 0o600)
-        hli.attach(name).close()
-        with pytest.raises(HliInUse, match=f"in use by process {os.getpid()}"):
-            hli.create(name)
-        assert drafts() == before
+    monkeypatch.setattr(posix_ipc, "SharedMemory", noted)
+    monkeypatch.setattr(
+        posix_ipc,
+        "unlink_shared_memory",
+        lambda n: (gone.append(n), unlink(n)),
+    )
+    old = os.umask(umask)
+    try:
+        with hli.create(name) as created:
+            assert created.root.segment_head.ready == 1
+            info = (SHM / name).stat()
+            assert (info.st_nlink, stat.S_IMODE(info.st_mode)) == (1, 0o600)
+            hli.attach(name).close()
+            with pytest.raises(HliInUse, match=f"process {os.getpid()}"):
+                hli.create(name)
+            assert drafts() == before
+    finally:
+        os.umask(old)
+    assert laid == [(posix_ipc.O_CREX, 0o600, segment.SEGMENT_SIZE)] * 2
+    assert "/" + name in gone
     assert not (SHM / name).exists()
 
 
@@ -123,7 +124,7 @@ def test_a_draft_of_a_dead_creator_is_swept(step: str) -> None:
     head.touch()
     try:
         done = subprocess.run(
-            [sys.executable, "-P", "-c", NO_UNNAMED + KILLED, name, step],
+            [sys.executable, "-P", "-c", KILLED, name, step],
             check=False,
         )
         assert done.returncode == -signal.SIGKILL
@@ -133,17 +134,6 @@ def test_a_draft_of_a_dead_creator_is_swept(step: str) -> None:
         assert drafts() - before == {head.name}
     finally:
         head.unlink()
-
-
-def test_no_room_without_unnamed_files_leaves_nothing() -> None:
-    """The draft of a segment that does not fit is removed."""
-    name, before = unique_name(), drafts()
-    call = [sys.executable, "-P", "-c", NO_UNNAMED + SMALL, name]
-    done = subprocess.run(call, capture_output=True, text=True, check=False)
-    assert "HliError: segment" in done.stderr, done.stderr
-    assert "File too large" in done.stderr
-    assert not (SHM / name).exists()
-    assert drafts() == before
 
 
 def test_a_foreign_file_keeps_its_name() -> None:

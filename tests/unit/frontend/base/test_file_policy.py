@@ -7,6 +7,7 @@ shows.
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 
@@ -190,6 +191,48 @@ def test_a_run_replaces_only_what_it_has_written(tmp_path: Path) -> None:
     with pytest.raises(CncError):
         folder.write("old.txt", "x")
     assert (tmp_path / "old.txt").read_text() == "old\nmore\n"
+
+
+def test_a_list_of_numbers_is_kept_from_run_to_run(tmp_path: Path) -> None:
+    """SAVE_VAR of a later run takes the place of an earlier one's list."""
+    for text in ("7", "-0.5\n1e3\n", ""):
+        (tmp_path / "list.txt").write_text(text)
+        folder = RunFolder(tmp_path)
+        folder.write("list.txt", "8.0\n")
+        folder.write("list.txt", "9.0\n")
+        assert (tmp_path / "list.txt").read_text() == "9.0\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["list.txt"]
+
+
+def test_a_result_with_labels_is_written_anew(tmp_path: Path) -> None:
+    """The same words and other numbers; other words are kept."""
+    old, new = "X-Axis: 1.0 0.0 0.0\n", "X-Axis: 0.0 -1.0 0.0\n"
+    (tmp_path / "a.txt").write_text(old)
+    RunFolder(tmp_path).write("a.txt", new)
+    assert (tmp_path / "a.txt").read_text() == new
+    with pytest.raises(CncError) as caught:
+        RunFolder(tmp_path).write("a.txt", "1.0\n")
+    assert caught.value.code == 901008
+    assert (tmp_path / "a.txt").read_text() == new
+
+
+def test_a_list_that_is_replaced_is_never_half(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run that cannot write the new list leaves the old one, and no other
+    file.
+    """
+    (tmp_path / "count.txt").write_text("41.0\n")
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(errno.EIO, "no")
+
+    monkeypatch.setattr(os, "rename", fail)
+    with pytest.raises(CncError) as caught:
+        RunFolder(tmp_path).write("count.txt", "42.0\n")
+    assert caught.value.code == 901004
+    assert (tmp_path / "count.txt").read_text() == "41.0\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["count.txt"]
 
 
 def test_a_file_laid_in_the_way_is_not_written(tmp_path: Path) -> None:

@@ -1,0 +1,85 @@
+"""Rows that no front end makes, handed to the stages in C by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cnc_core.blocks import CONTOUR, NC_BLOCK, POLYNOMIAL, BlockBatch
+from cnc_core.errors import Place
+from cnc_core.geometry.stages.contouring import Contouring, ContourMachine
+from cnc_core.geometry.stages.smoothing import Smoothing
+from support.smoothed_paths import MACHINE
+
+pytestmark = pytest.mark.sanitize("stages/smoothing", "stages/contouring")
+
+AXES, DEGREE = 3, 4
+NEED = AXES * (DEGREE + 1)
+
+
+def contouring() -> Contouring:
+    return Contouring(
+        np.zeros(AXES),
+        ContourMachine((0, 1, 2), 3000.0, 300.0, {}),
+        lambda *_: Place("", 0),
+        lambda _: None,
+    )
+
+
+def smoothing() -> Smoothing:
+    return Smoothing(np.zeros(AXES), MACHINE, 0.1)
+
+
+def curve(first: int, degree: int = DEGREE) -> Any:
+    """A polynomial row whose coefficients begin at ``first``."""
+    row = np.zeros(1, NC_BLOCK)
+    row["type"], row["degree"], row["pool"] = POLYNOMIAL, degree, first
+    row["length"], row["angle"], row["value"] = 1.0, 1.0, 1000.0
+    row["end"][0, 0] = 1.0
+    return row
+
+
+def on() -> Any:
+    """The row that makes contouring look at what follows."""
+    row = np.zeros(1, NC_BLOCK)
+    row["type"] = CONTOUR
+    return row
+
+
+@pytest.mark.parametrize(
+    ("rows", "numbers"),
+    [
+        (curve(0), 0),
+        (curve(0), NEED - 1),
+        (curve(1), NEED),
+        (curve(2**32 - 1), NEED),
+        (curve(0, 255), NEED),
+    ],
+    ids=["none", "one short", "behind", "far away", "degree"],
+)
+@pytest.mark.parametrize("stage", [smoothing, contouring])
+def test_coefficients_outside_the_pool_are_refused(
+    stage: Callable[[], Smoothing | Contouring], rows: Any, numbers: int
+) -> None:
+    """Nothing is copied from memory that is not the batch's."""
+    batch = BlockBatch(np.concatenate([on(), rows]), np.zeros(numbers))
+    with pytest.raises(ValueError, match="coefficients outside the pool"):
+        stage().push(batch)
+
+
+@pytest.mark.parametrize("stage", [smoothing, contouring])
+def test_coefficients_at_the_pools_end_are_taken(
+    stage: Callable[[], Smoothing | Contouring],
+) -> None:
+    """The last number of the pool is the row's last coefficient."""
+    pool = np.arange(7.0 + NEED)
+    one = stage()
+    out = [one.push(BlockBatch(curve(7), pool)), one.drain()]
+    rows = np.concatenate([part.rows for part in out])
+    owner = next(part for part in out if POLYNOMIAL in part.rows["type"])
+    at = int(owner.rows["pool"][owner.rows["type"] == POLYNOMIAL][0])
+    assert POLYNOMIAL in rows["type"]
+    assert np.array_equal(owner.pool[at : at + NEED], pool[7:])
