@@ -191,3 +191,59 @@ def test_an_empty_loop_does_not_spin(tmp_path: Path) -> None:
     with Inside(tmp_path, "G1 X10 F6000\n#RT WHILE\n#RT ENDWHILE\nX0\n") as cnc:
         cnc.level(cnc.bahn.rt_loop_enable, True)
         cnc.end()
+
+
+def _enabled(value: str) -> str:
+    return (
+        f"G1 X10 F6000\nN20 V.RTG.LOOP.ENABLED = {value}\n#RT WHILE\nX20\n"
+        f"Y10\nX10\nY0\n#RT ENDWHILE\nN90 X0\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("before", "value", "driven"),
+    [("", "TRUE", True), ("", "FALSE", False), ("P1 = 3\n", "P1 > 2", True)],
+)
+def test_the_program_sets_the_condition(
+    before: str, value: str, driven: bool, tmp_path: Path
+) -> None:
+    """V.RTG.LOOP.ENABLED is in force behind the block that writes it, where the
+    PLC does not command the condition; every program begins with FALSE.
+    """
+    with Inside(tmp_path, before + _enabled(value)) as cnc:
+        for _ in range(1500):
+            cnc.run(1)
+        assert (cnc.state.rt_loop_count_r > 0) == driven
+        assert cnc.state.inside_rt_loop_r == driven
+        if driven:
+            cnc.level(cnc.bahn.rt_loop_enable, False)
+        cnc.end()
+        assert cnc.pos[-1] == pytest.approx([0, 0, 0])
+
+
+def test_the_plc_stands_above_the_program(tmp_path: Path) -> None:
+    """A unit that the PLC enables is the condition, whatever is written."""
+    levels = {"rt_loop_enable": False}
+    with Inside(tmp_path, _enabled("TRUE"), levels=levels) as cnc:
+        cnc.end()
+        assert cnc.state.rt_loop_count_r == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "line"),
+    [
+        (
+            "G1 X1 F100\n#RT WHILE\nG1 X2\nV.RTG.LOOP.ENABLED = TRUE\nX1\n#RT ENDWHILE\n",
+            22073,
+            4,
+        ),
+        ("G17 G41 D1 G1 X1 F100\nV.RTG.LOOP.ENABLED = TRUE\n", 906003, 2),
+        ("P1 = V.RTG.LOOP.ENABLED\n", 900003, 1),
+        ("V.RTG.LOOP.COUNT = 0\n", 900003, 1),
+    ],
+)
+def test_the_condition_is_refused(
+    text: str, code: int, line: int, cli: Cli, program: Write
+) -> None:
+    """Inside a loop, during compensation, read, the other variables."""
+    test_refused(text, code, line, cli, program)

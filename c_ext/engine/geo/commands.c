@@ -186,6 +186,17 @@ static void take_insert_command(struct engine *engine,
     store_u8_release(&unit->command_semaphor_rw, 0);
 }
 
+void take_rt_loop(struct engine *engine) {
+    bool enabled = engine->orders.rt_loop_program;
+    if (engine->hli.segment) {
+        HLI_CHANNEL *channel = engine->hli.channel;
+        enabled = level_bool(&channel->bahn_mc_control.rt_loop_enable,
+                             flag(&channel->head.plc_present_w),
+                             enabled);
+    }
+    ATOMIC_SET(engine->orders.rt_loop, enabled);
+}
+
 void take_commands(struct engine *engine) {
     HLI_BAHN_MC_CONTROL *bahn_mc_control =
         &engine->hli.channel->bahn_mc_control;
@@ -238,10 +249,7 @@ void take_commands(struct engine *engine) {
     }
     take_shortcut(engine, bahn_mc_control, present);
     take_insert_command(engine, bahn_mc_control, present);
-    ATOMIC_SET(engine->orders.rt_loop,
-               level_bool(&bahn_mc_control->rt_loop_enable,
-                          present,
-                          engine->orders.rt_loop_program));
+    take_rt_loop(engine);
     ATOMIC_SET(engine->orders.single,
                level_bool(&bahn_mc_control->single_block, present, false));
     ATOMIC_SET(engine->orders.m01,

@@ -8,4 +8,7 @@
 #define OVERRIDE_MAX 2000u
 
 void take_commands(struct engine *engine);
+
+/* The condition of real-time loops: as the PLC commands, else the program's. */
+void take_rt_loop(struct engine *engine);
 #endif

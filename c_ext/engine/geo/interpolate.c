@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 #include "engine/geo/interpolate.h"
+#include "engine/geo/commands.h"
 #include "engine/geo/external.h"
 #include "engine/geo/technology.h"
 #include "engine/path/piece.h"
@@ -249,9 +250,7 @@ static bool stops_program(const struct engine *engine,
 /* V.RTG.LOOP.ENABLED of the program counts where the PLC commands nothing. */
 static void program_enables_loops(struct engine *engine, bool enabled) {
     engine->orders.rt_loop_program = enabled;
-    if (!engine->hli.segment) {
-        ATOMIC_SET(engine->orders.rt_loop, enabled);
-    }
+    take_rt_loop(engine);
 }
 
 static void run_event(struct engine *engine, struct piece *piece) {

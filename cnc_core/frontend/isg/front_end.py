@@ -407,6 +407,8 @@ class IsgFrontEnd(ProgramLevels):
     def _words(self, block: WordBlock) -> Items:
         executor = self.executor
         rows = executor.execute(block)
+        if self.state.loop.written is not None:
+            return [*self.state.loop.switched(), *rows]
         if block.simple:
             return rows
         if executor.program_end or executor.level_end:

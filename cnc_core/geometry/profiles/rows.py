@@ -22,6 +22,7 @@ from cnc_core.units import FloatArray
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 STANDS = 1e-9  # as in c_ext/curve/curve.c
 EXACT = 1e-9
+HALVINGS = 40
 SAME = 1e-9  # mm or degrees by which evaluation may round
 
 
@@ -40,29 +41,44 @@ def lengths(coef: FloatArray, span: FloatArray, main: list[int]) -> FloatArray:
     others = ~metric.any(axis=1)
     metric[others] = moving[others]
     slope = coef[:, :, 1:] * order[1:] * metric[:, :, None]
-    out = _quadrature(slope, span, 1)
-    rough, parts = np.arange(len(span)), 2
-    while len(rough) and parts <= 256:
-        finer = _quadrature(slope[rough], span[rough], parts)
-        bad = np.abs(finer - out[rough]) > EXACT * (1.0 + finer) * 0.1
-        out[rough] = finer
-        rough, parts = rough[bad], parts * 4
+    return _integral(slope, span)
+
+
+def _integral(slope: FloatArray, span: FloatArray) -> FloatArray:
+    """(n,) integrals of the speed; what is not exact is halved, so that a curve
+    that nearly stops somewhere costs a few halvings of that place.
+    """
+    out = np.zeros(len(span))
+    index, begin, size = np.arange(len(span)), np.zeros(len(span)), span
+    whole = _quadrature(slope, begin, size)
+    for _ in range(HALVINGS):
+        size = 0.5 * size
+        first = _quadrature(slope[index], begin, size)
+        second = _quadrature(slope[index], begin + size, size)
+        finer = first + second
+        bad = np.abs(finer - whole) > EXACT * (1.0 + finer) * 0.1
+        np.add.at(out, index[~bad], finer[~bad])
+        begin = np.concatenate([begin[bad], begin[bad] + size[bad]])
+        whole = np.concatenate([first[bad], second[bad]])
+        index, size = np.tile(index[bad], 2), np.tile(size[bad], 2)
+        if not len(index):
+            return out
+    np.add.at(out, index, whole)
     return out
 
 
-def _quadrature(slope: FloatArray, span: FloatArray, parts: int) -> FloatArray:
-    nodes = 0.5 * (NODES + 1.0)
-    u = ((np.arange(parts)[:, None] + nodes) / parts).ravel()
-    weights = np.tile(0.5 * WEIGHTS / parts, parts)
-    speed2 = np.zeros((len(span), len(u)))
-    t = span[:, None] * u
+def _quadrature(
+    slope: FloatArray, begin: FloatArray, size: FloatArray
+) -> FloatArray:
+    t = begin[:, None] + size[:, None] * (0.5 * (NODES + 1.0))
+    speed2 = np.zeros_like(t)
     for axis in range(slope.shape[1]):
         if slope[:, axis].any():
             d = np.zeros_like(t)
             for k in range(slope.shape[2] - 1, -1, -1):
                 d = d * t + slope[:, axis, k, None]
             speed2 += d * d
-    return np.asarray(np.sqrt(speed2) @ weights * span)
+    return np.asarray(np.sqrt(speed2) @ (0.5 * WEIGHTS) * size)
 
 
 def rows_of(

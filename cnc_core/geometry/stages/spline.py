@@ -29,15 +29,16 @@ from cnc_core.blocks import (
     BlockBatch,
     motion_planes,
 )
+from cnc_core.blocks.pool import coefficients
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.units import FloatArray
 
+from ..profiles.rows import lengths
 from .stage import RefusedRow
 
 OFF, AKIMA, BSPLINE = 0, 1, 2
 AUTO, TANGENTIAL, USER = 0, 1, 2
 HELD_SEGMENTS = 3  # a segment is final when two more points are known
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 
 def akima_slopes(slopes: FloatArray) -> FloatArray:
@@ -87,15 +88,6 @@ def hermite(
         ],
         axis=1,
     )
-
-
-def length_of(coef: FloatArray, h: float, axes: list[int]) -> float:
-    """Arc length over 0..h of the named axes."""
-    t = 0.5 * h * (NODES + 1.0)
-    order = np.arange(1, coef.shape[1])
-    speed = coef[axes, 1:] * order @ t ** (order - 1)[:, None]
-    size = np.sqrt((speed**2).sum(axis=0))
-    return float(0.5 * h * (WEIGHTS * size).sum())
 
 
 class _Curve:
@@ -152,6 +144,7 @@ class Spline:
         # derivative by length where the last motion ended
         self._tangent: FloatArray | None = None
         self._rows: list[Any] = []
+        self._made: list[int] = []  # which of these are curves without length
         self._pool: list[float] = []
 
     def push(self, batch: BlockBatch) -> BlockBatch:
@@ -388,21 +381,15 @@ class Spline:
         self, row: Any, coef: FloatArray, end: float, *, through: bool
     ) -> None:
         """``through``: the segment ends in the row's own end."""
-        axes = [
-            a
-            for a in self._main
-            if a >= 0 and np.abs(coef[a, 1:]).max() > 1e-12
-        ]
         row["type"] = POLYNOMIAL
         row["degree"] = coef.shape[1] - 1
         row["angle"] = end
         row["pool"] = len(self._pool)
-        row["length"] = length_of(coef, end, axes or list(range(len(coef))))
-        row["length_min"] = row["length"]
         powers = np.arange(coef.shape[1])
         if not through:
             row["end"][: len(coef)] = coef @ end**powers
         self._pool += coef.ravel().tolist()
+        self._made.append(len(self._rows))
         self._rows.append(row)
         order = powers[1:]
         way = coef[:, 1:] * order @ end ** (order - 1)
@@ -411,14 +398,18 @@ class Spline:
         self._tangent = way / norm if norm > 0 else None
 
     def _taken(self) -> BlockBatch:
-        rows, pool = self._rows, self._pool
-        self._rows, self._pool = [], []
-        if not rows:
+        items, made, values = self._rows, self._made, self._pool
+        self._rows, self._made, self._pool = [], [], []
+        if not items:
             return BlockBatch.empty()
-        return BlockBatch(
-            np.array(rows, dtype=rows[0].dtype),
-            np.array(pool),
+        rows, pool = np.array(items, dtype=items[0].dtype), np.array(values)
+        curves = rows[made]
+        rows["length"][made] = rows["length_min"][made] = lengths(
+            coefficients(curves, pool, len(self._at)),
+            curves["angle"],
+            [a for a in self._main if a >= 0],
         )
+        return BlockBatch(rows, pool)
 
 
 def _bspline(points: FloatArray) -> list[tuple[FloatArray, float]]:

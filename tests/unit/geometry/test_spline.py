@@ -175,3 +175,29 @@ def test_a_spline_is_driven_inside_the_limits(tmp_path):
     )
     assert result.max_ratio["acceleration"] <= 1.0
     assert result.max_ratio["velocity"] <= 1.0
+
+
+@pytest.mark.parametrize("kind", ["AKIMA", "BSPLINE"])
+def test_a_curve_that_stops_inside_has_its_exact_length(tmp_path, kind):
+    """A curve that turns back on its line has a speed with a corner at 0; its
+    length is the way of the axis between its turns.
+    """
+    xs = (3.7, 9.3, 4.1, 11.9, 15.0)
+    points = "\n".join(f"X{x}" for x in xs)
+    program = program_of(
+        tmp_path,
+        f"G01 F1000 X0\n#SPLINE TYPE {kind}\n#SPLINE ON\n{points}\n#SPLINE OFF",
+    )
+    batch = joined(list(program.batches()))
+    turned = 0
+    for row, (x, _, _) in curves(batch):
+        end = row["angle"]
+        turns = [
+            t.real
+            for t in x.trim().deriv().roots()
+            if abs(t.imag) < 1e-12 and 0 < t.real < end
+        ]
+        turned += len(turns)
+        way = np.abs(np.diff(x(np.array([0.0, *sorted(turns), end])))).sum()
+        assert row["length"] == pytest.approx(way, abs=1e-9)
+    assert turned

@@ -1,7 +1,9 @@
 """Real-time loops: ``#RT WHILE [[MODULO]]`` .. ``#RT ENDWHILE``.
 
 The interpolator drives the loop while V.RTG.LOOP.ENABLED is TRUE, and leaves it
-out where that is FALSE. The PLC sets it by ``bahn_mc_control.rt_loop_enable``.
+out where that is FALSE. The PLC sets it by ``bahn_mc_control.rt_loop_enable``;
+without the PLC's unit the program does, by writing the variable, which waits
+until all earlier blocks are executed and the value is in force.
 
 Only motion blocks, #SPLINE and look-ahead markers may stand inside. The loop
 has to end where it begins, and loops do not nest (look-ahead specification,
@@ -16,6 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cnc_core.blocks import (
+    EVENT,
+    EVENT_RT_LOOP,
+    FLUSH,
+    HAS_VALUE,
     MARKER,
     MARKER_CLEAR,
     MODULO,
@@ -23,6 +29,8 @@ from cnc_core.blocks import (
     RT_LOOP_BEGIN,
     RT_LOOP_END,
     SPLINE,
+    STANDSTILL,
+    WAIT,
 )
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.lexer import fail
@@ -55,6 +63,28 @@ class RealTimeLoop:
     ) -> None:
         self._modal, self._place, self._splines = modal, place, splines
         self._open: _Open | None = None
+        #: V.RTG.LOOP.ENABLED that the present block has written
+        self.written: bool | None = None
+
+    def enable(self, enabled: bool) -> None:
+        """``V.RTG.LOOP.ENABLED = ..``"""
+        self.written = enabled
+
+    def switched(self) -> list[Row | Wait]:
+        """Rows of what has been written."""
+        enabled, self.written = self.written, None
+        n = self._modal.n
+        return [
+            self._modal.row(
+                EVENT,
+                n,
+                code=EVENT_RT_LOOP,
+                value=float(enabled or False),
+                flags=HAS_VALUE,
+            ),
+            self._modal.row(FLUSH, n, flags=STANDSTILL | WAIT),
+            Wait.DRAINED,
+        ]
 
     def begin(self, modulo: bool, offset: int) -> Row:
         """``#RT WHILE``."""

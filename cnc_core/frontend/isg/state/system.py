@@ -123,13 +123,12 @@ class System:
         indices: Sequence[Formula],
         offset: int,
     ) -> Reference:
-        """V.G or V.A with names in capitals; unknown ones are refused."""
+        """V.G, V.A or V.RTG with names in capitals; unknown ones are refused."""
         name = f"V.{family}.{'.'.join(names)}"
-        found = (
-            self._axis(names, indices, offset)
-            if family == "A"
-            else self._channel(names, indices, offset)
+        find = {"A": self._axis, "RTG": self._real_time}.get(
+            family, self._channel
         )
+        found = find(names, indices, offset)
         if found is None:
             raise fail(900003, f"variable {name} is not supported", offset)
         load, store = found
@@ -201,6 +200,23 @@ class System:
             "HSCS": self._hsc_tolerance,
         }.get(first)
         return special(indices, rest, offset) if special else None
+
+    def _real_time(
+        self, names: list[str], indices: Sequence[Formula], offset: int
+    ) -> Access:
+        """V.RTG.LOOP.ENABLED; it is only written."""
+        if indices or names != ["LOOP", "ENABLED"]:
+            return None
+        state, name = self.state, "V.RTG.LOOP.ENABLED"
+
+        def load() -> Value:
+            raise fail(900003, f"variable {name} is not supported", offset)
+
+        def store(value: Value) -> None:
+            state.channel.not_compensated(name, offset)
+            state.loop.enable(_number(value, offset) != 0.0)
+
+        return load, store
 
     def _random_number(
         self, indices: Sequence[Formula], rest: list[str], offset: int
