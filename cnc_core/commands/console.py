@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import sys
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
@@ -50,6 +51,7 @@ def _options(
     """Open co-simulation of a CNC and a PLC over an emulated ISG/Beckhoff HLI."""
 
 
+COLUMNS = 80
 out = Console(highlight=False, soft_wrap=True, markup=False)
 err = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
@@ -158,9 +160,14 @@ def say_causes(seconds: dict[str, float]) -> None:
 
     text = summary(seconds)
     if text:
-        out.print(f"time: {text}")
+        say_wrapped(f"time: {text}")
     for hint in hints(seconds):
-        out.print(f"hint: {hint}")
+        say_wrapped(f"hint: {hint}")
+
+
+def say_wrapped(text: str) -> None:
+    """A sentence in lines of 80 columns."""
+    out.print(textwrap.fill(text, COLUMNS, subsequent_indent="  "))
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from .console import (
     say_error,
     say_errors,
     say_warnings,
+    say_wrapped,
 )
 from .options import (
     OPTIONS,
@@ -288,7 +289,7 @@ def plan(
     say_figures(str(file), value)
     say_causes(result.time_by_cause)
     for line in say_ratios(result.max_ratio):
-        out.print(line)
+        say_wrapped(line)
 
 
 def _planned(program: Any, max_wall: float, **chosen: Any) -> PlanResult:

@@ -12,9 +12,8 @@ from rich.table import Table
 
 from hli import layout
 
-from .console import out, say_causes
+from .console import COLUMNS, out, say_causes
 
-COLUMNS = 80
 DIGITS = 4
 # ending of a key: the unit of its value; longer endings first
 UNITS = {

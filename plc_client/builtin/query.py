@@ -8,15 +8,15 @@ or "end", ``page`` (ask on until the answer ends).
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from hli import layout
-from hli.handshake import BLOCK_ROWS
+from hli.handshake import BLOCK_ROWS, ContourUnit
 from hli.view import BLOCK_FIELDS
 
-from ..blocks import ContourLookahead
 from ..task import task
 from . import acknowledge
 from .arguments import checked
@@ -46,12 +46,18 @@ class Plc:
             raise ValueError(
                 "argument length = 0: mode 2 needs a range (0 is mode 1)"
             )
+        asked = float(self._args["start"]), float(self._args["length"])
+        if not all(map(math.isfinite, asked)):
+            raise ValueError(
+                f"request {asked[0]}, {asked[1]}: not finite numbers"
+            )
         self._answer: dict[str, Any] | None = None
 
     def setup(self, hli: Any) -> None:
         self._hli = hli
         self._ch = hli.gpCh[0]
-        self._clah = ContourLookahead(self._ch.contour_lookahead)
+        # sends what a function block would refuse, too
+        self._unit = ContourUnit(self._ch.contour_lookahead)
         self._others = acknowledge.Plc({})
         self._others.setup(hli)
         self._position = float(self._args["start"])
@@ -67,15 +73,13 @@ class Plc:
             self._others.cyclic()
         if self._answer is not None or not (self._asked or self._is_time()):
             return
-        if self._clah.poll():
-            self._take()
+        if self._asked:
+            count = self._unit.take()
+            if count < 0:
+                return
+            self._take(self._unit.copy(count))
         if self._answer is None:
-            self._asked = True
-            self._clah.ask(self._position, self._length)
-            if self._clah.error:
-                raise ValueError(
-                    f"request {self._position}, {self._length}: not finite numbers"
-                )
+            self._asked = self._unit.request(self._position, self._length)
 
     def finished(self) -> bool:
         return self._answer is not None
@@ -90,9 +94,8 @@ class Plc:
         ready = (layout.HLI_PHASE_READY, layout.HLI_PHASE_ENDED)
         return bool(self._ch.head.init_done_r) and self._hli.phase in ready
 
-    def _take(self) -> None:
+    def _take(self, blocks: np.ndarray[Any, Any]) -> None:
         """Keep the page; ask for the next one as long as the answers are full."""
-        blocks = self._clah.blocks
         self._pages.append(blocks)
         if (
             self._args["page"]

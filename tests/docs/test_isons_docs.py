@@ -31,7 +31,7 @@ def named(word):
 @pytest.mark.parametrize(
     "words",
     [
-        [*instructions._TABLE, *instructions._POSITIONERS],
+        [*instructions.TABLE, *instructions._POSITIONERS],
         [
             *FORM_INSTRUCTIONS,
             "LIB_MESSAGE",

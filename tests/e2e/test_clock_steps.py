@@ -23,8 +23,11 @@ WALL_CLOCK = re.compile(
     r"|\bgettimeofday|\btime\((NULL|0|&)|FUTEX_CLOCK_REALTIME|\bsem_timedwait|\bpthread_cond_timedwait|\btimer_settime"
 )
 STAMPS = {
-    "cnc_core/frontend/isg/commands/text.py"
-}  # the date and time a message file asks for
+    # the date and time a message file asks for
+    "cnc_core/frontend/isg/commands/text.py",
+    # when a recording was made
+    "cnc_core/recording/account.py",
+}
 JUMPING = r"""
 #define _GNU_SOURCE
 #include <stdio.h>

@@ -5,6 +5,7 @@
  * ring may be dropped by GEO and overwritten by SDA meanwhile when a thread of
  * its own serves; the copy is repeated then.
  */
+#include <math.h>
 #include <string.h>
 #include "engine/lookahead/service.h"
 #include "engine/lookahead/answer.h"
@@ -45,9 +46,15 @@ static void count_up(uint64_t *counter) {
     ATOMIC_SET(*counter, *counter + 1);
 }
 
+/* What is no number counts as a bad request; a range without elements does not.
+ */
+static bool no_number(double start, double length) {
+    return !isfinite(start) || !isfinite(length);
+}
+
 static void count_request(struct lookahead_service *service,
                           const HLI_AHEAD_ANSWER *facts) {
-    bool bad = facts->empty >= HLI_AHEAD_EMPTY_BAD_START;
+    bool bad = no_number(facts->start_position, facts->length);
     bool log = facts->mode == HLI_AHEAD_MODE_LOG;
     count_up(bad   ? &service->requests_bad
              : log ? &service->requests_mode1
@@ -77,7 +84,7 @@ static void request_answered(struct engine *engine,
     if (!noted->row) {
         return;
     }
-    bool bad = facts->empty >= HLI_AHEAD_EMPTY_BAD_START;
+    bool bad = no_number(question->start, question->length);
     *noted->row = (struct engine_request){
         .cycle = noted->cycle,
         .start = question->start,

@@ -24,7 +24,8 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 def _utf_16(head: bytes) -> bool:
     """By its mark, or by every second byte of plain text being 0."""
     marked = head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    return marked or any(head[::2]) != any(head[1::2])
+    halves = any(head[::2]), any(head[1::2])
+    return marked or (len(head) > 1 and halves[0] != halves[1])
 
 
 class Source:

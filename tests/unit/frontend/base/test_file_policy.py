@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import errno
 import os
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -44,9 +46,16 @@ WAYS = {
 
 
 @pytest.fixture
-def here(tmp_path: Path) -> Path:
-    """A program's folder with every way out of it."""
-    own, out = tmp_path / "own", tmp_path / "out"
+def here() -> Iterator[Path]:
+    """A program's folder with every way out of it; of a short name, since a
+    program's name has 83 characters at most.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        yield with_ways_out(Path(folder))
+
+
+def with_ways_out(folder: Path) -> Path:
+    own, out = folder / "own", folder / "out"
     (own / "sub").mkdir(parents=True)
     out.mkdir()
     (out / "secret.nc").write_text(SECRET)
