@@ -11,6 +11,7 @@ dead is stale: ``create`` replaces it and ``sweep`` removes it.
 from __future__ import annotations
 
 import contextlib
+import errno
 import ctypes
 import mmap
 import os
@@ -254,6 +255,8 @@ def _reserve(name: str, fd: int) -> None:
 
 def _no_room(name: str, error: Exception) -> HliError:
     why = getattr(error, "strerror", None) or error
+    if isinstance(error, ValueError):  # as posix_ipc tells EFBIG
+        why = os.strerror(errno.EFBIG)
     return HliError(
         f"segment {name!r} cannot be created in {SHM_DIR}: "
         f"{why} ({SEGMENT_SIZE} bytes needed)"

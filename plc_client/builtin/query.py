@@ -8,15 +8,16 @@ or "end", ``page`` (ask on until the answer ends).
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 from hli import layout
-from hli.handshake import BLOCK_ROWS, ContourUnit
+from hli.handshake import BLOCK_ROWS
 from hli.view import BLOCK_FIELDS
 
+from ..blocks import ContourLookahead
+from ..blocks.contour_lookahead import ERROR_LENGTH
 from ..task import task
 from . import acknowledge
 from .arguments import checked
@@ -28,6 +29,14 @@ DEFAULTS: dict[str, Any] = {
     "at": "end",
     "page": True,
 }
+
+
+class AnyRequest(ContourLookahead):
+    """Sends a range without elements, too, which the block refuses."""
+
+    def _wrong(self, start_position: float, length: float) -> int:
+        wrong = super()._wrong(start_position, length)
+        return 0 if wrong == ERROR_LENGTH else wrong
 
 
 @task(interval=0.001)
@@ -46,18 +55,12 @@ class Plc:
             raise ValueError(
                 "argument length = 0: mode 2 needs a range (0 is mode 1)"
             )
-        asked = float(self._args["start"]), float(self._args["length"])
-        if not all(map(math.isfinite, asked)):
-            raise ValueError(
-                f"request {asked[0]}, {asked[1]}: not finite numbers"
-            )
         self._answer: dict[str, Any] | None = None
 
     def setup(self, hli: Any) -> None:
         self._hli = hli
         self._ch = hli.gpCh[0]
-        # sends what a function block would refuse, too
-        self._unit = ContourUnit(self._ch.contour_lookahead)
+        self._clah = AnyRequest(self._ch.contour_lookahead)
         self._others = acknowledge.Plc({})
         self._others.setup(hli)
         self._position = float(self._args["start"])
@@ -73,13 +76,15 @@ class Plc:
             self._others.cyclic()
         if self._answer is not None or not (self._asked or self._is_time()):
             return
-        if self._asked:
-            count = self._unit.take()
-            if count < 0:
-                return
-            self._take(self._unit.copy(count))
+        if self._clah.poll():
+            self._take()
         if self._answer is None:
-            self._asked = self._unit.request(self._position, self._length)
+            self._asked = True
+            self._clah.ask(self._position, self._length)
+            if self._clah.error:
+                raise ValueError(
+                    f"request {self._position}, {self._length}: not finite numbers"
+                )
 
     def finished(self) -> bool:
         return self._answer is not None
@@ -94,8 +99,9 @@ class Plc:
         ready = (layout.HLI_PHASE_READY, layout.HLI_PHASE_ENDED)
         return bool(self._ch.head.init_done_r) and self._hli.phase in ready
 
-    def _take(self, blocks: np.ndarray[Any, Any]) -> None:
+    def _take(self) -> None:
         """Keep the page; ask for the next one as long as the answers are full."""
+        blocks = self._clah.blocks
         self._pages.append(blocks)
         if (
             self._args["page"]
