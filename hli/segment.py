@@ -11,8 +11,8 @@ dead is stale: ``create`` replaces it and ``sweep`` removes it.
 from __future__ import annotations
 
 import contextlib
-import errno
 import ctypes
+import errno
 import mmap
 import os
 import re
