@@ -211,6 +211,7 @@ class Engine:
         self._handle = ffi.gc(handle, lib.engine_free)
         self._set_synchronisation(cell)
         self._rows = record_rows
+        self._room: dict[Recorded, Rows] = {}
         if record_rows and lib.engine_record(self._handle, record_rows):
             raise MemoryError("sample ring")
 
@@ -495,11 +496,14 @@ class Engine:
         """Rows recorded since the last call, a structured array with the members
         of the C struct; at most as many as the ring holds.
         """
-        out = np.empty(self._rows, row_type(ROW_STRUCTS[what], self.axes))
+        room = self._room.get(what)
+        if room is None:
+            room = np.empty(self._rows, row_type(ROW_STRUCTS[what], self.axes))
+            self._room[what] = room
         n = lib.engine_record_take(
-            self._handle, what.value, ffi.from_buffer(out), len(out)
+            self._handle, what.value, ffi.from_buffer(room), len(room)
         )
-        return out[:n]
+        return room[:n].copy()  # a view would keep the whole room alive
 
     def lost(self, what: Recorded) -> int:
         """Rows of this kind that found no room in real time."""
