@@ -10,6 +10,7 @@ dead is stale: ``create`` replaces it and ``sweep`` removes it.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import ctypes
 import errno
@@ -45,6 +46,8 @@ HEAD_SIZE = ctypes.sizeof(layout.HLI_SEGMENT_HEAD)
 # process id, its start time, a random number
 DRAFT_RULE = re.compile(r"\.hli-new-(\d{1,10})-(\d{1,20})-\d{1,20}")
 _CREATE_TRIES = 5
+_made: dict[str, tuple[int, tuple[int, int]]] = {}
+"""Names that a process took, with its id and the file; see _remove_made()."""
 
 
 class Segment:
@@ -163,6 +166,17 @@ def remove(name: str) -> None:
     Raises HliAccessError for another user's file; ValueError for a wrong name.
     """
     _unlink(check_name(name))
+    _made.pop(name, None)
+
+
+@atexit.register
+def _remove_made() -> None:
+    """A creator that an exception ends at any point leaves no name behind."""
+    for name, (pid, identity) in list(_made.items()):
+        with contextlib.suppress(OSError, HliError):
+            info = (SHM_DIR / name).lstat()
+            if (pid, identity) == (os.getpid(), (info.st_dev, info.st_ino)):
+                _unlink(name)
 
 
 def _unlink(name: str) -> None:
@@ -218,6 +232,7 @@ def _map_new(
         memory = mmap.mmap(shared.fd, SEGMENT_SIZE)
         try:
             _write_head(memory, channel_count, axis_count)
+            _made[name] = os.getpid(), _identity(shared.fd)
             _take_name(name, shared.name)
         except BaseException:
             memory.close()

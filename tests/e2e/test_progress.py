@@ -44,7 +44,7 @@ def on_terminal(*arguments: object) -> tuple[int, str]:
 @pytest.fixture
 def part(program: Write) -> Path:
     """A program that takes some looks."""
-    lines = [f"N{i} G1 X{i % 300} F60000" for i in range(1, BLOCKS)]
+    lines = [f"N{i} G1 X{i % 300} F6000" for i in range(1, BLOCKS)]
     return program("\n".join(lines) + "\nM30\n")
 
 

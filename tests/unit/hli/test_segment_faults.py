@@ -31,31 +31,39 @@ SMALL += "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); import hli, sys; hli.cr
 KILLED = """
 import os, signal, sys
 from hli import segment
-def die(*_): os.kill(os.getpid(), signal.SIGKILL)
+def die(*_):
+    begin = f".hli-new-{os.getpid()}-"
+    left = [n for n in os.listdir("/dev/shm") if n.startswith(begin)]
+    print(*left, flush=True)
+    os.kill(os.getpid(), signal.SIGKILL)
 setattr(segment, sys.argv[2], die)
 segment.create(sys.argv[1])
 """
 
 
-def drafts() -> set[str]:
-    return {n for n in os.listdir(SHM) if n.startswith(".hli-new-")}
+def drafts(pid: int | None = None) -> set[str]:
+    """Of this process, or of another; those of tests beside this one are not
+    looked at.
+    """
+    begin = f".hli-new-{pid or os.getpid()}-"
+    return {n for n in os.listdir(SHM) if n.startswith(begin)}
 
 
 def test_no_room_for_a_segment_is_an_error_and_leaves_nothing() -> None:
     """A full shared memory is named when the segment is created, not by a
     SIGBUS at a later store.
     """
-    name, before = unique_name(), drafts()
-    done = subprocess.run(
+    name = unique_name()
+    process = subprocess.Popen(
         [sys.executable, "-P", "-c", SMALL, name],
-        capture_output=True,
+        stderr=subprocess.PIPE,
         text=True,
-        check=False,
     )
-    assert "HliError: segment" in done.stderr, done.stderr
-    assert "too large" in done.stderr
+    _, told = process.communicate()
+    assert "HliError: segment" in told, told
+    assert "too large" in told
     assert not (SHM / name).exists()
-    assert drafts() == before
+    assert not drafts(process.pid)
 
 
 @pytest.mark.parametrize("step", ["_reserve", "_write_head", "_take_name"])
@@ -117,23 +125,26 @@ def test_a_draft_of_a_dead_creator_is_swept(step: str) -> None:
     """A creator that dies over its draft leaves it; sweep() removes it, and
     those of the living stay.
     """
-    name, before = unique_name(), drafts()
-    head = (
+    name = unique_name()
+    living = (
         SHM / f".hli-new-{os.getpid()}-{lib.hs_process_start(os.getpid())}-77"
     )
-    head.touch()
+    living.touch()
     try:
-        done = subprocess.run(
+        process = subprocess.Popen(
             [sys.executable, "-P", "-c", KILLED, name, step],
-            check=False,
+            stdout=subprocess.PIPE,
+            text=True,
         )
-        assert done.returncode == -signal.SIGKILL
+        left, _ = process.communicate()
+        assert process.returncode == -signal.SIGKILL
         assert not (SHM / name).exists()
-        assert len(drafts() - before) == 2
+        assert left.startswith(f".hli-new-{process.pid}-")
         hli.sweep()
-        assert drafts() - before == {head.name}
+        assert not drafts(process.pid)
+        assert living.name in drafts()
     finally:
-        head.unlink()
+        living.unlink()
 
 
 def test_a_foreign_file_keeps_its_name() -> None:
