@@ -61,7 +61,10 @@ def test_commands_beside_running_threads(
         cnc.engine.serve_start()
         cnc.engine.start()
         end, turn = time.monotonic() + SECONDS, 0
-        while time.monotonic() < end:
+        late = end + 60.0  # the machine may be busy
+        while time.monotonic() < end or (
+            not _far_enough(cnc, turn) and time.monotonic() < late
+        ):
             event = cnc.engine.wait(0.005)
             if event is Event.NEED_BLOCKS:
                 cnc.preparation.pump()
@@ -74,14 +77,19 @@ def test_commands_beside_running_threads(
         cnc.engine.serve_stop()
         cnc._take()
         state = cnc.engine.state
-        assert turn > 50
-        assert state.requests_mode1 + state.requests_mode2 > 10
+        assert _far_enough(cnc, turn)
         assert not state.fault
         assert state.techno_functions > 0
-        assert state.path > 50.0
         assert cnc.preparation.error is None
         if not state.record_lost:
             legal(cnc.pos, cnc.cell)
+
+
+def _far_enough(cnc: Inside, turn: int) -> bool:
+    """Commands, requests and motion have met each other."""
+    state = cnc.engine.state
+    asked = state.requests_mode1 + state.requests_mode2
+    return bool(turn > 50 and asked > 10 and state.path > 50.0)
 
 
 def command(cnc: Inside, turn: int, rng: np.random.Generator) -> None:
