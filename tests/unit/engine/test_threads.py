@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from pathlib import Path
 
@@ -140,3 +141,26 @@ def test_starting_and_stopping_threads(tmp_path: Path) -> None:
         assert waits or cnc.engine.state.path > stopped
         assert not cnc.engine.state.record_lost
         legal(cnc.pos, cnc.cell)
+
+
+def test_the_planner_is_away_for_nobody_without_a_deadline(
+    tmp_path: Path,
+) -> None:
+    """Where GEO may have SCHED_FIFO the planner has it too, below GEO: ordinary
+    processes that want the core do not make the path stand.
+    """
+    with Inside(tmp_path, PROGRAM) as cnc:
+        before = set(os.listdir("/proc/self/task"))
+        fifo = cnc.engine.start()
+        threads = set(os.listdir("/proc/self/task")) - before
+        found = sorted(
+            (os.sched_getscheduler(int(k)), os.sched_getparam(int(k)))
+            for k in threads
+        )
+        cnc.engine.stop()
+        assert len(found) == 2
+        if not fifo:
+            return
+        (low, planner), (high, geo) = found
+        assert low == high == os.SCHED_FIFO
+        assert 0 < planner.sched_priority < geo.sched_priority
