@@ -234,7 +234,7 @@ class IsgFrontEnd(ProgramLevels):
         errors = wrong_calls(dry, port)
         if errors:
             first, *first.also = errors
-            self.errors += errors
+            self._collect_all(errors)
             self._queue.append(first)
             self._ended = True
             self.flow.close()
@@ -249,7 +249,7 @@ class IsgFrontEnd(ProgramLevels):
             else None
         )
         if error is not None:
-            self.errors.append(error)
+            self._collect_all([error])
             if not self._collect:
                 raise error
         return item
