@@ -3,6 +3,7 @@ the help lists them.
 """
 
 # isort: off
+from . import new
 from . import program
 from . import cell
 from . import recordings
@@ -16,6 +17,7 @@ __all__ = [
     "cell",
     "export",
     "live",
+    "new",
     "online",
     "program",
     "recordings",
