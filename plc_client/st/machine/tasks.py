@@ -72,6 +72,18 @@ class StTask:
         except StTrap as trap:
             self._trapped(trap)
 
+    def native_scan(self) -> tuple[int, int] | None:
+        """Addresses of the guarded call and of the program's entry; None: the
+        task has halted.
+        """
+        if self._st_halted:
+            return None
+        return self._st_shared.program.guarded_entry, self._st_entry
+
+    def trapped(self) -> None:
+        """C has stopped at a trap.  StTrap, unless the task halts."""
+        self._trapped(self._st_shared.program.trap())
+
     def _trapped(self, trap: StTrap) -> None:
         if os.environ.get("HLI_COSIM_ON_TRAP", "stop") == "halt":
             object.__setattr__(self, "_st_halted", str(trap))
