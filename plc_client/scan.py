@@ -239,6 +239,7 @@ class Scanner:
             self._stop
             or self._restart
             or self.orders.waiting
+            or self.inputs.any
             or self.forces.any
             or self.watch.any
         )
