@@ -25,6 +25,7 @@ from . import advice, clock
 from .client import Hli
 from .guard import Guard, TaskOverrun
 from .image import InputImage
+from .memory_trace import MemoryTrace
 from .online import Forces, Online, SymbolTable, Watch
 from .orders import Orders
 from .pace import CyclePacer, Pacer, pacer_of
@@ -94,6 +95,10 @@ class Scanner:
         )  # of other processes; a PLC process puts its own here
         self._online = Online(self.symbols, self.forces)
 
+    def trace(self) -> MemoryTrace:
+        """What CNC and PLC change in the memory from now on."""
+        return MemoryTrace(self._hli, self._image)
+
     def stop(self) -> None:
         """End after the current scan; may be called from a signal handler."""
         self._stop = True
@@ -129,6 +134,9 @@ class Scanner:
         due now.
         """
         self._latch()
+        record = self.watch.to
+        if record is not None:
+            record.look(self._now.cycle, by_plc=False)
         for program in self.programs:
             program.start(self._ticks(program), self._guard)
             if program.has("setup"):
@@ -137,6 +145,8 @@ class Scanner:
         self.watch.rebind(self.symbols)
         self.forces.rebind(self.symbols)
         self._hli.set_present()
+        if record is not None:
+            record.look(self._now.cycle, by_plc=True)
         self.on_start()
         now = self._pacer.now()
         for program in self.programs:
@@ -188,6 +198,10 @@ class Scanner:
         if self.orders.waiting:
             self.orders.serve(self._online)
         self._latch()
+        record = self.watch.to
+        if record is not None:
+            record.scan += 1
+            record.look(self._now.cycle, by_plc=False)
         if self.forces.any:
             self.forces.apply()
         self._logic(self._now.cycle if self._in_cycles else self._pacer.now())
@@ -199,6 +213,8 @@ class Scanner:
         counters.scans = counters.heartbeat = counters.scans + 1
         if self._end_seen or self._now.phase == _ENDED:
             self._tell_finished()
+        if record is not None:
+            record.end_scan(self._now.cycle)
 
     # -- steps of one scan
     def _latch(self) -> None:

@@ -19,7 +19,7 @@ from hli.part_file import PartFile
 from ..config import CellConfig
 from ..engine import Engine
 from ..engine.recorded import Recorded, Rows
-from .schema import types_of
+from .schema import PLC_TABLES, types_of
 
 POLL_S = 0.05  # what a killed process may lose
 Columns = dict[str, Any]
@@ -285,7 +285,7 @@ def chosen(
         return types
     wanted: dict[str, set[str]] = {"cycles": {"cycle", "t"}}
     for name in only:
-        if name == "plc":  # the PLC process records it
+        if name in PLC_TABLES:
             continue
         table, _, column = name.rpartition(".")
         if name in types:
