@@ -69,7 +69,7 @@ class PlcFactory:
     ``plc(MyPlc, "part.nc")`` beside the real one.
 
     Both stand until the test steps them; ``config=`` is the cell of the real
-    one, other options those of ``MockCnc``.
+    one, ``inputs=`` are simulated inputs, other options those of ``MockCnc``.
     """
 
     def __init__(self) -> None:
@@ -84,6 +84,7 @@ class PlcFactory:
         config: str | Path | None = None,
         dialect: str | None = None,
         autostart: bool = True,
+        inputs: Mapping[str, Any] | None = None,
         **mock: Any,
     ) -> PlcRunner:
         """A fresh runner: ``setup()`` done, no scan yet."""
@@ -98,10 +99,15 @@ class PlcFactory:
                 config=config,
                 dialect=dialect,
                 autostart=autostart,
+                inputs=inputs,
             )
         else:
             runner = PlcRunner.on_mock(
-                tasks, script or (), auto_start=autostart, **mock
+                tasks,
+                script or (),
+                inputs=inputs,
+                auto_start=autostart,
+                **mock,
             )
         self._runners.append(runner)
         return runner

@@ -47,6 +47,7 @@ class Process:
         self.watch = Watch()
         self._forces = Forces()  # they outlive the CNC
         self._orders = Orders()
+        self._inputs: dict[str, Any] = args.inputs
         self._guard = Guard(self._give_up)
 
     def load(self) -> None:
@@ -134,6 +135,7 @@ class Process:
             watch=self.watch,
             forces=self._forces,
             guard=self._guard,
+            inputs=self._inputs,
         )
         self._scanner.before_restart = self._read_anew
         self._scanner.orders = self._orders
@@ -332,6 +334,12 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
         default=[],
         metavar="SYMBOL=VALUE",
         help="hold a symbol at a value",
+    )
+    parser.add_argument(
+        "--inputs",
+        type=json.loads,
+        default={},
+        help="JSON object of simulated inputs",
     )
     parser.add_argument(
         "--parent", type=int, help="end when this parent process dies"

@@ -4,15 +4,15 @@ outputs published; against one CNC.
 One ``Scanner`` lives from attachment to the end of that CNC (``Ending``);
 ``plc_client.__main__`` makes a new one after a re-attachment.  Order after
 attachment: every task's ``setup()``, then ``plc_present_w``, then a scan at
-once. One scan: latch the clock and the input image, write forced values, run
-the tasks that are due, write forced values, record the watch list; then the CNC
-runs on and sees all that was written.
+once. One scan: latch the clock and the input image, write simulated inputs and
+forced values, run the tasks that are due, write forced values, record the watch
+list; then the CNC runs on and sees all that was written.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from typing import Any
 
@@ -25,6 +25,7 @@ from . import advice, clock
 from .client import Hli
 from .guard import Guard, TaskOverrun
 from .image import InputImage
+from .inputs import Inputs
 from .memory_trace import MemoryTrace
 from .online import Forces, Online, SymbolTable, Watch
 from .orders import Orders
@@ -62,6 +63,7 @@ class Scanner:
         forces: Forces | None = None,
         guard: Guard | None = None,
         may_finish: bool = True,
+        inputs: Mapping[str, Any] | None = None,
     ) -> None:
         self._hli = hli
         self._may_finish = may_finish
@@ -90,6 +92,7 @@ class Scanner:
             self._image.now
         )  # cycle, cell time and phase as they were latched
         self.symbols = SymbolTable(hli, self.programs)
+        self.inputs = Inputs(hli, self.symbols, inputs)
         self.orders = (
             Orders()
         )  # of other processes; a PLC process puts its own here
@@ -144,6 +147,7 @@ class Scanner:
             program.ready = True
         self.watch.rebind(self.symbols)
         self.forces.rebind(self.symbols)
+        self.inputs.rebind(self.programs)
         self._hli.set_present()
         if record is not None:
             record.look(self._now.cycle, by_plc=True)
@@ -202,9 +206,13 @@ class Scanner:
         if record is not None:
             record.scan += 1
             record.look(self._now.cycle, by_plc=False)
+        if self.inputs.any:
+            self.inputs.apply(self._latched_ns / 1e9)
         if self.forces.any:
             self.forces.apply()
         self._logic(self._now.cycle if self._in_cycles else self._pacer.now())
+        if self.inputs.any:
+            self.inputs.scanned()
         if self.forces.any:
             self.forces.apply()
         if self.watch.any:

@@ -40,7 +40,7 @@ from ..recording.schema import PLC_TABLES
 from .child import Child, Job
 from .judgement import be_strict, judge
 from .kept import keep_recording
-from .plc_choice import PlcChoice
+from .plc_choice import PlcChoice, tables_of
 from .result import RunInterrupted, RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
 from .supervision import stop, supervise
@@ -177,6 +177,7 @@ class Cell:
         only = given.get("record_only", ())
         given["record_only"] = (only,) if isinstance(only, str) else tuple(only)
         given["force"] = given.get("force") or {}
+        given["inputs"] = tables_of(given.get("inputs"))
         given["clock"] = given.get("clock") or self.clock
         given["service"] = given.get("service") or self.service
         return RunOptions(**given)
@@ -197,6 +198,9 @@ class Cell:
             _refuse_living(options.name)
         parts = Parts(options.record) if options.record else None
         folder = scratch_folder()
+        choice = choice.beside(
+            {**self.config.simulated_inputs, **options.inputs}
+        )
         own = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         name = segment.check_name(options.name or own)
         alone = not choice.arguments

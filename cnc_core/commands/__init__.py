@@ -9,11 +9,13 @@ from . import recordings
 from . import online
 from . import live
 from . import export
+from . import explain
 from . import bench
 
 __all__ = [
     "bench",
     "cell",
+    "explain",
     "export",
     "live",
     "online",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from pathlib import Path
@@ -295,6 +296,10 @@ def plc(
     ] = None,
     watch: Watched = None,
     force: Forced = None,
+    config: Annotated[
+        Path | None,
+        typer.Option("--config", help="cell.toml, for its simulated inputs"),
+    ] = None,
 ) -> None:
     """Run the PLC side alone: waits for the CNC, re-attaches when it comes
     back; SIGUSR1 restarts the PLC.
@@ -302,6 +307,8 @@ def plc(
     Example: hli-cosim plc my_plc.py --name my-cell
     """
     from plc_client.__main__ import main as plc_main  # noqa: PLC0415
+
+    from ..config import load_config  # noqa: PLC0415
 
     if not file.exists():
         raise CncError(901001, "file not found", Place(str(file)))
@@ -315,4 +322,7 @@ def plc(
     ]
     arguments += [part for path in watch or [] for part in ("--watch", path)]
     arguments += [part for text in force or [] for part in ("--force", text)]
+    if config is not None:
+        inputs = load_config(config).simulated_inputs
+        arguments += ["--inputs", json.dumps(inputs)]
     raise typer.Exit(plc_main(arguments))

@@ -33,6 +33,7 @@ class RunOptions:
     ``hold_start``: the program is prepared, nothing moves.
     ``watch``: symbols that are recorded at every scan.
     ``force``: symbols that are held at a value.
+    ``inputs``: simulated inputs by symbol, beside those of the cell.
     ``answers``: file with answers to the program's dialogs.
     ``start_line``, ``start_pass``, ``start_marker``: see ``Restart``.
     ``tolerance``: path deviation, mm, that is allowed where the program commands
@@ -53,6 +54,7 @@ class RunOptions:
     autostart: bool = True
     watch: tuple[str, ...] = ()
     force: dict[str, Any] = field(default_factory=dict)
+    inputs: dict[str, Any] = field(default_factory=dict)
     answers: Path | None = None
     start_line: int | None = None
     start_pass: int = 1
@@ -98,6 +100,7 @@ class RunKeywords(TypedDict, total=False):
     hold_start: bool
     watch: Any
     force: dict[str, Any] | None
+    inputs: dict[str, Any] | None
     answers: str | Path | None
     start_line: int | None
     start_pass: int
@@ -116,6 +119,7 @@ OPEN: dict[str, Any] = {
     "clock": None,
     "watch": (),
     "force": None,
+    "inputs": None,
     "record_only": (),
 }
 
