@@ -226,7 +226,12 @@ class Process:
                     args.record,
                     self.watch.paths,
                     {
-                        "plc": program_of(args.file, args.builtin or ""),
+                        "plc": program_of(args.file, args.builtin or "")
+                        | {
+                            "args": args.args,
+                            "inputs": args.inputs,
+                            "force": args.force,
+                        },
                         "memory": memory_of(hli),
                     },
                     scanner.trace() if "exchange" in tables else None,

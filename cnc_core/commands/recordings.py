@@ -181,10 +181,11 @@ def replay(
     if not plc.startswith("builtin:") and not Path(plc).exists():
         raise CncError(901001, "PLC program not found", Place(plc))
     recording = Recording(file)
+    args = recording.meta.get("plc", {}).get("args")
     try:
         # what the program prints goes where a PLC process sends it
         with contextlib.redirect_stdout(sys.stderr):
-            found = run_again(recording, programs_of(plc))
+            found = run_again(recording, programs_of(plc, args))
     except PlcError as error:
         raise CncError(905003, str(error)) from None
     if as_json:

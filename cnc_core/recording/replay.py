@@ -18,7 +18,7 @@ from hli.symbol import Symbol, SymbolError
 from plc_client import builtin
 from plc_client.client import connect
 from plc_client.guard import Guard
-from plc_client.online import check, number_of
+from plc_client.online import check, number_of, parse_force
 from plc_client.pace import CyclePacer
 from plc_client.program import Program
 from plc_client.scan import Scanner
@@ -76,14 +76,17 @@ class Replay:
         }
 
 
-def programs_of(plc: str) -> list[Program]:
-    """The tasks of a file (Python or Structured Text) or of ``builtin:NAME``.
+def programs_of(
+    plc: str, args: dict[str, Any] | None = None
+) -> list[Program]:
+    """The tasks of a file (Python or Structured Text) or of ``builtin:NAME``,
+    which takes ``args``.
 
     PlcError: the file is wrong.  ValueError: no such built-in program.
     """
     if plc.startswith("builtin:"):
         name = plc.removeprefix("builtin:")
-        return [Program.of(builtin.load(name), {}, name=name)]
+        return [Program.of(builtin.load(name), args or {}, name=name)]
     return [Program.of(cls) for cls in load_tasks(plc)]
 
 
@@ -111,6 +114,7 @@ class _Run:
     ) -> None:
         self._recording, self._cnc = recording, cnc
         self._programs, self._out = programs, out
+        self._about: dict[str, Any] = recording.meta.get("plc", {})
         self._answers = Answers(cnc.areas, recording)
         self._members: dict[int, list[Member]] = {}
         self._differing: list[int] = []
@@ -128,8 +132,15 @@ class _Run:
         self._cnc.begin(first)
         guard = Guard()
         with connect(self._cnc.name, present=False) as hli:
-            scanner = Scanner(hli, self._programs, CyclePacer(hli), guard=guard)
+            scanner = Scanner(
+                hli,
+                self._programs,
+                CyclePacer(hli),
+                guard=guard,
+                inputs=self._about.get("inputs"),
+            )
             try:
+                self._force(scanner)
                 scanner.start()
                 self._end(first)
                 self._watch(scanner)
@@ -196,6 +207,15 @@ class _Run:
             self._out.first = Deviation(
                 scan.number, scan.cycle, scan.time_s, line, path, old, new
             )
+
+    def _force(self, scanner: Scanner) -> None:
+        """What was held from the start of the recorded run."""
+        for text in self._about.get("force", ()):
+            path, value = parse_force(text)
+            try:
+                scanner.forces.hold(path, scanner.symbols[path], value)
+            except SymbolError as error:
+                self._out.warnings.append(f"not forced: {error}")
 
     def _watch(self, scanner: Scanner) -> None:
         """The symbols that were watched, as far as the new PLC has them."""

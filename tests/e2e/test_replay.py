@@ -159,32 +159,40 @@ def test_answers_from_elements_are_the_engines_own(recorded: Path) -> None:
     assert seen > 1000
 
 
+PLC = """from plc_client import task
+@task()
+class A:
+    def setup(self, hli):
+        self.n = self.k = self.door = self.q = 0
+    def cyclic(self):
+        self.n += 1 + self.k + self.door
+"""
+
+
 def test_watched_symbols_are_compared(tmp_path: Path) -> None:
     """What the PLC keeps to itself differs as well, if it was watched; a symbol
-    that the new PLC has not is told.
+    that the new PLC has not is told.  Simulated inputs and forces come again.
     """
     nc = tmp_path / "part.nc"
     nc.write_text("G1 X2 F6000\nM30\n")
     plc = tmp_path / "old.py"
-    text = (
-        "from plc_client import task\n@task()\nclass A:\n"
-        "    def setup(self, hli):\n        self.n = self.k = 0\n"
-        "    def cyclic(self):\n        self.n += 1\n"
-    )
-    plc.write_text(text)
+    plc.write_text(PLC)
     target = record(
-        plc, nc, tmp_path / "r.npz", watch=("A.n", "A.k"), clock="lockstep"
+        plc,
+        nc,
+        tmp_path / "r.npz",
+        watch=("A.n", "A.q"),
+        force={"A.k": 3},
+        inputs={"A.door": {"steps": [{"time_s": 0.01, "value": 1}]}},
     )
     assert again(target, plc).equal
     new = tmp_path / "new.py"
-    new.write_text(
-        text.replace("self.k = 0", "self.x = 0").replace("+= 1", "+= 2")
-    )
+    new.write_text(PLC.replace("self.q", "self.x").replace("+= 1", "+= 2"))
     found = again(target, new)
     assert found.first is not None
     assert (found.first.scan, found.first.member) == (1, "A.n")
-    assert (found.first.old, found.first.new) == (1.0, 2.0)
-    assert any("A.k" in text for text in found.warnings)
+    assert (found.first.old, found.first.new) == (4.0, 5.0)
+    assert any("A.q" in text for text in found.warnings)
 
 
 def test_the_command_tells_it_to_people_and_programs(
