@@ -216,6 +216,8 @@ class CncSideOptions:
     """Choices of ``cnc``, the CNC side alone."""
 
     clock: str = "realtime"
+    record: Path | None = None
+    record_only: tuple[str, ...] = ()
     service: str | None = None
     autostart: bool = True
     dialect: str | None = None

@@ -76,9 +76,7 @@ class Replay:
         }
 
 
-def programs_of(
-    plc: str, args: dict[str, Any] | None = None
-) -> list[Program]:
+def programs_of(plc: str, args: dict[str, Any] | None = None) -> list[Program]:
     """The tasks of a file (Python or Structured Text) or of ``builtin:NAME``,
     which takes ``args``.
 
