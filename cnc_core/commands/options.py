@@ -114,7 +114,7 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
         Path | None,
         typer.Option(
             "--record",
-            help="record the run to this .parquet, .arrow, .npz or .csv",
+            help="record to this .parquet, .arrow, .npz, .csv or .mcap",
         ),
     ),
     "record_only": (
