@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import time
@@ -21,6 +22,7 @@ from .console import (
     one_of,
     progress,
     say_dialect,
+    say_error,
     say_errors,
     say_run_errors,
     telling_interrupts,
@@ -253,13 +255,23 @@ def cnc(
     chosen = CncOptions(
         file, name, options.run_options(), config=config, wait_plc=wait
     )
+    recording = None
+    if options.record:
+        from ..process.recording import SoleRecording  # noqa: PLC0415
+
+        recording = SoleRecording(options.record, config, options.record_only)
+        chosen = recording.options(chosen)
     if wait:
         _check_ahead(file, config, options.dialect)
     doing = "waiting for a PLC" if wait else "running"
     err.print(
         f"CNC on segment {name!r}, {options.clock}; {doing}; Ctrl-C ends it"
     )
-    raise typer.Exit(run_cnc(chosen))
+    with recording or contextlib.nullcontext():
+        status = run_cnc(chosen)
+    for text in recording.told if recording else ():
+        say_error(f"warning: {text}")
+    raise typer.Exit(status)
 
 
 CHECK_S = 2.0  # of wall time; the rest of a long program is read while it runs

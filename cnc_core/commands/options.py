@@ -145,7 +145,7 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
         Path | None,
         typer.Option(
             "--record",
-            help="record the run to this .parquet, .arrow, .npz or .csv",
+            help="record to this .parquet, .arrow, .npz, .csv or .mcap",
         ),
     ),
     "record_only": (
@@ -281,6 +281,8 @@ class CncSideOptions:
     """Choices of ``cnc``, the CNC side alone."""
 
     clock: str = "realtime"
+    record: Path | None = None
+    record_only: tuple[str, ...] = ()
     service: str | None = None
     autostart: bool = True
     dialect: str | None = None

@@ -111,6 +111,17 @@ class Samples:
     speed: npt.NDArray[np.float64]
     element: npt.NDArray[np.int64]
 
+    @classmethod
+    def of(cls, rows: Rows) -> Samples:
+        """From rows of ``Engine.take``."""
+        return cls(
+            rows["cycle"].astype(np.float64),
+            np.ascontiguousarray(rows["position"]),
+            rows["path"].copy(),
+            rows["speed"].copy(),
+            rows["element"].astype(np.int64),
+        )
+
 
 def _engine_config(
     cell: CellConfig,
@@ -544,14 +555,7 @@ class Engine:
 
     def take_samples(self) -> Samples:
         """The motion of the cycles recorded since the last call."""
-        rows = self.take(Recorded.SAMPLES)
-        return Samples(
-            rows["cycle"].astype(np.float64),
-            np.ascontiguousarray(rows["position"]),
-            rows["path"].copy(),
-            rows["speed"].copy(),
-            rows["element"].astype(np.int64),
-        )
+        return Samples.of(self.take(Recorded.SAMPLES))
 
     def tell_standstill(self, cycles: int) -> None:
         """``Event.STANDS`` after so many cycles of a standstill; 0: never."""
