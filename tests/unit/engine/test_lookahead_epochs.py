@@ -5,6 +5,7 @@ and the plan against what is driven. Engine and segment in this process.
 from __future__ import annotations
 
 import itertools
+import random
 from pathlib import Path
 from typing import Any
 
@@ -279,6 +280,25 @@ def test_arc_line_arc_as_foreseen(tmp_path: Path, jerk: bool) -> None:
                 break
         place, speed, compared = noted.wrong()
         assert compared > 1.5 * len(noted.rows)
+        assert place < 0.01
+        assert speed < 0.01
+
+
+def test_a_zigzag_as_foreseen(tmp_path: Path) -> None:
+    """A plan that brakes for its own end over several pieces is shown up to
+    that brake only: place and speed are right to 1 %.
+    """
+    rng, x, text = random.Random(0), 0.0, "G01 F6000\n"
+    for _ in range(60):
+        x += rng.uniform(0.3, 6)
+        text += f"X{x:.4f} Y{rng.uniform(-3, 3):.4f}\n"
+    with Inside(tmp_path, text) as cnc:
+        cnc.run(1900)
+        noted = Noted(cnc, (0.02, 0.1))
+        for _ in range(350):
+            noted.cycle()
+        place, speed, compared = noted.wrong()
+        assert compared > 120
         assert place < 0.01
         assert speed < 0.01
 
