@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import functools
 import re
+from collections.abc import Iterator
 from typing import Any
 
 from . import layout
-from .units import units_and_writers
+from .units import unit_of, units_and_writers
 
 CNC = "CNC"
 ENDINGS = (("_rw", "both"), ("_r", CNC), ("_w", "PLC"))
@@ -36,8 +37,8 @@ def _by_ending(member: str) -> str:
     return next((who for end, who in ENDINGS if member.endswith(end)), "")
 
 
-def cnc_writes(path: str) -> bool:
-    """A symbol path leads to a member that the CNC alone writes, or below one."""
+def members_of(path: str) -> Iterator[tuple[str, str]]:
+    """(structure, member) of each step of a symbol path, as far as it leads."""
     names = NAME.findall(re.sub(r"\[[^]]*\]", "", path))
     names = (
         names[1:] if names and names[0].upper().startswith("HLI_") else names
@@ -45,17 +46,31 @@ def cnc_writes(path: str) -> bool:
     structure = ROOTS.get(names[0].upper()) if names else None
     for name in names[1:]:
         if structure is None:
-            return False
+            return
         fields = {field.upper(): field for field, _ in structure._fields_}
-        known = layout.ALIASES.get(name, name)
-        member = fields.get(known.rpartition(".")[2].upper())
+        known = layout.ALIASES.get(name, name).rpartition(".")[2]
+        member = fields.get(known.upper())
         if member is None:
-            return False
-        if writers()[structure.__name__].get(member) == CNC:
-            return True
+            return
+        yield structure.__name__, member
         base, _ = layout.element_type(dict(structure._fields_)[member])
         structure = base if hasattr(base, "_fields_") else None
-    return False
+
+
+def cnc_writes(path: str) -> bool:
+    """A symbol path leads to a member that the CNC alone writes, or below one."""
+    return any(
+        writers()[structure].get(member) == CNC
+        for structure, member in members_of(path)
+    )
+
+
+def unit_of_path(path: str) -> str:
+    """The unit of what a symbol path names; that of a control unit for its
+    command and state.
+    """
+    units = [unit_of(*step) for step in members_of(path)]
+    return next((unit for unit in reversed(units) if unit), "")
 
 
 @functools.cache
