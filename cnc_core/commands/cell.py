@@ -350,6 +350,11 @@ def plc(
 
     if not file.exists():
         raise CncError(901001, "file not found", Place(str(file)))
+    if watch and not report:
+        err.print(
+            "warning: --watch without --report: the values go nowhere; add"
+            " --report FILE.json, or use hli-cosim watch"
+        )
     err.print(f"PLC {file.name} on segment {name!r}; Ctrl-C ends it")
     arguments = [
         "--name",
