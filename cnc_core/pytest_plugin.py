@@ -47,12 +47,15 @@ def cell(request: pytest.FixtureRequest) -> Iterator[Cell]:
     """A co-simulation cell: ``cell.run("part.nc", plc=MyPlc)``.
 
     ``@pytest.mark.cell("cell.toml")`` gives it a configuration: a path, a dict
-    or a CellConfig.  ``indirect=True`` of ``parametrize`` gives it several.
+    or a CellConfig.  A path may be relative to the test's file.
+    ``indirect=True`` of ``parametrize`` gives it several.
     """
     mark = request.node.get_closest_marker("cell")
     config = mark.args[0] if mark else None
     with contextlib.suppress(AttributeError):  # not parametrized
         config = request.param
+    if isinstance(config, (str, Path)) and not Path(config).exists():
+        config = request.path.parent / config
     with Cell(config) as value:
         yield value
 
@@ -69,7 +72,7 @@ class PlcFactory:
     ``plc(MyPlc, "part.nc")`` beside the real one.
 
     Both stand until the test steps them; ``config=`` is the cell of the real
-    one, other options those of ``MockCnc``.
+    one, ``inputs=`` are simulated inputs, other options those of ``MockCnc``.
     """
 
     def __init__(self) -> None:
@@ -84,6 +87,7 @@ class PlcFactory:
         config: str | Path | None = None,
         dialect: str | None = None,
         autostart: bool = True,
+        inputs: Mapping[str, Any] | None = None,
         **mock: Any,
     ) -> PlcRunner:
         """A fresh runner: ``setup()`` done, no scan yet."""
@@ -98,10 +102,15 @@ class PlcFactory:
                 config=config,
                 dialect=dialect,
                 autostart=autostart,
+                inputs=inputs,
             )
         else:
             runner = PlcRunner.on_mock(
-                tasks, script or (), auto_start=autostart, **mock
+                tasks,
+                script or (),
+                inputs=inputs,
+                auto_start=autostart,
+                **mock,
             )
         self._runners.append(runner)
         return runner

@@ -15,6 +15,7 @@ from . import blocks as _blocks
 from .blocks import *  # noqa: F403 (every function block, by the names of blocks.__all__)
 from .client import Hli, connect
 from .iec import CTD, CTU, CTUD, F_TRIG, R_TRIG, RS, SR, TOF, TON, TP
+from .inputs import Input, Step
 from .task import PlcError, task
 
 __all__ = [
@@ -37,7 +38,9 @@ __all__ = [
     "HliNotReady",
     "HliTimeout",
     "HliVersionError",
+    "Input",
     "PlcError",
+    "Step",
     "connect",
     "task",
 ]

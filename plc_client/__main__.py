@@ -47,6 +47,7 @@ class Process:
         self.watch = Watch()
         self._forces = Forces()  # they outlive the CNC
         self._orders = Orders()
+        self._inputs: dict[str, Any] = args.inputs
         self._guard = Guard(self._give_up)
 
     def load(self) -> None:
@@ -134,6 +135,7 @@ class Process:
             watch=self.watch,
             forces=self._forces,
             guard=self._guard,
+            inputs=self._inputs,
         )
         self._scanner.before_restart = self._read_anew
         self._scanner.orders = self._orders
@@ -177,10 +179,7 @@ class Process:
             return self.programs
         old = {p.name: p for p in self.programs}
         try:
-            found = [
-                (c, Program.of(c))
-                for c in load_tasks(self._args.file, self._args.qualname)
-            ]
+            found = [(c, Program.of(c)) for c in _classes(self._args)]
         except PlcError as error:
             print(
                 f"restart refused, the old program runs on: {error}",
@@ -290,6 +289,13 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     what.add_argument(
         "--builtin", choices=builtin.NAMES, help="built-in PLC program"
     )
+    parser.add_argument(
+        "--st",
+        action="append",
+        default=[],
+        metavar="WORD",
+        help="an option of Structured Text",
+    )
     parser.add_argument("--class", dest="qualname", help="one class of --file")
     parser.add_argument(
         "--args", type=json.loads, default={}, help="JSON object for --builtin"
@@ -320,6 +326,12 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
         help="hold a symbol at a value",
     )
     parser.add_argument(
+        "--inputs",
+        type=json.loads,
+        default={},
+        help="JSON object of simulated inputs",
+    )
+    parser.add_argument(
         "--parent", type=int, help="end when this parent process dies"
     )
     return parser.parse_args(argv)
@@ -330,7 +342,11 @@ def _programs(args: argparse.Namespace) -> list[Program]:
         return [
             Program.of(builtin.load(args.builtin), args.args, name=args.builtin)
         ]
-    return [Program.of(cls) for cls in load_tasks(args.file, args.qualname)]
+    return [Program.of(cls) for cls in _classes(args)]
+
+
+def _classes(args: argparse.Namespace) -> list[type]:
+    return load_tasks(args.file, args.qualname, args.st)
 
 
 def _write_report(path: Path | None, process: Process, error: str) -> str:

@@ -200,7 +200,10 @@ class SymbolTable:
         for program in programs:  # lists of globals and programs of ST
             for name, view in views_of(program.instance).items():
                 found[name.upper()] = Namespace(name, view)
-        self._programs = found | {p.name.upper(): p for p in programs}
+        # the last part: a class may stand in a function or another class
+        self._programs = found | {
+            p.name.rpartition(".")[2].upper(): p for p in programs
+        }
 
     def __getitem__(self, path: str) -> Symbol:
         """Raises SymbolError."""

@@ -10,7 +10,7 @@ cycles run in the same thread; against a real CNC process in lockstep
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -22,6 +22,7 @@ from hli.symbol import Symbol
 
 from .client import Hli, connect
 from .guard import Guard
+from .inputs import Inputs
 from .mock import MockCnc, Step
 from .online import check, views_of
 from .pace import CyclePacer
@@ -89,6 +90,7 @@ class PlcRunner:
         tasks: Tasks,
         cnc: MockCnc | None = None,
         close: Callable[[], dict[str, Any]] | None = None,
+        inputs: Mapping[str, Any] | None = None,
     ) -> None:
         if hli.cnc.clock != layout.HLI_CLOCK_LOCKSTEP:
             raise PlcError("a PlcRunner needs a CNC in lockstep")
@@ -102,7 +104,12 @@ class PlcRunner:
         programs = [Program.of(cls) for cls in task_classes(tasks)]
         self._guard = Guard()
         self._scanner = Scanner(
-            hli, programs, self._pacer, guard=self._guard, may_finish=False
+            hli,
+            programs,
+            self._pacer,
+            guard=self._guard,
+            may_finish=False,
+            inputs=inputs,
         )
         self.tasks: dict[str, Program] = {
             p.name.rpartition(".")[2]: p for p in programs
@@ -111,7 +118,12 @@ class PlcRunner:
 
     @classmethod
     def on_mock(
-        cls, tasks: Tasks, script: Sequence[Step] | MockCnc = (), **options: Any
+        cls,
+        tasks: Tasks,
+        script: Sequence[Step] | MockCnc = (),
+        *,
+        inputs: Mapping[str, Any] | None = None,
+        **options: Any,
     ) -> PlcRunner:
         """A runner with a mock CNC of its own (``options``: those of ``MockCnc``)."""
         cnc = (
@@ -120,7 +132,8 @@ class PlcRunner:
             else MockCnc(script, **options)
         )
         try:
-            return cls(connect(cnc.name, present=False), tasks, cnc)
+            hli = connect(cnc.name, present=False)
+            return cls(hli, tasks, cnc, inputs=inputs)
         except BaseException:
             cnc.close()
             raise
@@ -165,6 +178,11 @@ class PlcRunner:
     def task(self) -> Any:
         """The instance of the only task (the first one)."""
         return next(iter(self.tasks.values())).instance
+
+    @property
+    def inputs(self) -> Inputs:
+        """Simulated inputs: ``inputs["Clamp.closed"] = True``."""
+        return self._scanner.inputs
 
     @property
     def ch(self) -> Any:

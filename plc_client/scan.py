@@ -4,15 +4,15 @@ outputs published; against one CNC.
 One ``Scanner`` lives from attachment to the end of that CNC (``Ending``);
 ``plc_client.__main__`` makes a new one after a re-attachment.  Order after
 attachment: every task's ``setup()``, then ``plc_present_w``, then a scan at
-once. One scan: latch the clock and the input image, write forced values, run
-the tasks that are due, write forced values, record the watch list; then the CNC
-runs on and sees all that was written.
+once. One scan: latch the clock and the input image, write simulated inputs and
+forced values, run the tasks that are due, write forced values, record the watch
+list; then the CNC runs on and sees all that was written.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from typing import Any
 
@@ -23,8 +23,10 @@ from hli import layout
 
 from . import advice, clock
 from .client import Hli
+from .compiled import DUE, NOT_DUE, TRAPPED, CompiledScans, entries_of
 from .guard import Guard, TaskOverrun
 from .image import InputImage
+from .inputs import Inputs
 from .online import Forces, Online, SymbolTable, Watch
 from .orders import Orders
 from .pace import CyclePacer, Pacer, pacer_of
@@ -61,6 +63,7 @@ class Scanner:
         forces: Forces | None = None,
         guard: Guard | None = None,
         may_finish: bool = True,
+        inputs: Mapping[str, Any] | None = None,
     ) -> None:
         self._hli = hli
         self._may_finish = may_finish
@@ -81,6 +84,7 @@ class Scanner:
         self._next_check_ns = 0
         self._latched_ns = 0
         self._live_ns = lambda: self._latched_ns
+        self._compiled: CompiledScans | None = None
         # the structure itself: twice a scan, nothing to check
         self._counters: Any = hli.plc._c
         self._plc = hli.plc
@@ -89,6 +93,7 @@ class Scanner:
             self._image.now
         )  # cycle, cell time and phase as they were latched
         self.symbols = SymbolTable(hli, self.programs)
+        self.inputs = Inputs(hli, self.symbols, inputs)
         self.orders = (
             Orders()
         )  # of other processes; a PLC process puts its own here
@@ -107,7 +112,8 @@ class Scanner:
         try:
             self.start()
             while True:
-                self.scan()
+                if not self._compiled_scans():
+                    self.scan()
                 ending = self._wait_next()
                 if ending is not None:
                     return ending
@@ -136,7 +142,14 @@ class Scanner:
             program.ready = True
         self.watch.rebind(self.symbols)
         self.forces.rebind(self.symbols)
+        self.inputs.rebind(self.programs)
         self._hli.set_present()
+        entries = entries_of(self.programs) if self._in_cycles else None
+        self._compiled = (
+            CompiledScans(self._hli, self.programs, entries)
+            if entries is not None
+            else None
+        )
         self.on_start()
         now = self._pacer.now()
         for program in self.programs:
@@ -188,9 +201,13 @@ class Scanner:
         if self.orders.waiting:
             self.orders.serve(self._online)
         self._latch()
+        if self.inputs.any:
+            self.inputs.apply(self._latched_ns / 1e9)
         if self.forces.any:
             self.forces.apply()
         self._logic(self._now.cycle if self._in_cycles else self._pacer.now())
+        if self.inputs.any:
+            self.inputs.scanned()
         if self.forces.any:
             self.forces.apply()
         if self.watch.any:
@@ -199,6 +216,38 @@ class Scanner:
         counters.scans = counters.heartbeat = counters.scans + 1
         if self._end_seen or self._now.phase == _ENDED:
             self._tell_finished()
+
+    def _compiled_scans(self) -> bool:
+        """Scans in C while nothing needs Python in each of them.  True: they
+        are done, and none is due.  PlcError: a task was stopped by its trap.
+        """
+        compiled, result = self._compiled, DUE
+        if compiled is None or self._end_seen or self._asked:
+            return False
+        while result == DUE and not self._asked:
+            result = compiled.run()
+        self._latch()
+        if result == TRAPPED:
+            self._trapped(compiled.trapped)
+        not_due: bool = result == NOT_DUE
+        return not_due
+
+    @property
+    def _asked(self) -> bool:
+        """Whether somebody wants something of the next scan."""
+        return (
+            self._stop
+            or self._restart
+            or self.orders.waiting
+            or self.inputs.any
+            or self.forces.any
+            or self.watch.any
+        )
+
+    def _trapped(self, program: Program) -> None:
+        """The task halts and the others run on, or the PLC ends with its error."""
+        program.call("trapped")
+        self._compiled = None
 
     # -- steps of one scan
     def _latch(self) -> None:

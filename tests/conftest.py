@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,20 +14,32 @@ from pathlib import Path
 import pytest
 
 from hli import layout
-from support.command_line import SHM, Outcome, command
+from support.command_line import SHM, Outcome
 from support.osai_programs import shop
 from support.processes import leftovers
+from support.warm_commands import Server
 
 __all__ = ["leftovers", "shop"]
+BEFORE = pytest.StashKey[set[str]]()
+
+
+@pytest.fixture(scope="session")
+def warm_commands(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[Server]:
+    """``hli-cosim`` without the start of Python; see support/warm_commands.py."""
+    server = Server(tmp_path_factory.mktemp("warm"))
+    yield server
+    server.close()
 
 
 @pytest.fixture
-def cli(tmp_path: Path) -> Callable[..., Outcome]:
+def cli(tmp_path: Path, warm_commands: Server) -> Callable[..., Outcome]:
     """Run ``hli-cosim`` in a folder of its own; ``cli("plan", path, "--json")``."""
 
     def call(*arguments: object, timeout: float = 300.0) -> Outcome:
         done = subprocess.run(
-            command(*arguments),
+            warm_commands.command(*arguments),
             cwd=tmp_path,
             capture_output=True,
             text=True,
@@ -52,17 +65,34 @@ def program(tmp_path: Path) -> Callable[..., Path]:
 
 @pytest.fixture(autouse=True)
 def nothing_left_in_shared_memory() -> Iterator[None]:
-    """Every test leaves /dev/shm without segments of its own (or its children's) making."""
+    """Every test leaves /dev/shm without segments of its own making, and
+    without those of its children where no other tests run beside it.
+    """
+    begin = (f"t{os.getpid()}",)
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        begin += ("hli-",)
     before = set(os.listdir(SHM))
     yield
-    left = {
-        n
-        for n in set(os.listdir(SHM)) - before
-        if n.startswith(("hli-", f"t{os.getpid()}"))
-    }
-    assert not {n for n in left if _owner_is_gone(n)}, (
-        f"left in shared memory: {left}"
-    )
+    left = _left_since(before, begin)
+    assert not left, f"left in shared memory: {left}"
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    session.stash[BEFORE] = set(os.listdir(SHM))
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Tests that run beside each other leave no segment either."""
+    if hasattr(session.config, "workerinput"):
+        return
+    if left := _left_since(session.stash[BEFORE], ("hli-",)):
+        sys.stderr.write(f"\nleft in shared memory: {sorted(left)}\n")
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def _left_since(before: set[str], begin: tuple[str, ...]) -> set[str]:
+    names = {n for n in os.listdir(SHM) if n.startswith(begin)}
+    return {n for n in names - before if _owner_is_gone(n)}
 
 
 def _owner_is_gone(name: str) -> bool:

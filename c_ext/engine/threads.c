@@ -32,10 +32,14 @@ typedef struct bare_loop {
     int64_t period, rows, *late;
 } bare_loop;
 
-static int64_t now_ns(void) {
+static int64_t clock_ns(clockid_t clock) {
     struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
+    clock_gettime(clock, &time);
     return time.tv_sec * NS + time.tv_nsec;
+}
+
+static int64_t now_ns(void) {
+    return clock_ns(CLOCK_MONOTONIC);
 }
 
 static void sleep_until(int64_t t) {
@@ -73,7 +77,19 @@ static int64_t wake_at(struct engine *engine, struct waker *waker, int64_t t) {
     return took;
 }
 
-static void note_away(struct engine *engine, int64_t ns) {
+/* Time that passed, and time of it that the thread has worked or slept. */
+typedef struct turn {
+    int64_t passed, used;
+} turn;
+
+static turn turn_now(int64_t slept) {
+    return (turn){now_ns(), clock_ns(CLOCK_THREAD_CPUTIME_ID) + slept};
+}
+
+/* Between two turns nothing but work and sleep was wanted: the rest of the time
+ * others had the processor. */
+static void note_away(struct engine *engine, turn from, turn to) {
+    int64_t ns = to.passed - from.passed - (to.used - from.used);
     if (ns > (int64_t)engine->lateness.away_ns) {
         ATOMIC_SET(engine->lateness.away_ns, (uint64_t)ns);
     }
@@ -81,14 +97,18 @@ static void note_away(struct engine *engine, int64_t ns) {
 
 static void *plan_main(void *arg) {
     struct engine *engine = arg;
+    int64_t slept = 0;
+    turn last = turn_now(slept);
     while (ATOMIC_GET(engine->threads.running)) {
         bool pumped = planner_pump(engine) != 0;
         prediction_plan(engine, pumped);
         if (!pumped) {
-            int64_t until = now_ns() + PLANNER_IDLE_NS;
-            sleep_until(until);
-            note_away(engine, now_ns() - until);
+            sleep_until(now_ns() + PLANNER_IDLE_NS);
+            slept += PLANNER_IDLE_NS;
         }
+        turn now = turn_now(slept);
+        note_away(engine, last, now);
+        last = now;
     }
     return NULL;
 }
@@ -132,21 +152,22 @@ static void *geo_main(void *arg) {
     return NULL;
 }
 
+/* Priority 0: without SCHED_FIFO. */
 static int start_thread(pthread_t *thread,
                         void *(*body)(void *),
                         void *arg,
-                        int use_fifo) {
+                        int priority) {
     pthread_attr_t attr;
-    struct sched_param param = {.sched_priority = 50};
+    struct sched_param param = {.sched_priority = priority};
     pthread_attr_init(&attr);
-    if (use_fifo) {
+    if (priority) {
         pthread_attr_setinheritsched(&attr, PTHREAD_EXPLICIT_SCHED);
         pthread_attr_setschedpolicy(&attr, SCHED_FIFO);
         pthread_attr_setschedparam(&attr, &param);
     }
     int error = pthread_create(thread, &attr, body, arg);
     pthread_attr_destroy(&attr);
-    if (error && use_fifo) {
+    if (error && priority) {
         return start_thread(thread, body, arg, 0) == 0 ? 1 : -1;
     }
     return error ? -1 : 0;
@@ -171,7 +192,11 @@ int engine_bare_loop(int64_t period_ns,
                      int use_fifo) {
     struct bare_loop bare_loop = {period_ns, rows, late_ns};
     pthread_t thread;
-    if (start_thread(&thread, bare_main, &bare_loop, use_fifo) < 0) {
+    if (start_thread(&thread,
+                     bare_main,
+                     &bare_loop,
+                     use_fifo ? GEO_PRIORITY : 0)
+        < 0) {
         return -1;
     }
     pthread_join(thread, NULL);
@@ -200,10 +225,17 @@ int engine_start(struct engine *engine, int use_fifo) {
     lock_memory(engine);
     planner_store_tail(engine);
     ATOMIC_SET(engine->threads.running, 1);
-    if (pthread_create(&engine->threads.planner, NULL, plan_main, engine)) {
+    if (start_thread(&engine->threads.planner,
+                     plan_main,
+                     engine,
+                     use_fifo ? PLANNER_PRIORITY : 0)
+        < 0) {
         return -1;
     }
-    int result = start_thread(&engine->threads.geo, geo_main, engine, use_fifo);
+    int result = start_thread(&engine->threads.geo,
+                              geo_main,
+                              engine,
+                              use_fifo ? GEO_PRIORITY : 0);
     if (result < 0) {
         ATOMIC_SET(engine->threads.running, 0);
         pthread_join(engine->threads.planner, NULL);

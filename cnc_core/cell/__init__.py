@@ -39,7 +39,7 @@ from ..recording.recorder import check_columns
 from .child import Child, Job
 from .judgement import be_strict, judge
 from .kept import keep_recording
-from .plc_choice import PlcChoice
+from .plc_choice import PlcChoice, tables_of
 from .result import RunInterrupted, RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
 from .supervision import stop, supervise
@@ -131,8 +131,10 @@ class Cell:
         refuse_cell_start()
         program = Path(program)
         self._check(program, options)
-        choice = PlcChoice.of(plc, plc_args).online(
-            options.watch, options.force
+        choice = (
+            PlcChoice.of(plc, plc_args)
+            .online(options.watch, options.force)
+            .structured(options.st)
         )
         segment.sweep()
         sweep_folders()
@@ -175,7 +177,10 @@ class Cell:
         given["watch"] = (watch,) if isinstance(watch, str) else tuple(watch)
         only = given.get("record_only", ())
         given["record_only"] = (only,) if isinstance(only, str) else tuple(only)
+        words = given.get("st", ())
+        given["st"] = (words,) if isinstance(words, str) else tuple(words)
         given["force"] = given.get("force") or {}
+        given["inputs"] = tables_of(given.get("inputs"))
         given["clock"] = given.get("clock") or self.clock
         given["service"] = given.get("service") or self.service
         return RunOptions(**given)
@@ -196,6 +201,9 @@ class Cell:
             _refuse_living(options.name)
         parts = Parts(options.record) if options.record else None
         folder = scratch_folder()
+        choice = choice.beside(
+            {**self.config.simulated_inputs, **options.inputs}
+        )
         own = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         name = segment.check_name(options.name or own)
         alone = not choice.arguments

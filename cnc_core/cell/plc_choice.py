@@ -5,10 +5,12 @@ from __future__ import annotations
 import inspect
 import json
 import numbers
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+from plc_client.inputs import inputs_of
 
 from ..errors import CncError, Place
 
@@ -19,6 +21,14 @@ PLC_CHOICES = (
 
 
 NO_PLC = "none"
+
+
+def tables_of(inputs: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Simulated inputs as plain tables; CncError names the one that is wrong."""
+    try:
+        return {path: asdict(one) for path, one in inputs_of(inputs).items()}
+    except ValueError as error:
+        raise CncError(902001, str(error)) from None
 
 
 @dataclass(frozen=True)
@@ -77,6 +87,21 @@ class PlcChoice:
             for part in ("--force", f"{path}={value}")
         ]
         return PlcChoice((*self.arguments, *more))
+
+    def structured(self, words: Sequence[str]) -> PlcChoice:
+        """The same PLC with options of Structured Text."""
+        if words and "--file" not in self.arguments:
+            raise CncError(
+                902001, "options of Structured Text need its file as the PLC"
+            )
+        more = [part for word in words for part in ("--st", word)]
+        return PlcChoice((*self.arguments, *more))
+
+    def beside(self, inputs: dict[str, Any]) -> PlcChoice:
+        """The same PLC beside simulated inputs; without a PLC there are none."""
+        if not inputs or not self.arguments:
+            return self
+        return PlcChoice((*self.arguments, "--inputs", json.dumps(inputs)))
 
     @classmethod
     def _of_class(cls, plc: type) -> PlcChoice:

@@ -12,6 +12,7 @@ import secrets
 import shutil
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from plc_client.client import Hli, connect
 from plc_client.runner import PlcRunner, Tasks
 from plc_client.task import refuse_cell_start
 
+from ..config import load_config
 from ..errors import CncError, Place
 from ..process.options import CncOptions, RunOptions
 from .child import Child
@@ -92,19 +94,22 @@ def start_plc(
     dialect: str | None = None,
     service: str | None = None,
     autostart: bool = True,
+    inputs: Mapping[str, Any] | None = None,
 ) -> PlcRunner:
     """A ``PlcRunner`` beside the real CNC in a process of its own, in lockstep:
     nothing runs until ``step()``.
 
     ``tasks``: task classes (they may be local to a function) or files.
     ``close()`` ends the CNC; its report is then in ``cnc_report``.
-    ``autostart`` FALSE: the program stands ready, the PLC starts it. CncError:
-    no such file, the CNC did not start.
+    ``autostart`` FALSE: the program stands ready, the PLC starts it.
+    ``inputs``: simulated inputs beside those of the cell file.
+    CncError: no such file, the CNC did not start.
     """
     refuse_cell_start()
     program = Path(program).resolve()
     if not program.is_file():
         raise CncError(901001, "file not found", Place(str(program)))
+    known = {**load_config(config).simulated_inputs, **(inputs or {})}
     machine = _Machine(
         program,
         Path(config).resolve() if config is not None else None,
@@ -115,7 +120,7 @@ def start_plc(
     try:
         hli = machine.connect()
         try:
-            return PlcRunner(hli, tasks, close=machine.end)
+            return PlcRunner(hli, tasks, close=machine.end, inputs=known)
         except BaseException:
             hli.close()
             raise

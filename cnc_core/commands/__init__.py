@@ -3,19 +3,23 @@ the help lists them.
 """
 
 # isort: off
+from . import new
 from . import program
 from . import cell
 from . import recordings
 from . import online
 from . import live
 from . import export
+from . import explain
 from . import bench
 
 __all__ = [
     "bench",
     "cell",
+    "explain",
     "export",
     "live",
+    "new",
     "online",
     "program",
     "recordings",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -31,6 +33,7 @@ from .options import (
     Forced,
     Json,
     SegmentName,
+    StOptions,
     Watched,
     check_choices,
     expanded,
@@ -44,6 +47,7 @@ from .tables import number, print_answer, print_run, print_table
 def run(
     file: File,
     options: RunOptions,
+    st: StOptions,
     plc: Annotated[
         str | None,
         typer.Option(
@@ -61,6 +65,7 @@ def run(
     from ..cell import Cell  # noqa: PLC0415
 
     check_choices(options)
+    options = replace(options, st=st.words())
     with (
         telling_interrupts(as_json),
         run_bar(f"running {file.name}", file) as look,
@@ -282,10 +287,13 @@ def _check_ahead(file: Path, config: Path | None, dialect: str | None) -> None:
 
 
 @app.command()
+@expanded
 def plc(
     file: Annotated[
-        Path, typer.Argument(help="Python file with @task classes")
+        Path,
+        typer.Argument(help="Python file with @task classes, or ST program"),
     ],
+    st: StOptions,
     name: SegmentName = "hli-cosim",
     report: Annotated[
         Path | None,
@@ -295,6 +303,10 @@ def plc(
     ] = None,
     watch: Watched = None,
     force: Forced = None,
+    config: Annotated[
+        Path | None,
+        typer.Option("--config", help="cell.toml, for its simulated inputs"),
+    ] = None,
 ) -> None:
     """Run the PLC side alone: waits for the CNC, re-attaches when it comes
     back; SIGUSR1 restarts the PLC.
@@ -302,6 +314,8 @@ def plc(
     Example: hli-cosim plc my_plc.py --name my-cell
     """
     from plc_client.__main__ import main as plc_main  # noqa: PLC0415
+
+    from ..config import load_config  # noqa: PLC0415
 
     if not file.exists():
         raise CncError(901001, "file not found", Place(str(file)))
@@ -315,4 +329,8 @@ def plc(
     ]
     arguments += [part for path in watch or [] for part in ("--watch", path)]
     arguments += [part for text in force or [] for part in ("--force", text)]
+    arguments += [part for word in st.words() for part in ("--st", word)]
+    if config is not None:
+        inputs = load_config(config).simulated_inputs
+        arguments += ["--inputs", json.dumps(inputs)]
     raise typer.Exit(plc_main(arguments))

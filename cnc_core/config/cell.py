@@ -32,6 +32,7 @@ from .channel import (
     StartupConfig,
 )
 from .external import EXTERNAL_BLOCKS, ExternalConfig
+from .inputs import InputConfig, by_symbol
 from .isons import IsonsConfig
 from .kinematics import KinematicsConfig
 from .osai import OsaiConfig
@@ -62,6 +63,12 @@ class CellConfig(Table):
     probe: dict[str, Finite] = Field(default_factory=dict)
     kinematics: dict[str, KinematicsConfig] = Field(default_factory=dict)
     spindles: dict[str, SpindleConfig] = Field(default_factory=dict)
+    inputs: dict[str, InputConfig] = Field(default_factory=dict)
+
+    @field_validator("inputs", mode="before")
+    @classmethod
+    def _input_names(cls, tables: Any) -> Any:
+        return by_symbol(tables)
 
     @model_validator(mode="before")
     @classmethod
@@ -161,6 +168,14 @@ class CellConfig(Table):
                         f"external {variable.name}: block {block} belongs to {other} already"
                     )
         return self
+
+    @property
+    def simulated_inputs(self) -> dict[str, Any]:
+        """Tables of the simulated inputs by symbol, as the PLC takes them."""
+        return {
+            path: one.model_dump(exclude_none=True)
+            for path, one in self.inputs.items()
+        }
 
     @property
     def externals(self) -> dict[str, External]:

@@ -17,6 +17,7 @@ from .axes import AxisConfig, SpindleConfig
 from .cell import CellConfig
 from .channel import ChannelConfig, StartupConfig
 from .external import ExternalConfig
+from .inputs import InputConfig, StepConfig
 from .isons import IsonsConfig
 from .kinematics import KinematicsConfig
 from .osai import OsaiConfig
@@ -30,6 +31,7 @@ def _known_keys(path: tuple[Any, ...]) -> list[str]:
         "external": ExternalConfig,
         "spindles": SpindleConfig,
         "kinematics": KinematicsConfig,
+        "inputs": StepConfig if "steps" in path else InputConfig,
         "isons": IsonsConfig,
     }
     if len(path) == 1:

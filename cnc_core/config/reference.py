@@ -194,6 +194,39 @@ limit_negative | mm, degrees
     where the limit switch of DS402 methods 1 and 17 switches on
 limit_positive | mm, degrees
     where the limit switch of DS402 methods 2 and 18 switches on
+[inputs.SYMBOL]
+    Simulated inputs of the PLC: variables of its tasks that the machine writes
+    ([how-to](../howto/simulated_inputs.md)).  `[inputs.Clamp.closed]` is the
+    variable `closed` of the task `Clamp`.
+start | -
+    first value, a BOOL or a number
+follows |
+    a symbol that the input repeats; without a dot one of its own task
+above | -
+    a BOOL, TRUE while the followed number is above
+below | -
+    a BOOL, TRUE while the followed number is below
+inverted |
+    the opposite of what it follows
+on_delay_s | s
+    how long it takes to become TRUE
+off_delay_s | s
+    how long it takes to become FALSE
+lag_s | s
+    time constant of a number that follows
+[inputs.SYMBOL.steps]
+    What an input becomes instead of following: a list, each with one of
+    time_s, distance_mm and m.
+value | -
+    what it becomes
+time_s | s
+    at this cell time
+distance_mm | mm
+    whenever the path passes this distance forward
+m |
+    whenever the CNC hands over this M function
+delay_s | s
+    how much later
 [osai]
     What the manual of the [HSM dialect](osai.md) leaves open.
 feed |

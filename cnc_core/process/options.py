@@ -33,6 +33,7 @@ class RunOptions:
     ``hold_start``: the program is prepared, nothing moves.
     ``watch``: symbols that are recorded at every scan.
     ``force``: symbols that are held at a value.
+    ``inputs``: simulated inputs by symbol, beside those of the cell.
     ``answers``: file with answers to the program's dialogs.
     ``start_line``, ``start_pass``, ``start_marker``: see ``Restart``.
     ``tolerance``: path deviation, mm, that is allowed where the program commands
@@ -42,6 +43,7 @@ class RunOptions:
     ``max_time``: cell time, s, after which the run ends with an error.
     ``max_wall``: the same for wall time, s.  0: no limit.
     ``report_wait``: cell time and wall time, s, after which a wait is told.
+    ``st``: options of a PLC in Structured Text (docs/st.md).
     """
 
     clock: str = "lockstep"
@@ -53,6 +55,7 @@ class RunOptions:
     autostart: bool = True
     watch: tuple[str, ...] = ()
     force: dict[str, Any] = field(default_factory=dict)
+    inputs: dict[str, Any] = field(default_factory=dict)
     answers: Path | None = None
     start_line: int | None = None
     start_pass: int = 1
@@ -65,6 +68,7 @@ class RunOptions:
     max_time: float = 0.0
     max_wall: float = 0.0
     report_wait: tuple[float, float] = (STANDS_CELL_S, STANDS_WALL_S)
+    st: tuple[str, ...] = ()
 
     @property
     def place(self) -> tuple[int | None, int, str | None]:
@@ -98,6 +102,7 @@ class RunKeywords(TypedDict, total=False):
     hold_start: bool
     watch: Any
     force: dict[str, Any] | None
+    inputs: dict[str, Any] | None
     answers: str | Path | None
     start_line: int | None
     start_pass: int
@@ -109,6 +114,7 @@ class RunKeywords(TypedDict, total=False):
     max_time: float
     max_wall: float
     report_wait: tuple[float, float]
+    st: Any
 
 
 # as a caller leaves them open; the cell and ``RunOptions`` fill them in
@@ -116,6 +122,7 @@ OPEN: dict[str, Any] = {
     "clock": None,
     "watch": (),
     "force": None,
+    "inputs": None,
     "record_only": (),
 }
 

@@ -69,7 +69,9 @@ def kind_and_range(annotation: Any, metadata: Iterable[Any]) -> tuple[str, str]:
         return f"list of {PLURAL[kind]}", ", ".join(both)
     if all(isinstance(one, str) for one in arguments):
         return "one of", ", ".join(f"`{one}`" for one in arguments)
-    return kind_and_range(arguments[0], metadata)
+    kind, allowed = kind_and_range(arguments[0], metadata)
+    both = arguments[0] is bool and len(arguments) > 1
+    return f"{kind} or a number" if both else kind, allowed
 
 
 def constraints(one: Any) -> Iterable[Any]:

@@ -7,7 +7,7 @@ import functools
 import re
 from pathlib import Path
 
-from cnc_core.errors import ERRORS
+from cnc_core.catalogue import catalogue
 
 from .texts import table
 
@@ -28,6 +28,7 @@ PLACES = {
     "cnc_core/process/": "CNC process",
     "cnc_core/cell/": "run",
     "cnc_core/": "command line",
+    "plc_client/st/": "Structured Text",
     "plc_client/": "PLC",
     "hli/": "HLI",
     "c_ext/rows/": "program",
@@ -43,27 +44,24 @@ def numbers_in(path: Path) -> set[int]:
     if path.suffix == ".py":
         nodes = ast.walk(ast.parse(text))
         found = {n.value for n in nodes if isinstance(n, ast.Constant)}
-        return {n for n in found if isinstance(n, int) and n in ERRORS}
+        return {n for n in found if isinstance(n, int) and n in catalogue()}
     return {
         int(word) for word in re.findall(r"\b(\d{4,6})u?\b", text)
-    } & ERRORS.keys()
+    } & catalogue().keys()
 
 
 @functools.cache
 def found_by() -> dict[int, set[str]]:
     """Number -> parts of the program that report it."""
-    out: dict[int, set[str]] = {number: set() for number in ERRORS}
+    out: dict[int, set[str]] = {number: set() for number in catalogue()}
     for package in ("cnc_core", "plc_client", "hli", "c_ext"):
         for path in sorted((ROOT / package).rglob("*.*")):
-            skipped = path.name in (
-                "errors.py",
-                "_engine.c",
-                "_sync.c",
-                "reference.py",
-            )
+            name = path.relative_to(ROOT).as_posix()
+            skipped = path.name in ("_engine.c", "_sync.c", "reference.py")
             if path.suffix not in (".py", ".c", ".h") or skipped:
                 continue
-            name = path.relative_to(ROOT).as_posix()
+            if name == "cnc_core/errors.py":  # the table of them all
+                continue
             place = next(
                 p for room, p in PLACES.items() if name.startswith(room)
             )
@@ -79,13 +77,16 @@ def error_table(which: str) -> str:
     rows = [
         [
             str(number),
-            ERRORS[number].replace("|", "\\|"),
+            *(
+                said.replace("|", "\\|")
+                for said in (one.text, one.cause, one.cure)
+            ),
             place_text(places[number]),
         ]
-        for number in sorted(ERRORS)
+        for number, one in sorted(catalogue().items())
         if low <= number <= high
     ]
-    return table(("Number", "Text", "Found in"), rows)
+    return table(("Number", "Text", "Why", "What helps", "Found in"), rows)
 
 
 def place_text(places: set[str]) -> str:

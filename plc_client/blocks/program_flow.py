@@ -126,6 +126,17 @@ class TechnoArray:
             yield index, function
             index = lib.hs_techno_next(self._first, self._count, index + 1)
 
+    def offered(self) -> Iterator[tuple[str, TechnoFunction]]:
+        """Every function that is offered, left as it is: its place and content."""
+        index = lib.hs_techno_next(self._first, self._count, 0)
+        while index >= 0:
+            ffi.memmove(
+                self._target, self._pointers[index], ctypes.sizeof(self._copy)
+            )
+            array = "late" if self.late else "std"
+            yield f"{self.area_name} {array} {index}", self._decode(index)
+            index = lib.hs_techno_next(self._first, self._count, index + 1)
+
     def acknowledge(self, index: int) -> None:
         """Acknowledge (done_w TRUE) the function fetched last from a unit."""
         if self._awaited[index]:
@@ -180,6 +191,12 @@ class TechnoArea:
             for array in self._arrays
             for found in array.fetch_all()
         )
+
+    def offered(self) -> Iterable[tuple[str, TechnoFunction]]:
+        """Every function that is offered, left as it is."""
+        if lib.hs_techno_next(self._first, self._count, 0) < 0:
+            return ()
+        return (found for array in self._arrays for found in array.offered())
 
 
 def techno_areas(hli: Areas) -> list[TechnoArea]:

@@ -23,6 +23,7 @@ import pytest
 
 from plc_client import blocks
 from plc_client.blocks import FunctionBlock, ProcessState
+from support.warm_commands import Server
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -59,10 +60,11 @@ def blocks_of(page: Path) -> Iterator[Block]:
         yield Block(line, match[1], options, match[3], skip[1] if skip else "")
 
 
-def run(block: Block, folder: Path) -> None:
+def run(block: Block, folder: Path, programs: Path) -> None:
     """Execute one block; fails with its output."""
+    python = Path(sys.executable).parent
     environment = os.environ | {
-        "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+        "PATH": f"{programs}:{python}:{os.environ['PATH']}",
         "MPLBACKEND": "Agg",
         "PYTHONPATH": str(folder),
         "PYTEST_ADDOPTS": "-p no:cacheprovider",
@@ -105,8 +107,15 @@ def executable(page: Path) -> bool:
     [p for p in PAGES if executable(p)],
     ids=lambda p: str(p.relative_to(ROOT)),
 )
-def test_every_block_of_the_page_works(page: Path, tmp_path: Path) -> None:
+def test_every_block_of_the_page_works(
+    page: Path,
+    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    warm_commands: Server,
+) -> None:
     """In the page's order, in one folder that holds a small part.nc and the project's examples."""
+    programs = tmp_path_factory.mktemp("programs")
+    warm_commands.program(programs)
     (tmp_path / "part.nc").write_text(PART)
     shutil.copytree(
         ROOT / "examples",
@@ -119,7 +128,7 @@ def test_every_block_of_the_page_works(page: Path, tmp_path: Path) -> None:
         if "file" in block.options:
             (tmp_path / block.options["file"]).write_text(block.text)
         elif block.language in RUNS:
-            run(block, tmp_path)
+            run(block, tmp_path, programs)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))

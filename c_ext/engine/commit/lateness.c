@@ -1,9 +1,8 @@
 /* The path brakes on the stored tail, or stands although there is path to drive
- * and nothing is committed: the planner is late. Why is not proved. Planner,
- * preparation and GEO poll each other and sleep on nothing, so a lost wake is
- * unlikely; that the planner's thread had no processor, or that its work took
- * longer than what was committed, fits what was seen. `away_ns` and the
- * planner's own time help to tell these two.
+ * and nothing is committed: the planner is late. Planner, preparation and GEO
+ * poll each other and sleep on nothing, so no wake can be lost. On a crowded
+ * core it was the processor: others had it in the middle of a plan, as long as
+ * the path stood. `away_ns` tells that from work that takes long.
  *
  * A release, a new program and a resumed path need a commit first. So standing
  * counts only once it has lasted as long as a commit lasts at most.

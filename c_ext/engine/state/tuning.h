@@ -72,6 +72,11 @@
 #define BETWEEN 1.2 /* factor: v2 may be that much larger between points */
 
 /* Threads. Evidence: wake times of `bench cycle`. */
+/* SCHED_FIFO: GEO goes first; the planner goes ahead of all that keeps no
+ * deadline. As an ordinary thread it was away in the middle of a plan for up to
+ * 0.42 s where others wanted the core, and the path stood. */
+#define GEO_PRIORITY 50
+#define PLANNER_PRIORITY 40
 /* ns: awake for the PLC's turn; a scan in Python takes 10 us, a wake across
  * cores 20 */
 #define TURN_SPIN_NS 500000

@@ -491,6 +491,8 @@ def _give(
     elif variable.section == "VAR_IN_OUT":
         texts = in_out(context, variable, node)
         context.put(f"*(st_ptr *)({where}) = {texts[0]};")
+        for k, bound in enumerate(texts[1:], 1):
+            context.put(f"*(st_i64 *)({address(where, 8 * k)}) = {bound};")
 
 
 def _body_call(context: Context, base: Value, cls: Class, instance: str) -> str:

@@ -82,16 +82,23 @@ def variable(
     if isinstance(type_, ClassType):
         _construct(context, type_, where, arguments or [], declared)
     elif isinstance(type_, types.ArrayType):
-        _construct_all(context, type_, where)
+        element = getattr(declared, "element", None)
+        _construct_all(context, type_, where, element)
     if init is not None:
         written(context, type_, where, init)
 
 
 def _construct_all(
-    context: Context, type_: types.ArrayType, where: str
+    context: Context,
+    type_: types.ArrayType,
+    where: str,
+    declared: tree.Node | None,
 ) -> None:
     element = type_.element
     if not isinstance(element, ClassType):
+        return
+    if isinstance(declared, tree.NamedType) and declared.each is not None:
+        _construct_each(context, type_, where, declared)
         return
     routine = element.cls.method("FB_INIT")
     if routine is None or len(routine.parameters) > 2:
@@ -102,6 +109,29 @@ def _construct_all(
     place = f"({where} + {name} * {size})"
     _construct(context, element, place, [], None)
     context.put("}")
+
+
+def _construct_each(
+    context: Context,
+    type_: types.ArrayType,
+    where: str,
+    declared: tree.NamedType,
+) -> None:
+    """``ARRAY [1..2] OF FB[(n := 1), (n := 2)]``: arguments one by one."""
+    element, each = type_.element, declared.each or []
+    assert isinstance(element, ClassType)
+    if len(each) != type_.count:
+        text = f"{type_.count} elements need {type_.count} lists of arguments"
+        raise StopHere(RANGE, text, declared.pos)
+    for number, node in enumerate(each):
+        arguments = [tree.Argument("", node, False, node.pos)]
+        if isinstance(node, tree.StructInit):
+            arguments = [
+                tree.Argument(name, value, False, pos)
+                for name, value, pos in node.members
+            ]
+        place = address(where, number * element.size)
+        _construct(context, element, place, arguments, declared)
 
 
 def _construct(

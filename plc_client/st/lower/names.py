@@ -165,7 +165,9 @@ def _stored(
     where = _address(context, found, instance)
     if found.storage == "member" and found.section == "VAR_IN_OUT":
         pointer = f"st_bound(*(st_ptr *)({where}), {context.here(pos)})"
-        return at(found.type, pointer)
+        value = at(found.type, pointer)
+        value.bounds = _stored_bounds(found.type, where)
+        return value
     value = at(found.type, where)
     if found.index >= 0:
         value.bit = (found.index, 1)
@@ -200,6 +202,16 @@ def _bounds(found: Variable) -> tuple[str, ...]:
         return ()
     rank = found.type.rank
     return tuple(f"{found.c}_{k}" for k in range(2 * rank))
+
+
+def _stored_bounds(type_: types.Type, where: str) -> tuple[str, ...]:
+    """The bounds of an ARRAY [*] of an instance lie behind its address."""
+    if not isinstance(type_, types.OpenArray):
+        return ()
+    return tuple(
+        f"(*(st_i64 *)({address(where, 8 * k)}))"
+        for k in range(1, 2 * type_.rank + 1)
+    )
 
 
 def routine_type(routine: Routine, pos: Position) -> types.Type:

@@ -11,6 +11,7 @@ from .types import (
     POINTER_SIZE,
     Member,
     ObjectType,
+    OpenArray,
     PointerType,
     StructType,
     Type,
@@ -228,7 +229,8 @@ class Class:
             if variable.storage != "member":
                 continue
             type_ = variable.type
-            if variable.section == "VAR_IN_OUT":
+            open_array = isinstance(type_, OpenArray)
+            if variable.section == "VAR_IN_OUT" and not open_array:
                 type_ = PointerType(type_, True)
             member = Member(variable.name, type_, section=variable.section)
             found.add(member)

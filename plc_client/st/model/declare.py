@@ -40,6 +40,22 @@ class Declarations:
         self._free = dict.fromkeys("IQM", _FIRST_FREE)
 
     # -- types
+    def _inherit_initial(self, declaration: tree.Decl) -> None:
+        """``TYPE T : INT := 5``: a variable without a value takes the type's."""
+        node = declaration.type
+        seen: set[str] = set()
+        if declaration.section == "VAR_IN_OUT":
+            return
+        while declaration.init is None and isinstance(node, tree.NamedType):
+            key = node.name.upper().rpartition(".")[2]
+            definition = self._world.typedefs.get(key)
+            if definition is None or key in seen:
+                return
+            seen.add(key)
+            node = definition.type
+            if not isinstance(node, (tree.EnumType, tree.StructType)):
+                declaration.init = definition.init
+
     def typedef(self, definition: tree.TypeDef) -> types.Type:
         """The type of a TYPE declaration."""
         origin = definition.origin
@@ -77,12 +93,18 @@ class Declarations:
         number = 0
         for name, value, pos in node.items:
             number = self._enumerator(context, found, name, value, number, pos)
+        found.default = next(iter(found.values.values()))
         if definition.init is not None:
-            initial = expressions.value(context, definition.init)
-            found.default = int(initial.constant or 0)
-        else:
-            found.default = next(iter(found.values.values()))
+            found.default = self._default(context, found, definition.init)
         return found
+
+    def _default(
+        self, context: Context, found: types.EnumType, node: tree.Node
+    ) -> int:
+        """The initial value; a name of the enumeration stands alone here."""
+        if isinstance(node, tree.Name) and node.name.upper() in found.values:
+            return found.values[node.name.upper()]
+        return self._constant_int(context, node)
 
     def _enumerator(
         self,
@@ -149,6 +171,7 @@ class Declarations:
         named = declaration.type
         if isinstance(named, tree.NamedType) and named.name.upper() == "BIT":
             return self._bit(found, declaration, before)
+        self._inherit_initial(declaration)
         type_ = self.type_of(context, declaration.type)
         found.add(types.Member(declaration.name, type_))
         return None
@@ -382,6 +405,7 @@ class Declarations:
             if holder.base.variable(key) is not None:
                 text = f"{declaration.name} is declared in {holder.base.name}"
                 raise StopHere(TWICE, text, declaration.pos)
+        self._inherit_initial(declaration)
         type_ = self.type_of(context, declaration.type)
         found = Variable(
             declaration.name, type_, declaration.section, declaration
@@ -412,9 +436,6 @@ class Declarations:
         self, context: Context, cls: Class, found: Variable
     ) -> None:
         section = found.section
-        if isinstance(found.type, types.OpenArray):
-            text = "ARRAY [*] in a function block"
-            raise refuse(text, found.decl.pos, "use a method")  # type: ignore[union-attr]
         if section == "VAR_STAT":
             self._static(context, found, f"S_{cls.name.upper()}")
         elif section == "VAR_TEMP":
@@ -529,6 +550,7 @@ class Declarations:
         declaration = found.decl
         assert declaration is not None
         try:
+            self._inherit_initial(declaration)
             found.type = self.type_of(context, declaration.type)
             found.read_only = "CONSTANT" in declaration.qualifiers
             found.retain = _retained(declaration)

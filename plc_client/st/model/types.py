@@ -124,6 +124,9 @@ ALIASES = {
     "XINT": "LINT",
     "XWORD": "LWORD",
     "PVOID": "LWORD",
+    "__UXINT": "ULINT",
+    "__XINT": "LINT",
+    "__XWORD": "LWORD",
 }
 ELEMENTARY |= {alias: ELEMENTARY[name] for alias, name in ALIASES.items()}
 BOOL, BYTE, WORD = ELEMENTARY["BOOL"], ELEMENTARY["BYTE"], ELEMENTARY["WORD"]
@@ -192,8 +195,11 @@ class OpenArray(Type):
 
     element: Type
     rank: int
-    size: int = POINTER_SIZE
     align: int = POINTER_SIZE
+
+    @property
+    def size(self) -> int:  # type: ignore[override]
+        return POINTER_SIZE * (1 + 2 * self.rank)
 
     @property
     def name(self) -> str:  # type: ignore[override]

@@ -7,7 +7,7 @@ from typing import Any
 
 from lark import Token, Transformer, v_args
 
-from ..errors import SYNTAX, Position, StopHere
+from ..errors import SYNTAX, Position, StopHere, refuse
 from . import tree
 from .build_units import UnitBuilder
 
@@ -252,6 +252,9 @@ class StatementBuilder(Transformer[Any, Any]):
 
     def jump(self, token: Token, *_: Token) -> tree.Node:
         return tree.Leave(self.place(token), "JMP")
+
+    def guarded(self, token: Token) -> tree.Node:
+        raise refuse("__TRY", self.place(token), "check before the access")
 
 
 def _behind_label(branches: list[tree.CaseBranch], part: tree.Node) -> None:

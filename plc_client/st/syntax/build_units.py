@@ -49,8 +49,11 @@ class UnitBuilder(Transformer[Any, Any]):
     ) -> tree.Node:
         return tree.SubrangeType(name[1], name[0], low, high)
 
-    def string_type(self, name: Any, _: Any, size: Any, __: Any) -> tree.Node:
-        return tree.NamedType(name[1], name[0], None, size)
+    def bracketed_type(self, name: Any, *items: Any) -> tree.Node:
+        values = [i for i in items if not isinstance(i, Token)]
+        if name[0].upper() in ("STRING", "WSTRING") and len(values) == 1:
+            return tree.NamedType(name[1], name[0], None, values[0])
+        return tree.NamedType(name[1], name[0], each=values)
 
     def array_type(self, token: Token, *items: Any) -> tree.Node:
         parts = [i for i in items if not isinstance(i, Token)]

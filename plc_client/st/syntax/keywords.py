@@ -20,8 +20,20 @@ _KINDS = """
 VAR VAR_INPUT VAR_OUTPUT VAR_IN_OUT VAR_TEMP VAR_INST VAR_STAT VAR_GLOBAL
 VAR_EXTERNAL VAR_CONFIG
 """
+KEYWORDS["__TRY"] = "TRY"
 KEYWORDS |= dict.fromkeys(_KINDS.split(), "VAR_KIND")
-QUALIFIERS = frozenset({"CONSTANT", "RETAIN", "PERSISTENT", "NON_RETAIN"})
+QUALIFIERS = frozenset(
+    [
+        "CONSTANT",
+        "RETAIN",
+        "PERSISTENT",
+        "NON_RETAIN",
+        "PUBLIC",
+        "PRIVATE",
+        "PROTECTED",
+        "INTERNAL",
+    ]
+)
 _MODIFIERS = """PUBLIC PRIVATE PROTECTED INTERNAL ABSTRACT FINAL OVERRIDE"""
 MODIFIERS = frozenset(_MODIFIERS.split())
 _HEADS = frozenset(

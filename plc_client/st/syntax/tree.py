@@ -133,11 +133,15 @@ class ArrayInit(Node):
 # -- types as they are written
 @dataclass(slots=True)
 class NamedType(Node):
-    """``INT``, ``FB_Valve``; with the arguments of FB_init or a length."""
+    """``INT``, ``FB_Valve``; with the arguments of FB_init or a length.
+
+    ``each`` holds FB_init's arguments of an array's elements in their order.
+    """
 
     name: str
     arguments: list[Argument] | None = None
     size: Node | None = None
+    each: list[Node] | None = None
 
 
 @dataclass(slots=True)
