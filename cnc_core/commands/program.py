@@ -28,6 +28,7 @@ from .options import (
     Json,
     PlaceOptions,
     ReadOptions,
+    StOptions,
     expanded,
 )
 from .progressing import program_bar
@@ -73,6 +74,7 @@ def open_program(
 def check(
     file: File,
     options: ReadOptions,
+    st: StOptions,
     everything: Annotated[
         bool,
         typer.Option("--all", help=f"all errors, not the first {SHOWN_ERRORS}"),
@@ -90,7 +92,7 @@ def check(
     if is_st(file):
         from .structured_text import check_st  # noqa: PLC0415
 
-        check_st(file, as_json)
+        check_st(file, st.words(), as_json)
         return
     count, errors = 0, []
     setups: list[dict[str, Any]] = []
@@ -210,6 +212,8 @@ SamplesFile = Annotated[
     Path | None,
     typer.Option(help="write t, pos, axes, s, v, block to this .npz or .csv"),
 ]
+RecordFile = Annotated[Path | None, OPTIONS["record"][1]]
+RecordOnly = Annotated[list[str] | None, OPTIONS["record_only"][1]]
 MaxWall = Annotated[float, OPTIONS["max_wall"][1]]
 PictureFile = Annotated[
     Path | None,
@@ -245,6 +249,8 @@ def plan(
     ] = None,
     samples: SamplesFile = None,
     picture: PictureFile = None,
+    record: RecordFile = None,
+    record_only: RecordOnly = None,
     max_wall: MaxWall = 0.0,
     as_json: Json = False,
 ) -> None:
@@ -268,9 +274,16 @@ def plan(
         if target:
             check_writable(target)
     program = open_program(file, options, tolerance=tolerance)
+    recording = None
+    if record:
+        from ..planning.recording import PlanRecording  # noqa: PLC0415
+
+        only = tuple(record_only or ())
+        recording = PlanRecording(record, program, options.config, only)
     result = _planned(
         program,
         max_wall,
+        recording=recording,
         window=lookahead,
         jerk=not no_jerk,
         keep_samples=bool(samples or picture),

@@ -1,16 +1,18 @@
-"""Commands on recordings: inspect, compare, show."""
+"""Commands on recordings: inspect, compare, replay, show."""
 
 from __future__ import annotations
 
+import contextlib
 import json
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.table import Table as Rows
 
-from ..errors import CncError
-from .console import app, emit, one_of, out
+from ..errors import CncError, Place
+from .console import app, emit, one_of, out, say_error
 from .options import Json
 
 RecordingFile = Annotated[
@@ -152,6 +154,68 @@ def _print_comparison(value: dict[str, Any]) -> None:
         for column, count in columns.items():
             shown.add_row(table, column or "(rows)", str(count))
     out.print(shown)
+
+
+@app.command()
+def replay(
+    file: RecordingFile,
+    plc: Annotated[
+        str,
+        typer.Option(
+            metavar="PLC",
+            help="PLC program: file (.py, .st) or builtin:NAME",
+        ),
+    ],
+    as_json: Json = False,
+) -> None:
+    """Run a PLC against a recorded CNC; exit 1 where it writes something else.
+
+    Example: hli-cosim replay run.parquet --plc new.py
+    """
+    from plc_client.task import PlcError  # noqa: PLC0415
+
+    from ..recording.reading import Recording  # noqa: PLC0415
+    from ..recording.replay import programs_of  # noqa: PLC0415
+    from ..recording.replay import replay as run_again  # noqa: PLC0415
+
+    if not plc.startswith("builtin:") and not Path(plc).exists():
+        raise CncError(901001, "PLC program not found", Place(plc))
+    recording = Recording(file)
+    args = recording.meta.get("plc", {}).get("args")
+    try:
+        # what the program prints goes where a PLC process sends it
+        with contextlib.redirect_stdout(sys.stderr):
+            found = run_again(recording, programs_of(plc, args))
+    except PlcError as error:
+        raise CncError(905003, str(error)) from None
+    if as_json:
+        emit(found.as_json())
+    else:
+        _print_replay(found.as_json())
+    if not found.equal:
+        raise typer.Exit(1)
+
+
+def _print_replay(value: dict[str, Any]) -> None:
+    for text in value["warnings"]:
+        say_error(f"warning: {text}")
+    factor = f"{value['realtime_factor']:.3g} times real time"
+    first = value["first"]
+    if first is None:
+        out.print(f"equal: {value['scans']} scans, {factor}")
+        return
+    place = f", line {first['line']}" if first["line"] else ""
+    out.print(
+        f"first difference: scan {first['scan']}, t = {first['t']:.9g} s{place},"
+        f" {first['member']}: {json.dumps(first['old'])} was recorded,"
+        f" {json.dumps(first['new'])} is written now",
+        soft_wrap=True,
+    )
+    shown = Rows("member", "scans that differ")
+    for member, count in value["counts"].items():
+        shown.add_row(member, str(count))
+    out.print(shown)
+    out.print(f"{value['scans']} scans, {factor}")
 
 
 @app.command()

@@ -127,6 +127,11 @@ class Recording:
         return self.table("plc")
 
     @property
+    def exchange(self) -> Table:
+        """What CNC and PLC changed in the memory, scan by scan."""
+        return self.table("exchange")
+
+    @property
     def events(self) -> Table:
         """Errors, messages, overruns."""
         return self.table("events")
