@@ -48,12 +48,15 @@ def cell(request: pytest.FixtureRequest) -> Iterator[Cell]:
     """A co-simulation cell: ``cell.run("part.nc", plc=MyPlc)``.
 
     ``@pytest.mark.cell("cell.toml")`` gives it a configuration: a path, a dict
-    or a CellConfig.  ``indirect=True`` of ``parametrize`` gives it several.
+    or a CellConfig.  A path may be relative to the test's file.
+    ``indirect=True`` of ``parametrize`` gives it several.
     """
     mark = request.node.get_closest_marker("cell")
     config = mark.args[0] if mark else None
     with contextlib.suppress(AttributeError):  # not parametrized
         config = request.param
+    if isinstance(config, (str, Path)) and not Path(config).exists():
+        config = request.path.parent / config
     with Cell(config) as value:
         yield value
 

@@ -179,10 +179,7 @@ class Process:
             return self.programs
         old = {p.name: p for p in self.programs}
         try:
-            found = [
-                (c, Program.of(c))
-                for c in load_tasks(self._args.file, self._args.qualname)
-            ]
+            found = [(c, Program.of(c)) for c in _classes(self._args)]
         except PlcError as error:
             print(
                 f"restart refused, the old program runs on: {error}",
@@ -305,6 +302,13 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     what.add_argument(
         "--builtin", choices=builtin.NAMES, help="built-in PLC program"
     )
+    parser.add_argument(
+        "--st",
+        action="append",
+        default=[],
+        metavar="WORD",
+        help="an option of Structured Text",
+    )
     parser.add_argument("--class", dest="qualname", help="one class of --file")
     parser.add_argument(
         "--args", type=json.loads, default={}, help="JSON object for --builtin"
@@ -357,7 +361,11 @@ def _programs(args: argparse.Namespace) -> list[Program]:
         return [
             Program.of(builtin.load(args.builtin), args.args, name=args.builtin)
         ]
-    return [Program.of(cls) for cls in load_tasks(args.file, args.qualname)]
+    return [Program.of(cls) for cls in _classes(args)]
+
+
+def _classes(args: argparse.Namespace) -> list[type]:
+    return load_tasks(args.file, args.qualname, args.st)
 
 
 def _write_report(path: Path | None, process: Process, error: str) -> str:

@@ -23,6 +23,7 @@ from hli import layout
 
 from . import advice, clock
 from .client import Hli
+from .compiled import DUE, NOT_DUE, TRAPPED, CompiledScans, entries_of
 from .guard import Guard, TaskOverrun
 from .image import InputImage
 from .inputs import Inputs
@@ -84,6 +85,7 @@ class Scanner:
         self._next_check_ns = 0
         self._latched_ns = 0
         self._live_ns = lambda: self._latched_ns
+        self._compiled: CompiledScans | None = None
         # the structure itself: twice a scan, nothing to check
         self._counters: Any = hli.plc._c
         self._plc = hli.plc
@@ -115,7 +117,8 @@ class Scanner:
         try:
             self.start()
             while True:
-                self.scan()
+                if not self._compiled_scans():
+                    self.scan()
                 ending = self._wait_next()
                 if ending is not None:
                     return ending
@@ -149,6 +152,12 @@ class Scanner:
         self.forces.rebind(self.symbols)
         self.inputs.rebind(self.programs)
         self._hli.set_present()
+        entries = entries_of(self.programs) if self._in_cycles else None
+        self._compiled = (
+            CompiledScans(self._hli, self.programs, entries)
+            if entries is not None
+            else None
+        )
         if record is not None:
             record.look(self._now.cycle, by_plc=True)
         self.on_start()
@@ -223,6 +232,39 @@ class Scanner:
             self._tell_finished()
         if record is not None:
             record.end_scan(self._now.cycle)
+
+    def _compiled_scans(self) -> bool:
+        """Scans in C while nothing needs Python in each of them.  True: they
+        are done, and none is due.  PlcError: a task was stopped by its trap.
+        """
+        compiled, result = self._compiled, DUE
+        if compiled is None or self._end_seen or self._asked:
+            return False
+        while result == DUE and not self._asked:
+            result = compiled.run()
+        self._latch()
+        if result == TRAPPED:
+            self._trapped(compiled.trapped)
+        not_due: bool = result == NOT_DUE
+        return not_due
+
+    @property
+    def _asked(self) -> bool:
+        """Whether somebody wants something of the next scan."""
+        return (
+            self._stop
+            or self._restart
+            or self.orders.waiting
+            or self.inputs.any
+            or self.forces.any
+            or self.watch.any
+            or self.watch.to is not None
+        )
+
+    def _trapped(self, program: Program) -> None:
+        """The task halts and the others run on, or the PLC ends with its error."""
+        program.call("trapped")
+        self._compiled = None
 
     # -- steps of one scan
     def _latch(self) -> None:

@@ -132,8 +132,10 @@ class Cell:
         refuse_cell_start()
         program = Path(program)
         self._check(program, options)
-        choice = PlcChoice.of(plc, plc_args).online(
-            options.watch, options.force
+        choice = (
+            PlcChoice.of(plc, plc_args)
+            .online(options.watch, options.force)
+            .structured(options.st)
         )
         segment.sweep()
         sweep_folders()
@@ -176,6 +178,8 @@ class Cell:
         given["watch"] = (watch,) if isinstance(watch, str) else tuple(watch)
         only = given.get("record_only", ())
         given["record_only"] = (only,) if isinstance(only, str) else tuple(only)
+        words = given.get("st", ())
+        given["st"] = (words,) if isinstance(words, str) else tuple(words)
         given["force"] = given.get("force") or {}
         given["inputs"] = tables_of(given.get("inputs"))
         given["clock"] = given.get("clock") or self.clock

@@ -6,6 +6,7 @@ import contextlib
 import json
 import math
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -34,6 +35,7 @@ from .options import (
     Forced,
     Json,
     SegmentName,
+    StOptions,
     Watched,
     check_choices,
     expanded,
@@ -47,6 +49,7 @@ from .tables import number, print_answer, print_run, print_table
 def run(
     file: File,
     options: RunOptions,
+    st: StOptions,
     plc: Annotated[
         str | None,
         typer.Option(
@@ -64,6 +67,7 @@ def run(
     from ..cell import Cell  # noqa: PLC0415
 
     check_choices(options)
+    options = replace(options, st=st.words())
     with (
         telling_interrupts(as_json),
         run_bar(f"running {file.name}", file) as look,
@@ -295,10 +299,13 @@ def _check_ahead(file: Path, config: Path | None, dialect: str | None) -> None:
 
 
 @app.command()
+@expanded
 def plc(
     file: Annotated[
-        Path, typer.Argument(help="Python file with @task classes")
+        Path,
+        typer.Argument(help="Python file with @task classes, or ST program"),
     ],
+    st: StOptions,
     name: SegmentName = "hli-cosim",
     report: Annotated[
         Path | None,
@@ -334,6 +341,7 @@ def plc(
     ]
     arguments += [part for path in watch or [] for part in ("--watch", path)]
     arguments += [part for text in force or [] for part in ("--force", text)]
+    arguments += [part for word in st.words() for part in ("--st", word)]
     if config is not None:
         inputs = load_config(config).simulated_inputs
         arguments += ["--inputs", json.dumps(inputs)]

@@ -60,6 +60,37 @@ Forced = Annotated[list[str] | None, FORCE]
 
 # member of an options dataclass: how it stands on the command line
 OPTIONS: dict[str, tuple[Any, Any]] = {
+    "interval": (
+        float | None,
+        typer.Option(
+            "--interval",
+            metavar="S",
+            help="Structured Text: interval of the only task",
+        ),
+    ),
+    "task": (
+        list[str] | None,
+        typer.Option(
+            "--task",
+            metavar="NAME:MS:PRIORITY=PROGRAM,..",
+            help="Structured Text: a task with its programs; repeatable",
+        ),
+    ),
+    "define": (
+        list[str] | None,
+        typer.Option(
+            "--define",
+            metavar="NAME",
+            help="Structured Text: a name for {IF defined (NAME)}; repeatable",
+        ),
+    ),
+    "short_circuit": (
+        bool,
+        typer.Option(
+            "--short-circuit",
+            help="Structured Text: AND and OR leave out what does not matter",
+        ),
+    ),
     "config": (Path | None, CONFIG),
     "dialect": (str | None, DIALECT),
     "lenient": (
@@ -185,6 +216,8 @@ DEFAULTS: dict[str, Any] = {
     "watch": None,
     "force": None,
     "record_only": None,
+    "task": None,
+    "define": None,
 }
 
 
@@ -210,6 +243,38 @@ class PlaceOptions(ReadOptions):
     def place(self) -> tuple[int | None, int, str | None]:
         """Line, pass and marker, as ``Restart.of`` takes them."""
         return self.start_line, self.start_pass, self.start_marker
+
+
+def _check_words(words: list[str]) -> None:
+    from plc_client.st.machine.tasks import options_of  # noqa: PLC0415
+    from plc_client.task import PlcError  # noqa: PLC0415
+
+    try:
+        options_of(words)
+    except PlcError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
+@dataclass(frozen=True)
+class StOptions:
+    """Choices of a PLC program in Structured Text."""
+
+    interval: float | None = None
+    task: tuple[str, ...] = ()
+    define: tuple[str, ...] = ()
+    short_circuit: bool = False
+
+    def words(self) -> tuple[str, ...]:
+        """As the PLC process takes them."""
+        found = [f"task={text}" for text in self.task]
+        found += [f"define={name}" for name in self.define]
+        if self.interval is not None:
+            found.append(f"interval={self.interval!r}")
+        if self.short_circuit:
+            found.append("short-circuit")
+        if found:
+            _check_words(found)
+        return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -293,7 +358,7 @@ def _parameter(member: Field[Any]) -> inspect.Parameter:
 
 def _built(kind: Any, values: dict[str, Any]) -> Any:
     """The dataclass; lists of symbols become what ``RunOptions`` holds."""
-    for name in ("watch", "record_only"):
+    for name in ("watch", "record_only", "task", "define"):
         if name in values:
             values[name] = tuple(values[name] or ())
     if "force" in values:

@@ -28,6 +28,7 @@ from .options import (
     Json,
     PlaceOptions,
     ReadOptions,
+    StOptions,
     expanded,
 )
 from .progressing import program_bar
@@ -73,6 +74,7 @@ def open_program(
 def check(
     file: File,
     options: ReadOptions,
+    st: StOptions,
     everything: Annotated[
         bool,
         typer.Option("--all", help=f"all errors, not the first {SHOWN_ERRORS}"),
@@ -90,7 +92,7 @@ def check(
     if is_st(file):
         from .structured_text import check_st  # noqa: PLC0415
 
-        check_st(file, as_json)
+        check_st(file, st.words(), as_json)
         return
     count, errors = 0, []
     setups: list[dict[str, Any]] = []
