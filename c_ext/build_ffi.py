@@ -127,6 +127,7 @@ SYNC_SOURCES = [
     "hli/queue.c",
     "hli/bench.c",
     "hli/scans.c",
+    "hli/trace.c",
 ]
 ENGINE_HEADERS = [
     "rows/nc_block.h",
@@ -152,6 +153,7 @@ def engine_sources() -> list[str]:
             "hli/bench.c",
             "hli/guard.c",
             "hli/scans.c",
+            "hli/trace.c",
             "_engine.c",
             "_sync.c",
         }
@@ -161,6 +163,12 @@ def engine_sources() -> list[str]:
 engine_ffi = module("cnc_core._engine", ENGINE_HEADERS, engine_sources())
 sync_ffi = module(
     "hli._sync",
-    ["hli/sync.h", "hli/guard.h", "hli/bench.h", "hli/scans.h"],
+    [
+        "hli/sync.h",
+        "hli/guard.h",
+        "hli/bench.h",
+        "hli/scans.h",
+        "hli/trace.h",
+    ],
     SYNC_SOURCES,
 )

@@ -27,6 +27,7 @@ from .compiled import DUE, NOT_DUE, TRAPPED, CompiledScans, entries_of
 from .guard import Guard, TaskOverrun
 from .image import InputImage
 from .inputs import Inputs
+from .memory_trace import MemoryTrace
 from .online import Forces, Online, SymbolTable, Watch
 from .orders import Orders
 from .pace import CyclePacer, Pacer, pacer_of
@@ -99,6 +100,10 @@ class Scanner:
         )  # of other processes; a PLC process puts its own here
         self._online = Online(self.symbols, self.forces)
 
+    def trace(self) -> MemoryTrace:
+        """What CNC and PLC change in the memory from now on."""
+        return MemoryTrace(self._hli, self._image)
+
     def stop(self) -> None:
         """End after the current scan; may be called from a signal handler."""
         self._stop = True
@@ -135,6 +140,9 @@ class Scanner:
         due now.
         """
         self._latch()
+        record = self.watch.to
+        if record is not None:
+            record.look(self._now.cycle, by_plc=False)
         for program in self.programs:
             program.start(self._ticks(program), self._guard)
             if program.has("setup"):
@@ -150,6 +158,8 @@ class Scanner:
             if entries is not None
             else None
         )
+        if record is not None:
+            record.look(self._now.cycle, by_plc=True)
         self.on_start()
         now = self._pacer.now()
         for program in self.programs:
@@ -201,6 +211,10 @@ class Scanner:
         if self.orders.waiting:
             self.orders.serve(self._online)
         self._latch()
+        record = self.watch.to
+        if record is not None:
+            record.scan += 1
+            record.look(self._now.cycle, by_plc=False)
         if self.inputs.any:
             self.inputs.apply(self._latched_ns / 1e9)
         if self.forces.any:
@@ -216,6 +230,8 @@ class Scanner:
         counters.scans = counters.heartbeat = counters.scans + 1
         if self._end_seen or self._now.phase == _ENDED:
             self._tell_finished()
+        if record is not None:
+            record.end_scan(self._now.cycle)
 
     def _compiled_scans(self) -> bool:
         """Scans in C while nothing needs Python in each of them.  True: they
@@ -242,6 +258,7 @@ class Scanner:
             or self.inputs.any
             or self.forces.any
             or self.watch.any
+            or self.watch.to is not None
         )
 
     def _trapped(self, program: Program) -> None:
@@ -339,9 +356,7 @@ def report(
         "overruns": sum(p.overruns for p in programs),
         "tasks": task_statistics(programs),
         "warnings": [
-            text
-            for p in programs
-            for text in (*p.warnings, *advice.of_times(p))
+            text for p in programs for text in (*p.warnings, *advice.of_run(p))
         ],
         "requests": requests,
         "handshake_ns": handshake_ns,

@@ -36,6 +36,7 @@ from ..process.options import (
 from ..program.restart import Restart
 from ..recording.parts import Parts
 from ..recording.recorder import check_columns
+from ..recording.schema import PLC_TABLES
 from .child import Child, Job
 from .judgement import be_strict, judge
 from .kept import keep_recording
@@ -223,8 +224,8 @@ class Cell:
         )
         started = time.monotonic()
         only = options.record_only
-        scans = not only or "plc" in only
-        record = parts.plc if parts and scans else None
+        tables = [name for name in PLC_TABLES if not only or name in only]
+        record = (parts.plc, tables) if parts and tables else None
         worker = worker_for_run()
         cnc = Child.of_cnc(chosen, folder, worker)
         plc = (

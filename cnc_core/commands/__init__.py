@@ -3,6 +3,7 @@ the help lists them.
 """
 
 # isort: off
+from . import new
 from . import program
 from . import cell
 from . import recordings
@@ -18,6 +19,7 @@ __all__ = [
     "explain",
     "export",
     "live",
+    "new",
     "online",
     "program",
     "recordings",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import time
@@ -19,8 +20,10 @@ from .console import (
     emit,
     err,
     one_of,
+    out,
     progress,
     say_dialect,
+    say_error,
     say_errors,
     say_run_errors,
     telling_interrupts,
@@ -150,6 +153,24 @@ def _print_demo(result: Any) -> None:
     rows.append(["picture", picture])
     title = "hli-cosim demo: CNC and PLC side by side"
     print_table(title, ("what", "value"), rows)
+    out.print("\n".join(_next_steps(result)))
+
+
+def _next_steps(result: Any) -> list[str]:
+    """What to open and to try behind the demo."""
+    folder = result.folder
+    steps = []
+    if result.drawn:
+        steps.append((f"open {folder / 'demo.png'}", result.told))
+    page = folder / "demo.html"
+    steps += [
+        (
+            f"hli-cosim show {folder / 'demo.npz'} -o {page}",
+            "writes a page with curves, cursor and zoom",
+        ),
+        ("hli-cosim new my-cell", "begins a cell of your own"),
+    ]
+    return ["Next:", *(f"  {one}\n    {what}" for one, what in steps)]
 
 
 def _us(values: dict[str, float | None]) -> str:
@@ -253,13 +274,23 @@ def cnc(
     chosen = CncOptions(
         file, name, options.run_options(), config=config, wait_plc=wait
     )
+    recording = None
+    if options.record:
+        from ..process.recording import SoleRecording  # noqa: PLC0415
+
+        recording = SoleRecording(options.record, config, options.record_only)
+        chosen = recording.options(chosen)
     if wait:
         _check_ahead(file, config, options.dialect)
     doing = "waiting for a PLC" if wait else "running"
     err.print(
         f"CNC on segment {name!r}, {options.clock}; {doing}; Ctrl-C ends it"
     )
-    raise typer.Exit(run_cnc(chosen))
+    with recording or contextlib.nullcontext():
+        status = run_cnc(chosen)
+    for text in recording.told if recording else ():
+        say_error(f"warning: {text}")
+    raise typer.Exit(status)
 
 
 CHECK_S = 2.0  # of wall time; the rest of a long program is read while it runs
@@ -319,6 +350,11 @@ def plc(
 
     if not file.exists():
         raise CncError(901001, "file not found", Place(str(file)))
+    if watch and not report:
+        err.print(
+            "warning: --watch without --report: the values go nowhere; add"
+            " --report FILE.json, or use hli-cosim watch"
+        )
     err.print(f"PLC {file.name} on segment {name!r}; Ctrl-C ends it")
     arguments = [
         "--name",

@@ -26,6 +26,12 @@ from ..process.options import (
 from .console import one_of
 
 File = Annotated[Path, typer.Argument(help="NC program")]
+Symbols = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="SYMBOL...", help="variables of the HLI or of a task"
+    ),
+]
 Json = Annotated[
     bool,
     typer.Option(
@@ -46,6 +52,7 @@ DIALECT = typer.Option(
 Dialect = Annotated[str | None, DIALECT]
 WATCH = typer.Option(
     "--watch",
+    "--symbols",
     metavar="SYMBOL",
     help="record this symbol at every scan; repeatable",
 )
@@ -145,7 +152,7 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
         Path | None,
         typer.Option(
             "--record",
-            help="record the run to this .parquet, .arrow, .npz or .csv",
+            help="record to this .parquet, .arrow, .npz, .csv or .mcap",
         ),
     ),
     "record_only": (
@@ -281,6 +288,8 @@ class CncSideOptions:
     """Choices of ``cnc``, the CNC side alone."""
 
     clock: str = "realtime"
+    record: Path | None = None
+    record_only: tuple[str, ...] = ()
     service: str | None = None
     autostart: bool = True
     dialect: str | None = None
