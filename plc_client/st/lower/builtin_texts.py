@@ -9,6 +9,7 @@ from ..model import types
 from ..syntax import tree
 from .builtin_arguments import Rule, count
 from .context import Context
+from .literal_values import text_literal
 from .value import Value
 
 LONGEST = 255
@@ -132,6 +133,17 @@ def _names(name: str) -> _Names:
     return found
 
 
+def _place(
+    context: Context, nodes: list[tree.Node], pos: Position, *, name: str
+) -> Value:
+    """The name of the POU, or the line and column of the call."""
+    count(nodes, 0, 0, name, pos)
+    text = context.label
+    if name == "__POSITION":
+        text = f"Line {pos[0] - context.first_line + 1}, Column {pos[1]}"
+    return text_literal(context, text, False, pos)
+
+
 def _rules() -> dict[str, tuple[Rule, tuple[str, ...]]]:
     found: dict[str, tuple[Rule, tuple[str, ...]]] = {}
     for name, (shape, _) in _SHAPES.items():
@@ -140,6 +152,8 @@ def _rules() -> dict[str, tuple[Rule, tuple[str, ...]]]:
                 _call, name=prefix + name, shape=shape, wide=bool(prefix)
             )
             found[prefix + name] = (rule, _names(name))
+    for name in ("__POUNAME", "__POSITION"):
+        found[name] = (partial(_place, name=name), ())
     for name in ("CONCAT", "WCONCAT"):
         found[name] = (partial(_concat, name=name), ("STR1", "STR2"))
     return found

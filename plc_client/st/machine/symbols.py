@@ -50,8 +50,9 @@ class Memory:
             return self._text(row, at)
         if kind == "p":
             return self._unpack("<Q", at)
-        value = self._number(ELEMENTARY[row[1]], at)
-        return bool(value >> bit & 1) if bit >= 0 else value
+        if bit >= 0:
+            return bool(self._unpack("<B", at) >> bit & 1)
+        return self._number(ELEMENTARY[row[1]], at)
 
     def _unpack(self, pattern: str, at: int) -> Any:
         return struct.unpack_from(pattern, self.bytes, at)[0]

@@ -20,6 +20,8 @@ from plc_client.st.machine.tasks import load_st
 from plc_client.st.options import Options
 from plc_client.task import PlcError
 
+pytestmark = pytest.mark.sanitize("hli")
+
 TASKS = Options(tasks=("Fast:1:0=MAIN", "Slow:3:1=SLOW"))
 LOGIC = """VAR_GLOBAL seen : LREAL; END_VAR
 PROGRAM MAIN

@@ -43,6 +43,7 @@ def run(text: str, name: str, scans: int) -> StProgram:
     return program
 
 
+@pytest.mark.sanitize
 @pytest.mark.parametrize("path", SNIPPETS, ids=lambda p: p.stem)
 def test_snippet_gives_the_values_it_tells(path: Path) -> None:
     """The comments ``// MAIN.x = 5`` hold after the number of scans told."""
