@@ -121,7 +121,14 @@ def module(name: str, headers: list[str], sources: list[str]) -> FFI:
     return ffi
 
 
-SYNC_SOURCES = ["hli/sync.c", "hli/guard.c", "hli/queue.c", "hli/bench.c"]
+SYNC_SOURCES = [
+    "hli/sync.c",
+    "hli/guard.c",
+    "hli/queue.c",
+    "hli/bench.c",
+    "hli/scans.c",
+    "hli/trace.c",
+]
 ENGINE_HEADERS = [
     "rows/nc_block.h",
     "rows/scan.h",
@@ -141,11 +148,27 @@ def engine_sources() -> list[str]:
     """
     found = {str(path.relative_to(HERE)) for path in HERE.rglob("*.c")}
     return sorted(
-        found - {"hli/bench.c", "hli/guard.c", "_engine.c", "_sync.c"}
+        found
+        - {
+            "hli/bench.c",
+            "hli/guard.c",
+            "hli/scans.c",
+            "hli/trace.c",
+            "_engine.c",
+            "_sync.c",
+        }
     )
 
 
 engine_ffi = module("cnc_core._engine", ENGINE_HEADERS, engine_sources())
 sync_ffi = module(
-    "hli._sync", ["hli/sync.h", "hli/guard.h", "hli/bench.h"], SYNC_SOURCES
+    "hli._sync",
+    [
+        "hli/sync.h",
+        "hli/guard.h",
+        "hli/bench.h",
+        "hli/scans.h",
+        "hli/trace.h",
+    ],
+    SYNC_SOURCES,
 )

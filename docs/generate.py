@@ -13,9 +13,10 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from tables import cell, command_line, dialects, errors, members, stub
+from tables import cell, command_line, dialects, errors, members, stub, units
 
 DOCS = Path(__file__).resolve().parent
+UNITS = DOCS / "reference" / "hli"
 STRUCTURES = DOCS.parent / "hli" / "structures.pyi"
 REGION = re.compile(
     r"(<!-- generated: (\S+)(?: (\S+))? -->\n).*?(<!-- end -->)", re.DOTALL
@@ -33,7 +34,7 @@ TABLES: dict[str, Callable[[str], str]] = {
     "cycle": dialects.cycle,
     "cell-keys": cell.cell_tables,
     "errors": errors.error_table,
-    "hli-members": members.hli_members,
+    "hli-members": units.index_table,
     "hli-structure": members.structure_table,
     "hli-aliases": members.hli_aliases,
     "command-line": command_line.command_line,
@@ -51,7 +52,9 @@ def generated(text: str) -> str:
 
 
 def pages() -> list[Path]:
-    return sorted((DOCS / "reference").rglob("*.md"))
+    """Those that are written by hand and hold tables."""
+    found = sorted((DOCS / "reference").rglob("*.md"))
+    return [page for page in found if page.parent != UNITS]
 
 
 def files() -> dict[Path, str]:
@@ -59,7 +62,8 @@ def files() -> dict[Path, str]:
     found = {
         page: generated(page.read_text(encoding="utf-8")) for page in pages()
     }
-    return found | {STRUCTURES: stub.stub()}
+    made = {UNITS / name: text for name, text in units.pages().items()}
+    return found | made | {STRUCTURES: stub.stub()}
 
 
 def main() -> int:
@@ -69,6 +73,7 @@ def main() -> int:
         if new != text:
             differ.append(page)
             if "--write" in sys.argv:
+                page.parent.mkdir(exist_ok=True)
                 page.write_text(new, encoding="utf-8")
     for page in differ:
         print(page.relative_to(DOCS.parent))

@@ -17,15 +17,16 @@ from typing import Any
 from hli._sync import lib
 
 from hli.errors import HliError, HliNotFound, HliNotReady
+from hli.owners import cnc_writes
 from hli.symbol import SymbolError
 
-from . import advice, builtin, stats
+from . import builtin, stats
 from .client import DEFAULT_NAME, Hli, connect
 from .guard import Guard
 from .online import UNFIT, Forces, TaskSymbol, Watch, parse_force
 from .orders import Orders
 from .scan import Ending, Program, Scanner, report
-from .scan_record import ScanRecord, program_of
+from .scan_record import TABLES, ScanRecord, memory_of, program_of
 from .sources import load_tasks
 from .task import PlcError
 
@@ -142,14 +143,14 @@ class Process:
         self._scanner.on_start = self._tell_warnings
         if first:
             self._add_symbols(self._scanner)
-            self._begin_record()
+            self._begin_record(hli, self._scanner)
         if self.signal:
             self._scanner.stop()
         return self._scanner.run()
 
     def _advise_force(self, path: str) -> None:
         """A force of what the CNC writes changes what the PLC reads alone."""
-        if advice.is_status(path):
+        if cnc_writes(path):
             self.warnings.append(
                 f"force {path}: the CNC writes it in each cycle; the force"
                 " changes what the PLC reads, not what the CNC does"
@@ -179,10 +180,7 @@ class Process:
             return self.programs
         old = {p.name: p for p in self.programs}
         try:
-            found = [
-                (c, Program.of(c))
-                for c in load_tasks(self._args.file, self._args.qualname)
-            ]
+            found = [(c, Program.of(c)) for c in _classes(self._args)]
         except PlcError as error:
             print(
                 f"restart refused, the old program runs on: {error}",
@@ -217,12 +215,25 @@ class Process:
             except UNFIT as error:
                 raise SymbolError(f"force {path}={value!r}: {error}") from None
 
-    def _begin_record(self) -> None:
+    def _begin_record(self, hli: Hli, scanner: Scanner) -> None:
         args = self._args
         if args.record is not None:
-            about = program_of(args.file, args.builtin or "")
+            tables = args.record_table or TABLES
             self.watch.record_to(
-                ScanRecord(args.record, self.watch.paths, about)
+                ScanRecord(
+                    args.record,
+                    self.watch.paths,
+                    {
+                        "plc": program_of(args.file, args.builtin or "")
+                        | {
+                            "args": args.args,
+                            "inputs": args.inputs,
+                            "force": args.force,
+                        },
+                        "memory": memory_of(hli),
+                    },
+                    scanner.trace() if "exchange" in tables else None,
+                )
             )
 
     def _give_up(self, text: str) -> None:
@@ -292,6 +303,13 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     what.add_argument(
         "--builtin", choices=builtin.NAMES, help="built-in PLC program"
     )
+    parser.add_argument(
+        "--st",
+        action="append",
+        default=[],
+        metavar="WORD",
+        help="an option of Structured Text",
+    )
     parser.add_argument("--class", dest="qualname", help="one class of --file")
     parser.add_argument(
         "--args", type=json.loads, default={}, help="JSON object for --builtin"
@@ -301,6 +319,12 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--record", type=Path, help="write the PLC's part of a recording here"
+    )
+    parser.add_argument(
+        "--record-table",
+        action="append",
+        choices=TABLES,
+        help="record this table alone; repeatable",
     )
     parser.add_argument(
         "--once",
@@ -338,7 +362,11 @@ def _programs(args: argparse.Namespace) -> list[Program]:
         return [
             Program.of(builtin.load(args.builtin), args.args, name=args.builtin)
         ]
-    return [Program.of(cls) for cls in load_tasks(args.file, args.qualname)]
+    return [Program.of(cls) for cls in _classes(args)]
+
+
+def _classes(args: argparse.Namespace) -> list[type]:
+    return load_tasks(args.file, args.qualname, args.st)
 
 
 def _write_report(path: Path | None, process: Process, error: str) -> str:

@@ -134,6 +134,11 @@ class InputImage:
         )
         return image
 
+    @property
+    def copies(self) -> list[_Copy]:
+        """What is latched: where it stands in the memory, and its copy."""
+        return [*self._locked, *self._plain]
+
     def latch(self) -> None:
         """Copy everything once; channel 0's copies belong to one cycle.
         HliTimeout: the CNC died while it wrote.

@@ -278,13 +278,13 @@ class Watch:
         """One row."""
         self._scan += 1
         if self.to is not None:
-            values = [_number(s.value) for s in self._symbols.values()]
-            self.to.add(cycle, time_s, self._scan, values)
+            values = [number_of(s.value) for s in self._symbols.values()]
+            self.to.add(cycle, time_s, values)
         if not self._symbols or self._scan % self._every:
             return
         self._time.append(time_s)
         for path, symbol in self._symbols.items():
-            self._values[path].append(_number(symbol.value))
+            self._values[path].append(number_of(symbol.value))
         if len(self._time) >= self._rows:
             self._thin()
 
@@ -333,7 +333,7 @@ def _check_number(path: str, symbol: Symbol) -> None:
         )
 
 
-def _number(value: Any) -> float:
+def number_of(value: Any) -> float:
     """Numbers and BOOLs as float; anything else (and what is not there) as NaN."""
     try:
         return float(value)

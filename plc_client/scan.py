@@ -23,9 +23,11 @@ from hli import layout
 
 from . import advice, clock
 from .client import Hli
+from .compiled import DUE, NOT_DUE, TRAPPED, CompiledScans, entries_of
 from .guard import Guard, TaskOverrun
 from .image import InputImage
 from .inputs import Inputs
+from .memory_trace import MemoryTrace
 from .online import Forces, Online, SymbolTable, Watch
 from .orders import Orders
 from .pace import CyclePacer, Pacer, pacer_of
@@ -83,6 +85,7 @@ class Scanner:
         self._next_check_ns = 0
         self._latched_ns = 0
         self._live_ns = lambda: self._latched_ns
+        self._compiled: CompiledScans | None = None
         # the structure itself: twice a scan, nothing to check
         self._counters: Any = hli.plc._c
         self._plc = hli.plc
@@ -97,6 +100,10 @@ class Scanner:
         )  # of other processes; a PLC process puts its own here
         self._online = Online(self.symbols, self.forces)
 
+    def trace(self) -> MemoryTrace:
+        """What CNC and PLC change in the memory from now on."""
+        return MemoryTrace(self._hli, self._image)
+
     def stop(self) -> None:
         """End after the current scan; may be called from a signal handler."""
         self._stop = True
@@ -110,7 +117,8 @@ class Scanner:
         try:
             self.start()
             while True:
-                self.scan()
+                if not self._compiled_scans():
+                    self.scan()
                 ending = self._wait_next()
                 if ending is not None:
                     return ending
@@ -132,6 +140,9 @@ class Scanner:
         due now.
         """
         self._latch()
+        record = self.watch.to
+        if record is not None:
+            record.look(self._now.cycle, by_plc=False)
         for program in self.programs:
             program.start(self._ticks(program), self._guard)
             if program.has("setup"):
@@ -141,6 +152,14 @@ class Scanner:
         self.forces.rebind(self.symbols)
         self.inputs.rebind(self.programs)
         self._hli.set_present()
+        entries = entries_of(self.programs) if self._in_cycles else None
+        self._compiled = (
+            CompiledScans(self._hli, self.programs, entries)
+            if entries is not None
+            else None
+        )
+        if record is not None:
+            record.look(self._now.cycle, by_plc=True)
         self.on_start()
         now = self._pacer.now()
         for program in self.programs:
@@ -192,6 +211,10 @@ class Scanner:
         if self.orders.waiting:
             self.orders.serve(self._online)
         self._latch()
+        record = self.watch.to
+        if record is not None:
+            record.scan += 1
+            record.look(self._now.cycle, by_plc=False)
         if self.inputs.any:
             self.inputs.apply(self._latched_ns / 1e9)
         if self.forces.any:
@@ -207,6 +230,41 @@ class Scanner:
         counters.scans = counters.heartbeat = counters.scans + 1
         if self._end_seen or self._now.phase == _ENDED:
             self._tell_finished()
+        if record is not None:
+            record.end_scan(self._now.cycle)
+
+    def _compiled_scans(self) -> bool:
+        """Scans in C while nothing needs Python in each of them.  True: they
+        are done, and none is due.  PlcError: a task was stopped by its trap.
+        """
+        compiled, result = self._compiled, DUE
+        if compiled is None or self._end_seen or self._asked:
+            return False
+        while result == DUE and not self._asked:
+            result = compiled.run()
+        self._latch()
+        if result == TRAPPED:
+            self._trapped(compiled.trapped)
+        not_due: bool = result == NOT_DUE
+        return not_due
+
+    @property
+    def _asked(self) -> bool:
+        """Whether somebody wants something of the next scan."""
+        return (
+            self._stop
+            or self._restart
+            or self.orders.waiting
+            or self.inputs.any
+            or self.forces.any
+            or self.watch.any
+            or self.watch.to is not None
+        )
+
+    def _trapped(self, program: Program) -> None:
+        """The task halts and the others run on, or the PLC ends with its error."""
+        program.call("trapped")
+        self._compiled = None
 
     # -- steps of one scan
     def _latch(self) -> None:
@@ -298,9 +356,7 @@ def report(
         "overruns": sum(p.overruns for p in programs),
         "tasks": task_statistics(programs),
         "warnings": [
-            text
-            for p in programs
-            for text in (*p.warnings, *advice.of_times(p))
+            text for p in programs for text in (*p.warnings, *advice.of_run(p))
         ],
         "requests": requests,
         "handshake_ns": handshake_ns,

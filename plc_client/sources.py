@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from .task import is_st
 from .task import load_tasks as load_python
 
 
-def load_tasks(path: str, qualname: str | None = None) -> list[type]:
+def load_tasks(
+    path: str, qualname: str | None = None, words: Sequence[str] = ()
+) -> list[type]:
     """The task classes of a file, or the one class that is named.
+
+    ``words``: options of Structured Text, as docs/st.md has them.
 
     PlcError: the file is missing, is wrong, or holds no such task.
     """
     if is_st(path) and qualname is None:
         # a Python task never loads the compiler
-        from .st.machine.tasks import load_st  # noqa: PLC0415
+        from .st.machine.tasks import load_st, options_of  # noqa: PLC0415
 
-        return load_st(path)
+        return load_st(path, options_of(words))
     return load_python(path, qualname)

@@ -29,6 +29,13 @@ class Totals:
         self.total += value
         self.n += 1
 
+    def add_many(self, n: int, total: int, low: int, high: int) -> None:
+        """Take n > 0 values of which these are known."""
+        self.max = max(self.max, high)
+        self.min = min(self.min, low) if self.n else low
+        self.total += total
+        self.n += n
+
     def summary_us(self) -> dict[str, Any]:
         """Min, mean, max in us."""
         mean = self.total / self.n if self.n else 0.0

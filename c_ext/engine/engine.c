@@ -8,6 +8,7 @@
 #include "engine/events.h"
 #include "engine/geo/cycle.h"
 #include "engine/geo/external.h"
+#include "engine/geo/rt_cycle.h"
 #include "engine/geo/interpolate.h"
 #include "engine/lookahead/service.h"
 #include "engine/geo/publish.h"
@@ -152,6 +153,7 @@ void engine_free(struct engine *engine) {
     free(engine->store.more);
     free(engine->store.events);
     external_free(engine);
+    rt_cycles_free(engine);
     jerk_adapter_free(engine);
     prediction_free(engine);
     spans_free(&engine->accel);
@@ -317,6 +319,9 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->log_disabled = engine->log.disabled;
     out->program_end = engine->program.end;
     out->plc_attached = plc_attached(&engine->hli);
+    out->rt_loop = ATOMIC_GET(engine->orders.rt_loop);
+    out->rt_loop_count =
+        engine->geo.loop_count > 0 ? engine->geo.loop_count : 0;
     out->record_lost = engine->recording.samples.lost;
     out->techno_functions = engine->technology.functions;
     out->techno_unseen = engine->technology.unseen;

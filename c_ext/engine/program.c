@@ -2,6 +2,7 @@
  * but for engine_abort. */
 #include <string.h>
 #include "engine/geo/interpolate.h"
+#include "engine/geo/rt_cycle.h"
 #include "engine/geo/technology.h"
 #include "engine/geo/standstill.h"
 #include "engine/path/limits.h"
@@ -126,6 +127,7 @@ static void begin_motion(struct engine *engine) {
     geo->loop_count = 0;
     geo->loops_repeated = geo->loops_left_out = 0;
     engine->orders.rt_loop_program = false;
+    rt_cycles_begin_program(engine);
     geo->active = engine->store.element_head;
     geo_begin_distance(engine);
     ATOMIC_SET(engine->program.abort, 0);

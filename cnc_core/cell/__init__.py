@@ -36,6 +36,7 @@ from ..process.options import (
 from ..program.restart import Restart
 from ..recording.parts import Parts
 from ..recording.recorder import check_columns
+from ..recording.schema import PLC_TABLES
 from .child import Child, Job
 from .judgement import be_strict, judge
 from .kept import keep_recording
@@ -131,8 +132,10 @@ class Cell:
         refuse_cell_start()
         program = Path(program)
         self._check(program, options)
-        choice = PlcChoice.of(plc, plc_args).online(
-            options.watch, options.force
+        choice = (
+            PlcChoice.of(plc, plc_args)
+            .online(options.watch, options.force)
+            .structured(options.st)
         )
         segment.sweep()
         sweep_folders()
@@ -175,6 +178,8 @@ class Cell:
         given["watch"] = (watch,) if isinstance(watch, str) else tuple(watch)
         only = given.get("record_only", ())
         given["record_only"] = (only,) if isinstance(only, str) else tuple(only)
+        words = given.get("st", ())
+        given["st"] = (words,) if isinstance(words, str) else tuple(words)
         given["force"] = given.get("force") or {}
         given["inputs"] = tables_of(given.get("inputs"))
         given["clock"] = given.get("clock") or self.clock
@@ -219,8 +224,8 @@ class Cell:
         )
         started = time.monotonic()
         only = options.record_only
-        scans = not only or "plc" in only
-        record = parts.plc if parts and scans else None
+        tables = [name for name in PLC_TABLES if not only or name in only]
+        record = (parts.plc, tables) if parts and tables else None
         worker = worker_for_run()
         cnc = Child.of_cnc(chosen, folder, worker)
         plc = (

@@ -69,15 +69,20 @@ class Child:
         name: str,
         arguments: Sequence[str],
         folder: Path,
-        record: Path | None = None,
+        record: tuple[Path, Sequence[str]] | None = None,
         worker: Worker | None = None,
     ) -> Child:
         """A PLC process on the segment, for one run; ``record``: its part of the
-        recording.
+        recording, and the tables in it.
         """
         report = str(folder / "plc.json")
         more = ["--report", report, "--once"]
-        more += ["--record", str(record)] if record else []
+        if record is not None:
+            file, tables = record
+            more += ["--record", str(file)]
+            more += [
+                part for name in tables for part in ("--record-table", name)
+            ]
         # Ctrl-C ends the CNC first: it tells what the PLC has left open
         return cls(
             "plc",

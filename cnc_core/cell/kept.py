@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..errors import CncError
+from ..process.recording import losses
 from ..recording.parts import Parts
 from .result import RunResult
 
@@ -18,10 +19,7 @@ def keep_recording(
     """
     lost: dict[str, int] = told.get("lost", {})
     result.record_lost = sum(lost.values())
-    if lost:
-        why = told.get("problem") or "the writer was too slow"
-        counts = ", ".join(f"{n} of {table}" for table, n in lost.items())
-        result.warnings.append(f"recording: rows are missing: {counts}: {why}")
+    result.warnings += losses(lost, told.get("problem", ""))
     if parts.recovered:
         result.warnings.append(
             f"recording: what a dead run left is now {parts.recovered}"

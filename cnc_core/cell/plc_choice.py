@@ -88,6 +88,15 @@ class PlcChoice:
         ]
         return PlcChoice((*self.arguments, *more))
 
+    def structured(self, words: Sequence[str]) -> PlcChoice:
+        """The same PLC with options of Structured Text."""
+        if words and "--file" not in self.arguments:
+            raise CncError(
+                902001, "options of Structured Text need its file as the PLC"
+            )
+        more = [part for word in words for part in ("--st", word)]
+        return PlcChoice((*self.arguments, *more))
+
     def beside(self, inputs: dict[str, Any]) -> PlcChoice:
         """The same PLC beside simulated inputs; without a PLC there are none."""
         if not inputs or not self.arguments:

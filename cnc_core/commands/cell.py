@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,6 +23,7 @@ from .console import (
     out,
     progress,
     say_dialect,
+    say_error,
     say_errors,
     say_run_errors,
     telling_interrupts,
@@ -33,6 +36,7 @@ from .options import (
     Forced,
     Json,
     SegmentName,
+    StOptions,
     Watched,
     check_choices,
     expanded,
@@ -46,6 +50,7 @@ from .tables import number, print_answer, print_run, print_table
 def run(
     file: File,
     options: RunOptions,
+    st: StOptions,
     plc: Annotated[
         str | None,
         typer.Option(
@@ -63,6 +68,7 @@ def run(
     from ..cell import Cell  # noqa: PLC0415
 
     check_choices(options)
+    options = replace(options, st=st.words())
     with (
         telling_interrupts(as_json),
         run_bar(f"running {file.name}", file) as look,
@@ -268,13 +274,23 @@ def cnc(
     chosen = CncOptions(
         file, name, options.run_options(), config=config, wait_plc=wait
     )
+    recording = None
+    if options.record:
+        from ..process.recording import SoleRecording  # noqa: PLC0415
+
+        recording = SoleRecording(options.record, config, options.record_only)
+        chosen = recording.options(chosen)
     if wait:
         _check_ahead(file, config, options.dialect)
     doing = "waiting for a PLC" if wait else "running"
     err.print(
         f"CNC on segment {name!r}, {options.clock}; {doing}; Ctrl-C ends it"
     )
-    raise typer.Exit(run_cnc(chosen))
+    with recording or contextlib.nullcontext():
+        status = run_cnc(chosen)
+    for text in recording.told if recording else ():
+        say_error(f"warning: {text}")
+    raise typer.Exit(status)
 
 
 CHECK_S = 2.0  # of wall time; the rest of a long program is read while it runs
@@ -302,10 +318,13 @@ def _check_ahead(file: Path, config: Path | None, dialect: str | None) -> None:
 
 
 @app.command()
+@expanded
 def plc(
     file: Annotated[
-        Path, typer.Argument(help="Python file with @task classes")
+        Path,
+        typer.Argument(help="Python file with @task classes, or ST program"),
     ],
+    st: StOptions,
     name: SegmentName = "hli-cosim",
     report: Annotated[
         Path | None,
@@ -331,6 +350,11 @@ def plc(
 
     if not file.exists():
         raise CncError(901001, "file not found", Place(str(file)))
+    if watch and not report:
+        err.print(
+            "warning: --watch without --report: the values go nowhere; add"
+            " --report FILE.json, or use hli-cosim watch"
+        )
     err.print(f"PLC {file.name} on segment {name!r}; Ctrl-C ends it")
     arguments = [
         "--name",
@@ -341,6 +365,7 @@ def plc(
     ]
     arguments += [part for path in watch or [] for part in ("--watch", path)]
     arguments += [part for text in force or [] for part in ("--force", text)]
+    arguments += [part for word in st.words() for part in ("--st", word)]
     if config is not None:
         inputs = load_config(config).simulated_inputs
         arguments += ["--inputs", json.dumps(inputs)]

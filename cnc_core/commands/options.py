@@ -26,6 +26,12 @@ from ..process.options import (
 from .console import one_of
 
 File = Annotated[Path, typer.Argument(help="NC program")]
+Symbols = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="SYMBOL...", help="variables of the HLI or of a task"
+    ),
+]
 Json = Annotated[
     bool,
     typer.Option(
@@ -46,6 +52,7 @@ DIALECT = typer.Option(
 Dialect = Annotated[str | None, DIALECT]
 WATCH = typer.Option(
     "--watch",
+    "--symbols",
     metavar="SYMBOL",
     help="record this symbol at every scan; repeatable",
 )
@@ -59,6 +66,37 @@ Forced = Annotated[list[str] | None, FORCE]
 
 # member of an options dataclass: how it stands on the command line
 OPTIONS: dict[str, tuple[Any, Any]] = {
+    "interval": (
+        float | None,
+        typer.Option(
+            "--interval",
+            metavar="S",
+            help="Structured Text: interval of the only task",
+        ),
+    ),
+    "task": (
+        list[str] | None,
+        typer.Option(
+            "--task",
+            metavar="NAME:MS:PRIORITY=PROGRAM,..",
+            help="Structured Text: a task with its programs; repeatable",
+        ),
+    ),
+    "define": (
+        list[str] | None,
+        typer.Option(
+            "--define",
+            metavar="NAME",
+            help="Structured Text: a name for {IF defined (NAME)}; repeatable",
+        ),
+    ),
+    "short_circuit": (
+        bool,
+        typer.Option(
+            "--short-circuit",
+            help="Structured Text: AND and OR leave out what does not matter",
+        ),
+    ),
     "config": (Path | None, CONFIG),
     "dialect": (str | None, DIALECT),
     "lenient": (
@@ -114,7 +152,7 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
         Path | None,
         typer.Option(
             "--record",
-            help="record the run to this .parquet, .arrow, .npz or .csv",
+            help="record to this .parquet, .arrow, .npz, .csv or .mcap",
         ),
     ),
     "record_only": (
@@ -184,6 +222,8 @@ DEFAULTS: dict[str, Any] = {
     "watch": None,
     "force": None,
     "record_only": None,
+    "task": None,
+    "define": None,
 }
 
 
@@ -211,11 +251,45 @@ class PlaceOptions(ReadOptions):
         return self.start_line, self.start_pass, self.start_marker
 
 
+def _check_words(words: list[str]) -> None:
+    from plc_client.st.machine.tasks import options_of  # noqa: PLC0415
+    from plc_client.task import PlcError  # noqa: PLC0415
+
+    try:
+        options_of(words)
+    except PlcError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
+@dataclass(frozen=True)
+class StOptions:
+    """Choices of a PLC program in Structured Text."""
+
+    interval: float | None = None
+    task: tuple[str, ...] = ()
+    define: tuple[str, ...] = ()
+    short_circuit: bool = False
+
+    def words(self) -> tuple[str, ...]:
+        """As the PLC process takes them."""
+        found = [f"task={text}" for text in self.task]
+        found += [f"define={name}" for name in self.define]
+        if self.interval is not None:
+            found.append(f"interval={self.interval!r}")
+        if self.short_circuit:
+            found.append("short-circuit")
+        if found:
+            _check_words(found)
+        return tuple(found)
+
+
 @dataclass(frozen=True)
 class CncSideOptions:
     """Choices of ``cnc``, the CNC side alone."""
 
     clock: str = "realtime"
+    record: Path | None = None
+    record_only: tuple[str, ...] = ()
     service: str | None = None
     autostart: bool = True
     dialect: str | None = None
@@ -290,7 +364,7 @@ def _parameter(member: Field[Any]) -> inspect.Parameter:
 
 def _built(kind: Any, values: dict[str, Any]) -> Any:
     """The dataclass; lists of symbols become what ``RunOptions`` holds."""
-    for name in ("watch", "record_only"):
+    for name in ("watch", "record_only", "task", "define"):
         if name in values:
             values[name] = tuple(values[name] or ())
     if "force" in values:

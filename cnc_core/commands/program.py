@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,6 +10,7 @@ import typer
 
 from ..errors import CncError, Place
 from .console import (
+    COLUMNS,
     SHOWN_ERRORS,
     app,
     emit,
@@ -28,10 +30,11 @@ from .options import (
     Json,
     PlaceOptions,
     ReadOptions,
+    StOptions,
     expanded,
 )
 from .progressing import program_bar
-from .tables import say_figures
+from .tables import number, say_figures
 
 if TYPE_CHECKING:
     from ..planning import Feeder, PlanResult
@@ -73,6 +76,7 @@ def open_program(
 def check(
     file: File,
     options: ReadOptions,
+    st: StOptions,
     everything: Annotated[
         bool,
         typer.Option("--all", help=f"all errors, not the first {SHOWN_ERRORS}"),
@@ -90,7 +94,7 @@ def check(
     if is_st(file):
         from .structured_text import check_st  # noqa: PLC0415
 
-        check_st(file, as_json)
+        check_st(file, st.words(), as_json)
         return
     count, errors = 0, []
     setups: list[dict[str, Any]] = []
@@ -150,33 +154,46 @@ def blocks(
                 if as_json:
                     emit(value)
                 else:
-                    out.print(_block_line(value))
+                    out.print(_block_lines(value))
     say_warnings(program)
 
 
-def _block_line(value: dict[str, Any]) -> str:
-    """One canonical block as a line for people."""
+BLOCK_UNITS = {
+    "length": "mm",
+    "feed": "mm/s",
+    "radius": "mm",
+    "programmed_radius": "mm",
+    "angle": "rad",
+    "seconds": "s",
+}
+UNTOLD = ("type", "line", "n", "count", "start", "rapid")
+INDENT = 27  # of what a block's line goes on with
+
+
+def _block_lines(value: dict[str, Any]) -> str:
+    """One canonical block for people, in 80 columns."""
     head = f"{value['line']:>6} N{value['n']:<6} {value['type']:<10}"
     rest = []
     for key, item in value.items():
-        if key in ("type", "line", "n", "count", "start", "rapid"):
+        if key in UNTOLD or item is None:
             continue
         if isinstance(item, dict):
-            rest.append(" ".join(f"{k}{_numbers(v)}" for k, v in item.items()))
+            places = " ".join(f"{k}{_numbers(v)}" for k, v in item.items())
+            rest.append(places if key == "end" else f"{key} {places}")
         else:
-            rest.append(
-                f"{key} {item:.6g}"
-                if isinstance(item, float)
-                else f"{key} {item}"
-            )
-    return head + "  " + ", ".join(rest)
+            text = number(item) if isinstance(item, float) else str(item)
+            rest.append(f"{key} {text} {BLOCK_UNITS.get(key, '')}".rstrip())
+    line = head + "  " + ", ".join(rest)
+    if len(line) <= COLUMNS:
+        return line
+    return textwrap.fill(line, COLUMNS, subsequent_indent=" " * INDENT)
 
 
 def _numbers(value: float | list[float]) -> str:
     return (
         f"{value:.4f}"
         if isinstance(value, float)
-        else "(" + " ".join(f"{v:.6g}" for v in value) + ")"
+        else "(" + " ".join(map(number, value)) + ")"
     )
 
 
@@ -210,6 +227,8 @@ SamplesFile = Annotated[
     Path | None,
     typer.Option(help="write t, pos, axes, s, v, block to this .npz or .csv"),
 ]
+RecordFile = Annotated[Path | None, OPTIONS["record"][1]]
+RecordOnly = Annotated[list[str] | None, OPTIONS["record_only"][1]]
 MaxWall = Annotated[float, OPTIONS["max_wall"][1]]
 PictureFile = Annotated[
     Path | None,
@@ -245,6 +264,8 @@ def plan(
     ] = None,
     samples: SamplesFile = None,
     picture: PictureFile = None,
+    record: RecordFile = None,
+    record_only: RecordOnly = None,
     max_wall: MaxWall = 0.0,
     as_json: Json = False,
 ) -> None:
@@ -268,9 +289,16 @@ def plan(
         if target:
             check_writable(target)
     program = open_program(file, options, tolerance=tolerance)
+    recording = None
+    if record:
+        from ..planning.recording import PlanRecording  # noqa: PLC0415
+
+        only = tuple(record_only or ())
+        recording = PlanRecording(record, program, options.config, only)
     result = _planned(
         program,
         max_wall,
+        recording=recording,
         window=lookahead,
         jerk=not no_jerk,
         keep_samples=bool(samples or picture),
@@ -347,4 +375,6 @@ def optimize(
     if as_json:
         emit(value)
         return
+    for warning in value.pop("warnings"):
+        say_error(f"warning: {warning}")
     say_figures(str(target), value)

@@ -1,18 +1,21 @@
-"""Commands on recordings: inspect, compare, show."""
+"""Commands on recordings: inspect, compare, replay, show."""
 
 from __future__ import annotations
 
+import contextlib
 import json
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.table import Table as Rows
 
-from ..errors import CncError
-from .console import app, emit, one_of, out
+from ..errors import CncError, Place
+from .console import app, emit, one_of, out, say_error
 from .options import Json
 
+ROWS_ABREAST = 4
 RecordingFile = Annotated[
     Path, typer.Argument(help="a recording: .parquet, .arrow or .npz")
 ]
@@ -31,6 +34,16 @@ def inspect(
             help="the state at time=S, cycle=N, line=N or distance=MM",
         ),
     ] = None,
+    where: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN>X",
+            help="rows of --table that fulfil this (= != < <= > >=); repeatable",
+        ),
+    ] = None,
+    rows: Annotated[
+        int, typer.Option(min=0, help="show so many of the rows themselves")
+    ] = 0,
     as_json: Json = False,
 ) -> None:
     """Show what a recording holds: tables, columns with units, values.
@@ -43,10 +56,18 @@ def inspect(
     recording = Recording(file)
     if table is not None:
         one_of("--table", table, recording.tables)
+    elif where or rows:
+        table = "cycles"
     value = look.summary(recording)
     if table is not None:
+        found = recording.table(table)
+        filters = [look.Filter.of(text, found) for text in where or ()]
+        count, figures = look.statistics(found, filters)
         value["tables"] = {table: value["tables"][table]}
-        value["statistics"] = {table: look.statistics(recording.table(table))}
+        value["statistics"] = {table: figures}
+        value["chosen"] = count
+        if rows:
+            value["rows"] = look.first_rows(found, filters, rows)
     if at is not None:
         value["at"] = look.state_at(recording, *look.parse_at(at))
         if table is not None:
@@ -66,9 +87,14 @@ def _print_inspection(value: dict[str, Any], title: str) -> None:
                 shown.add_row(column, _short(item), units[name].get(column, ""))
             out.print(shown if row else f"{name}: nothing so far")
         return
+    if "rows" in value:
+        ((name, columns),) = units.items()
+        _print_rows(value["rows"], columns)
+        return
     if "statistics" in value:
         for name, columns in value["statistics"].items():
-            shown = Rows("column", "unit", "min", "max", "mean", title=name)
+            title = f"{name}: {value['chosen']} rows"
+            shown = Rows("column", "unit", "min", "max", "mean", title=title)
             for column, figures in columns.items():
                 cells = (_short(figures[k]) for k in ("min", "max", "mean"))
                 shown.add_row(column, units[name][column], *cells)
@@ -80,6 +106,22 @@ def _print_inspection(value: dict[str, Any], title: str) -> None:
         columns = (f"{c} {u}".strip() for c, u in entry["columns"].items())
         shown.add_row(name, str(entry["rows"]), ", ".join(columns))
     out.print(shown)
+
+
+def _print_rows(rows: list[dict[str, Any]], units: dict[str, str]) -> None:
+    """As many rows beside each other as 80 columns hold, a line a column."""
+    for first in range(0, len(rows), ROWS_ABREAST):
+        part = rows[first : first + ROWS_ABREAST]
+        shown = Rows(
+            "column",
+            "unit",
+            *(f"row {first + i + 1}" for i in range(len(part))),
+        )
+        for column, unit in units.items():
+            shown.add_row(column, unit, *(_short(row[column]) for row in part))
+        out.print(shown)
+    if not rows:
+        out.print("no such row")
 
 
 def _short(value: Any) -> str:
@@ -152,6 +194,68 @@ def _print_comparison(value: dict[str, Any]) -> None:
         for column, count in columns.items():
             shown.add_row(table, column or "(rows)", str(count))
     out.print(shown)
+
+
+@app.command()
+def replay(
+    file: RecordingFile,
+    plc: Annotated[
+        str,
+        typer.Option(
+            metavar="PLC",
+            help="PLC program: file (.py, .st) or builtin:NAME",
+        ),
+    ],
+    as_json: Json = False,
+) -> None:
+    """Run a PLC against a recorded CNC; exit 1 where it writes something else.
+
+    Example: hli-cosim replay run.parquet --plc new.py
+    """
+    from plc_client.task import PlcError  # noqa: PLC0415
+
+    from ..recording.reading import Recording  # noqa: PLC0415
+    from ..recording.replay import programs_of  # noqa: PLC0415
+    from ..recording.replay import replay as run_again  # noqa: PLC0415
+
+    if not plc.startswith("builtin:") and not Path(plc).exists():
+        raise CncError(901001, "PLC program not found", Place(plc))
+    recording = Recording(file)
+    args = recording.meta.get("plc", {}).get("args")
+    try:
+        # what the program prints goes where a PLC process sends it
+        with contextlib.redirect_stdout(sys.stderr):
+            found = run_again(recording, programs_of(plc, args))
+    except PlcError as error:
+        raise CncError(905003, str(error)) from None
+    if as_json:
+        emit(found.as_json())
+    else:
+        _print_replay(found.as_json())
+    if not found.equal:
+        raise typer.Exit(1)
+
+
+def _print_replay(value: dict[str, Any]) -> None:
+    for text in value["warnings"]:
+        say_error(f"warning: {text}")
+    factor = f"{value['realtime_factor']:.3g} times real time"
+    first = value["first"]
+    if first is None:
+        out.print(f"equal: {value['scans']} scans, {factor}")
+        return
+    place = f", line {first['line']}" if first["line"] else ""
+    out.print(
+        f"first difference: scan {first['scan']}, t = {first['t']:.9g} s{place},"
+        f" {first['member']}: {json.dumps(first['old'])} was recorded,"
+        f" {json.dumps(first['new'])} is written now",
+        soft_wrap=True,
+    )
+    shown = Rows("member", "scans that differ")
+    for member, count in value["counts"].items():
+        shown.add_row(member, str(count))
+    out.print(shown)
+    out.print(f"{value['scans']} scans, {factor}")
 
 
 @app.command()

@@ -7,16 +7,17 @@ from pathlib import Path
 import typer
 
 from plc_client import st
-from plc_client.st.machine.tasks import options_from_environment
+from plc_client.st.machine.tasks import options_of
+from plc_client.task import PlcError
 
 from .console import emit, err, out
 
 
-def check_st(path: Path, as_json: bool) -> None:
+def check_st(path: Path, words: tuple[str, ...], as_json: bool) -> None:
     """All errors of an ST program; exit 1 when anything is refused or wrong."""
     try:
         sources = st.sources_of([path])
-        found = st.check(sources, options_from_environment())
+        found = st.check(sources, options_of(words))
         report, errors = found.as_json(), found.log.errors
         warnings = found.log.warnings
     except st.StError as error:
@@ -27,6 +28,8 @@ def check_st(path: Path, as_json: bool) -> None:
             "refused": [],
             "warnings": [],
         }
+    except PlcError as error:
+        raise typer.BadParameter(str(error)) from None
     for problem in errors:
         err.print(str(problem), markup=False, highlight=False)
     if as_json:

@@ -5,6 +5,7 @@ On import the numpy dtype of the waist is compared with the C struct, offset by 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -19,6 +20,7 @@ from ..blocks import NC_AXES, NC_BLOCK, BlockBatch
 from ..blocks.to_c import pool_pointer, row_pointer
 from ..config import CellConfig, synch_value
 from ..errors import ERRORS, CncError
+from ..frontend.port import RtOp
 from .recorded import ROW_STRUCTS, Recorded, Rows, row_type
 
 
@@ -108,6 +110,17 @@ class Samples:
     path: npt.NDArray[np.float64]
     speed: npt.NDArray[np.float64]
     element: npt.NDArray[np.int64]
+
+    @classmethod
+    def of(cls, rows: Rows) -> Samples:
+        """From rows of ``Engine.take``."""
+        return cls(
+            rows["cycle"].astype(np.float64),
+            np.ascontiguousarray(rows["position"]),
+            rows["path"].copy(),
+            rows["speed"].copy(),
+            rows["element"].astype(np.int64),
+        )
 
 
 def _engine_config(
@@ -315,6 +328,21 @@ class Engine:
             != 1
         ):
             raise CncError(904005)
+
+    def rt_cycle(
+        self, slot: int, state: int, program: bool, ops: Sequence[RtOp]
+    ) -> None:
+        """A real-time cycle, from the next cycle on.
+
+        ``ops``: new instructions, if there are any. ``program``: it ends with
+        the program. CncError if the engine does not keep it.
+        """
+        code = ffi.new("engine_rt_op[]", [tuple(op) for op in ops])
+        taken = lib.engine_rt_cycle(
+            self._handle, slot, state, program, code, len(ops)
+        )
+        if taken != 1:
+            raise CncError(904010)
 
     def show_commands(self, offset: int, slots: int) -> None:
         """Commands on the path appear in the global external variables from
@@ -527,14 +555,7 @@ class Engine:
 
     def take_samples(self) -> Samples:
         """The motion of the cycles recorded since the last call."""
-        rows = self.take(Recorded.SAMPLES)
-        return Samples(
-            rows["cycle"].astype(np.float64),
-            np.ascontiguousarray(rows["position"]),
-            rows["path"].copy(),
-            rows["speed"].copy(),
-            rows["element"].astype(np.int64),
-        )
+        return Samples.of(self.take(Recorded.SAMPLES))
 
     def tell_standstill(self, cycles: int) -> None:
         """``Event.STANDS`` after so many cycles of a standstill; 0: never."""

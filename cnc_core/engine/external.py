@@ -30,9 +30,7 @@ TYPES: dict[str, Any] = {
 
 def place(variable: External, element: int) -> int:
     """Byte of the area where an element begins."""
-    return (
-        variable.number - 1 + element * variable.blocks_per_element
-    ) * BLOCK_BYTES
+    return variable.place(element)
 
 
 def read(area: Any, variable: External, element: int) -> float | str:

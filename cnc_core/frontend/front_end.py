@@ -47,6 +47,10 @@ class FrontEnd(Protocol):
         """Up to ``rows`` rows, a reason to wait, or None at the program's end."""
         ...
 
+    def collect_once(self, error: CncError) -> None:
+        """An error that a stage finds while errors are collected."""
+        ...
+
     def close(self) -> None: ...
 
 

@@ -54,6 +54,10 @@ class External:
     def blocks_per_element(self) -> int:
         return -(-(self.characters + 1) // 24) if self.type == "STRING" else 1
 
+    def place(self, element: int) -> int:
+        """Byte of the area where an element begins."""
+        return 24 * (self.number - 1 + element * self.blocks_per_element)
+
 
 class TipMachine(Protocol):
     """A kinematic transformation as a front end sees it.

@@ -6,8 +6,9 @@ latches them at a stated cycle. A lockstep run is therefore the same every time.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import Enum
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -17,6 +18,21 @@ from .machine import External
 from .operator import Answer, Operator, Question
 
 ExternalValue = float | str
+RT_CYCLES = 16  # in one channel
+RT_OPS, RT_DEPTH = 512, 32  # of one real-time cycle: instructions, values held
+RT_DELETED, RT_HELD, RT_RUNNING, RT_STARTED = range(4)
+
+
+class RtOp(NamedTuple):
+    """An instruction of a real-time cycle: ``engine_rt_op``."""
+
+    code: int
+    kind: int = 0
+    area: int = 0
+    at: int = 0
+    value: float = 0.0
+
+
 MESSAGES_KEPT = 10_000
 
 
@@ -121,6 +137,23 @@ class ChannelPort(Protocol):
         """Write it at once."""
         ...
 
+    def loop_state(self, written: bool) -> tuple[bool, int]:
+        """The condition of real-time loops and how many passes are over,
+        latched when the last wait came true.
+
+        ``written``: what the program has made of the condition.
+        """
+        ...
+
+    def rt_cycle(
+        self, slot: int, state: int, program: bool, ops: Sequence[RtOp]
+    ) -> None:
+        """Hand over a real-time cycle, or what becomes of it (``RT_...``).
+
+        ``program``: it ends with the program.
+        """
+        ...
+
     def append_file(self, name: str, text: str) -> None:
         """Add text to a file in the folder of the run.
 
@@ -210,6 +243,14 @@ class OfflinePort:
         self, variable: External, element: int, value: ExternalValue
     ) -> None:
         self._external[variable.scope, variable.name, element] = value
+
+    def loop_state(self, written: bool) -> tuple[bool, int]:
+        return written, 0
+
+    def rt_cycle(
+        self, slot: int, state: int, program: bool, ops: Sequence[RtOp]
+    ) -> None:
+        """There are no cycles."""
 
     def append_file(self, name: str, text: str) -> None:
         self._quota.take(name, text)

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,10 +15,14 @@ from ..blocks import BlockBatch, number_of_last, number_pushed
 from ..config import CellConfig
 from ..engine import Engine, Event, Samples
 from ..engine.causes import time_by_cause
+from ..engine.recorded import Recorded, Rows
 from ..errors import ERRORS, CncError
 from ..frontend.port import Wait
 from ..program import Program
 from .measure import TrajectoryCheck
+
+if TYPE_CHECKING:
+    from .recording import PlanRecording
 
 RECORD_ROWS = 16384
 
@@ -65,6 +69,7 @@ class PlanResult:
 
 
 Look = Callable[["Feeder"], None]
+NO_ROWS: Rows = np.empty(0)
 
 
 class Feeder:
@@ -132,12 +137,13 @@ def plan_program(
     keep_samples: bool = False,
     live: tuple[int, Callable[[Engine], None]] | None = None,
     look: Look | None = None,
+    recording: PlanRecording | None = None,
 ) -> PlanResult:
     """Plan and interpolate to the end; CncError if the program is wrong.
 
     ``live``: after so many cycles each the function is called with the engine
     (override steps, feed holds).  ``look`` is called after each piece of work
-    and may raise.
+    and may raise.  ``recording`` is written whatever ends the plan.
     """
     cycles, change = live or (RECORD_ROWS, None)
     cell = program.cell
@@ -150,8 +156,17 @@ def plan_program(
         lambda batch: check.table.add(batch.rows, batch.pool),
         look,
     )
+    end, failed = "interrupted", None
     try:
-        for event, samples in _driven(engine, feeder, cycles):
+        if recording:
+            recording.begin(engine)
+        for event, rows in _driven(engine, feeder, cycles):
+            if recording:
+                recording.elements()
+                recording.samples(rows)
+            if event is Event.NEED_BLOCKS:
+                continue
+            samples = Samples.of(rows)
             check.add(samples)
             feeder.look()
             if keep_samples:
@@ -174,16 +189,22 @@ def plan_program(
             "deviation_mm": program.filtered.deviation_mm,
             "cut_mm": program.filtered.cut_mm,
         }
+        end = "completed"
         return out
+    except CncError as error:
+        end, failed = "error", error
+        raise
     finally:
+        if recording:
+            recording.finish(end, failed)
         engine.close()
         program.reader.close()
 
 
 def _driven(
     engine: Engine, feeder: Feeder, cycles: int
-) -> Iterator[tuple[Event, Samples]]:
-    """Events up to the program's end, each with the samples since the last one.
+) -> Iterator[tuple[Event, Rows]]:
+    """Events up to the program's end, each with the cycles since the last one.
 
     Raises CncError: the engine has a fault.
     """
@@ -192,14 +213,15 @@ def _driven(
         event = engine.run(cycles)
         if event is Event.NEED_BLOCKS:
             feeder.fill()
+            yield event, NO_ROWS
             continue
         if event is Event.DRAINED:
             feeder.drained()
-        samples = engine.take_samples()
+        rows = engine.take(Recorded.SAMPLES)
         if event is Event.FAULT:
             number = abs(int(engine.state.fault))
             raise CncError(number, ERRORS[number])
-        yield event, samples
+        yield event, rows
 
 
 def _carried_deviation(program: Program) -> float:

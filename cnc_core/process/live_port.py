@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from ..engine import external
 from ..files import RunFolder
 from ..frontend.machine import External
 from ..frontend.operator import Answer, Operator, Question
-from ..frontend.port import MESSAGES_KEPT, ExternalValue, keep
+from ..frontend.port import MESSAGES_KEPT, ExternalValue, RtOp, keep
 from .options import OUT_FOLDER
 
 
@@ -57,6 +57,10 @@ class LivePort:
         }
         self._folder = RunFolder(folder)
         self.latched = start.copy()
+        self.latched_loop = False, 0
+        self.put_cycle: Callable[[int, int, bool, Sequence[RtOp]], None] = (
+            lambda _slot, _state, _program, _ops: None
+        )
         self.messages: list[str] = []
         self.told: Callable[[str, str], None] = lambda _kind, _text: None
 
@@ -105,6 +109,14 @@ class LivePort:
                 ]
             )
             self._put_out(0 if variable.scope == "channel" else 1, begin, data)
+
+    def loop_state(self, written: bool) -> tuple[bool, int]:
+        return self.latched_loop
+
+    def rt_cycle(
+        self, slot: int, state: int, program: bool, ops: Sequence[RtOp]
+    ) -> None:
+        self.put_cycle(slot, state, program, ops)
 
     def append_file(self, name: str, text: str) -> None:
         self._folder.append(name, text)

@@ -43,6 +43,7 @@ class RunOptions:
     ``max_time``: cell time, s, after which the run ends with an error.
     ``max_wall``: the same for wall time, s.  0: no limit.
     ``report_wait``: cell time and wall time, s, after which a wait is told.
+    ``st``: options of a PLC in Structured Text (docs/st.md).
     """
 
     clock: str = "lockstep"
@@ -67,6 +68,7 @@ class RunOptions:
     max_time: float = 0.0
     max_wall: float = 0.0
     report_wait: tuple[float, float] = (STANDS_CELL_S, STANDS_WALL_S)
+    st: tuple[str, ...] = ()
 
     @property
     def place(self) -> tuple[int | None, int, str | None]:
@@ -112,6 +114,7 @@ class RunKeywords(TypedDict, total=False):
     max_time: float
     max_wall: float
     report_wait: tuple[float, float]
+    st: Any
 
 
 # as a caller leaves them open; the cell and ``RunOptions`` fill them in

@@ -50,6 +50,7 @@ class Preparation:
         position = np.array(list(engine.state.position)[: engine.axes])
         self.port = port or LivePort(position)
         self.port.latched = position.copy()
+        self.port.put_cycle = engine.rt_cycle
         self.port.live = self._live
         self.told: Callable[..., None] = lambda *_, **__: None
         self._cycle_s = cell.cycle_s
@@ -121,6 +122,8 @@ class Preparation:
 
     def _latch(self) -> None:
         self.port.latched, self.port.latched_s = self._live()
+        state = self.engine.state
+        self.port.latched_loop = bool(state.rt_loop), int(state.rt_loop_count)
 
     def _live(self) -> tuple[npt.NDArray[np.float64], float]:
         """Position and time as they are now."""

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from ..config import CellConfig
+from ..config import CellConfig, load_config
 from ..engine import Engine
 from ..recording.account import account, as_bytes
-from ..recording.recorder import Recorder
+from ..recording.parts import Parts
+from ..recording.recorder import Recorder, check_columns
 from .options import CncOptions
 
 
@@ -32,3 +36,49 @@ def missing_rows(recorder: Recorder | None) -> dict[str, Any]:
     if recorder is None:
         return {}
     return {"lost": recorder.lost, "problem": recorder.problem}
+
+
+def losses(lost: dict[str, int], problem: str) -> list[str]:
+    """What is missing, for people; nothing if nothing is."""
+    if not lost:
+        return []
+    why = problem or "the writer was too slow"
+    counts = ", ".join(f"{n} of {table}" for table, n in lost.items())
+    return [f"recording: rows are missing: {counts}: {why}"]
+
+
+class SoleRecording:
+    """The recording of a CNC process that nobody has launched.
+
+    A context manager: behind it the file is written, whatever ended the process.
+    ``told``: what somebody should know.  CncError: it cannot be written there.
+    """
+
+    def __init__(
+        self, target: Path, config: Path | None, only: tuple[str, ...]
+    ) -> None:
+        check_columns(load_config(config), only)
+        self._parts = Parts(target)
+        self._report = self._parts.folder / "cnc.json"
+        self.told: list[str] = []
+        if self._parts.recovered:
+            self.told.append(
+                f"recording: what a dead run left is now {self._parts.recovered}"
+            )
+
+    def options(self, options: CncOptions) -> CncOptions:
+        """The options of the process, which records its part."""
+        return replace(options, samples=self._parts.cnc, report=self._report)
+
+    def __enter__(self) -> SoleRecording:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            report = json.loads(self._report.read_text())
+        except (OSError, ValueError):
+            report = {}
+        said = report.get("recording", {})
+        lost = said.get("lost", {})
+        self.told += losses(lost, said.get("problem", ""))
+        self._parts.finish(end=report.get("end", "error"), lost=lost)

@@ -146,7 +146,6 @@ class Program:
                 f"restart is not supported in the dialect {self.dialect}",
                 Place(str(path)),
             )
-        self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
         # of a restart: rows ahead of the place are left out
         self._passed: Passed | None = None
@@ -178,7 +177,7 @@ class Program:
             main,
             self._place,
             self._warn,
-            self._collect_once if self.collect else None,
+            self.reader.collect_once if self.collect else None,
         )
         carried = CARRY_TOLERANCE if cell.kinematic_machines else 0.0
         self.smoothing = Smoothing(
@@ -291,9 +290,8 @@ class Program:
     def errors(self) -> list[CncError]:
         """All errors found so far, in order of their lines."""
         order = {str(path): i for i, path in enumerate(self.reader.files)}
-        found = [*self.reader.errors, *self._own_errors]
         return sorted(
-            found,
+            self.reader.errors,
             key=lambda e: (order.get(e.place.file, len(order)), e.place.line),
         )
 
@@ -532,19 +530,10 @@ class Program:
             return step()
         except RefusedRow as refused:
             if self.collect:
-                self._collect_once(refused.error)
+                self.reader.collect_once(refused.error)
                 return unstaged
             self._next = refused.error
             return _whole_blocks(refused)
-
-    def _collect_once(self, error: CncError) -> None:
-        """Of a line that comes again, only the first error of a kind."""
-        key = (error.code, error.place.file, error.place.line)
-        if all(
-            (e.code, e.place.file, e.place.line) != key
-            for e in self._own_errors
-        ):
-            self._own_errors.append(error)
 
     def batches(self) -> Iterator[BlockBatch]:
         """All rows of a program that nobody drives: stops, M functions and

@@ -19,7 +19,7 @@ from hli.part_file import PartFile
 from ..config import CellConfig
 from ..engine import Engine
 from ..engine.recorded import Recorded, Rows
-from .schema import types_of
+from .schema import PLC_TABLES, types_of
 
 POLL_S = 0.05  # what a killed process may lose
 Columns = dict[str, Any]
@@ -29,6 +29,7 @@ class Recorder:
     """Records one engine from now on.
 
     ``record_only``: tables and columns of ``cycles`` that are kept; empty: all.
+    ``follows``: by a thread; FALSE: the cycles come by ``feed``.
     """
 
     def __init__(
@@ -38,6 +39,7 @@ class Recorder:
         cell: CellConfig,
         meta: bytes,
         record_only: tuple[str, ...] = (),
+        follows: bool = True,
     ) -> None:
         self._engine = engine
         self._axes = cell.axis_names
@@ -57,7 +59,16 @@ class Recorder:
         self._thread = threading.Thread(
             target=self._write, name="recorder", daemon=True
         )
-        self._thread.start()
+        if follows:
+            self._thread.start()
+
+    def feed(self, samples: Rows) -> None:
+        """Write these cycles and whatever else there is, without a thread."""
+        self._put(
+            samples,
+            self._engine.take(Recorded.FUNCTIONS),
+            self._engine.take(Recorded.REQUESTS),
+        )
 
     # ------------------------------------------------- by the thread of the cell
     def make_room(self) -> None:
@@ -98,13 +109,18 @@ class Recorder:
 
     def close(self) -> None:
         """Write what is left; the engine's threads stand."""
-        if not self._thread.is_alive():
+        if self._closing:
             return
-        self.make_room()
-        self._engine.end_record()
-        self._closing = True
-        self._hurry.set()
-        self._thread.join()
+        if self._thread.is_alive():
+            self.make_room()
+            self._engine.end_record()
+            self._closing = True
+            self._hurry.set()
+            self._thread.join()
+        else:
+            self._closing = True
+            self._engine.end_record()
+            self._round()
         self._file.close()
 
     @property
@@ -137,13 +153,17 @@ class Recorder:
         self._round()
 
     def _round(self) -> None:
-        """Empty everything once; one batch if there is anything."""
+        """Empty everything once."""
         samples = self._engine.take(Recorded.SAMPLES)
         functions = self._engine.take(Recorded.FUNCTIONS)
         requests = self._engine.take(Recorded.REQUESTS)
         with self._room:
             self._rounds += 1
             self._room.notify_all()
+        self._put(samples, functions, requests)
+
+    def _put(self, samples: Rows, functions: Rows, requests: Rows) -> None:
+        """One batch if there is anything."""
         self._note_overruns(samples)
         found = {
             "cycles": self._cycles(samples),
@@ -183,6 +203,8 @@ class Recorder:
         return {"cycle": cycle, "t": cycle * self._cycle_s}
 
     def _cycles(self, rows: Rows) -> Columns:
+        if not len(rows):
+            return {}
         columns = self._times(np.ascontiguousarray(rows["cycle"]))
         for i, name in enumerate(self._axes):
             columns[name] = np.ascontiguousarray(rows["position"][:, i])
@@ -285,7 +307,7 @@ def chosen(
         return types
     wanted: dict[str, set[str]] = {"cycles": {"cycle", "t"}}
     for name in only:
-        if name == "plc":  # the PLC process records it
+        if name in PLC_TABLES:
             continue
         table, _, column = name.rpartition(".")
         if name in types:

@@ -11,7 +11,15 @@ from dataclasses import dataclass
 from ..config import CellConfig
 
 VERSION = 1
-TABLES = ("cycles", "requests", "functions", "elements", "plc", "events")
+PLC_TABLES = ("plc", "exchange")  # the PLC process writes them
+TABLES = (
+    "cycles",
+    "requests",
+    "functions",
+    "elements",
+    *PLC_TABLES,
+    "events",
+)
 AXES = "axes"  # stands for one column an axis
 
 
@@ -116,6 +124,17 @@ COLUMNS: dict[str, dict[str, Column]] = {
         **_TIME,
         "scan": Column("uint64", "", "number of the PLC's scan"),
     },
+    "exchange": {
+        "cycle": _TIME["cycle"],
+        "scan": Column("uint64", "", "scan of the PLC, 0: its setup()"),
+        "by_plc": Column(
+            "bool", "", "changed in this scan; false: since the one before"
+        ),
+        "word": Column(
+            "uint32", "", "place in the HLI's segment: offset / 8 bytes"
+        ),
+        "value": Column("uint64", "", "the 8 bytes there"),
+    },
     "events": {
         **_TIME,
         "kind": Column(
@@ -155,7 +174,7 @@ def types_of(cell: CellConfig) -> dict[str, dict[str, str]]:
             for name in units[table]
         }
         for table in TABLES
-        if table != "plc"
+        if table not in PLC_TABLES
     }
 
 

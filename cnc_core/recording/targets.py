@@ -18,6 +18,7 @@ import numpy as np
 from hli.part_file import END_OF_STREAM, arrow_schema, batch_of
 
 from ..errors import CncError
+from .mcap_file import need_mcap, write_mcap
 from .schema import is_wall
 from .source import Source, rechunked
 
@@ -260,6 +261,7 @@ WRITERS: dict[str, Callable[[Source, Path], None]] = {
     ".arrow": _write_arrow,
     ".npz": _write_npz,
     ".csv": _write_csv,
+    ".mcap": write_mcap,
 }
 
 
@@ -270,3 +272,5 @@ def check_kind(path: Path) -> None:
             902001,
             f"recording {path}: the name must end in {', '.join(WRITERS)}",
         )
+    if path.suffix == ".mcap":
+        need_mcap()

@@ -60,16 +60,25 @@ def member_of(line: str) -> tuple[str, tuple[str, str, str]]:
     return name, (unit, writer or writer_of(name), said)
 
 
-def type_text(ctype: Any) -> str:
-    """Structured Text's name of a member's type."""
+def who_writes(structure: str, member: str) -> str:
+    """CNC, PLC or both; DescriptionError where nothing says so."""
+    writer = described_members()[structure][1][member][1]
+    if not writer:
+        raise DescriptionError(f"{structure}.{member}: who writes it?")
+    return writer
+
+
+def type_text(ctype: Any, folder: str = "hli/") -> str:
+    """Structured Text's name of a member's type; that of a structure leads to
+    its page in ``folder``.
+    """
     base, dimensions = layout.element_type(ctype)
     if layout.is_string(base):
         name = f"STRING({base._length_ - 1})"
     elif base.__name__ in export._ST_TYPES:
         name = export._ST_TYPES[base.__name__]
     else:
-        anchor = base.__name__.lower()
-        name = f"[{base.__name__}](hli_members.md#{anchor})"
+        name = f"[{base.__name__}]({folder}{base.__name__.lower()}.md)"
     ranges = ", ".join(f"0..{size - 1}" for size in dimensions)
     return f"ARRAY [{ranges}] OF {name}" if ranges else name
 
@@ -83,23 +92,13 @@ def structure_table(name: str) -> str:
     same(list(members), real, name)
     rows = []
     for member in real:
-        unit, writer, said = members[member]
-        if not writer:
-            raise DescriptionError(f"{name}.{member}: who writes it?")
+        unit, _, said = members[member]
+        writer = who_writes(name, member)
         offset = str(getattr(structure, member).offset)
         shown = (type_text(fields[member]), offset, unit or "-", writer, said)
         rows.append([f"`{member}`", *shown])
     head = ("Member", "Type", "Offset", "Unit", "Written by", "Meaning")
     return table(head, rows)
-
-
-def hli_members(_: str) -> str:
-    """Every structure, the whole first, then its parts."""
-    return "\n".join(
-        f"## `{name}`\n\n{purpose[0].upper()}{purpose[1:]}.\n\n"
-        + structure_table(name)
-        for name, (purpose, _) in described_members().items()
-    )
 
 
 def hli_aliases(_: str) -> str:

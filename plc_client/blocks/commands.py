@@ -160,7 +160,12 @@ class DeleteDistanceToGo(_Edge):
         super()._send()
 
 
-RELATIVE, ABSOLUTE_ONCE, RELATIVE_ONCE = 0, 1, 2
+RELATIVE = 0
+"""InsertStop: so far from here, again and again."""
+ABSOLUTE_ONCE = 1
+"""InsertStop: at a distance from program start, once."""
+RELATIVE_ONCE = 2
+"""InsertStop: so far from here, once."""
 
 
 class InsertStop(ExecuteBlock):

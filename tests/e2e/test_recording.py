@@ -12,7 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cnc_core import Cell, Recording
+from cnc_core import Cell, CellConfig, Recording
+from cnc_core.planning import plan_program
+from cnc_core.planning.recording import PlanRecording
+from cnc_core.program import Program
+from cnc_core.recording.compare import compare
 from cnc_core.recording.schema import is_wall
 from support.command_line import Outcome, command, wait_for_cycle
 
@@ -186,3 +190,43 @@ def test_columns_are_chosen(program: Write, cli: Cli, tmp_path: Path) -> None:
     assert wrong.status == 1
     assert "did you mean jerk" in wrong.err
     assert not os.path.exists(tmp_path / "b.arrow.parts")
+
+
+def test_a_plan_is_recorded_as_a_run(program: Write, tmp_path: Path) -> None:
+    """The cycles of a plan are those of a run without a PLC; functions and the
+    contour are there; an error is an event.
+    """
+    path = program(PART)
+    planned = Program(path, CellConfig())
+    plan_program(
+        planned, recording=PlanRecording(tmp_path / "p.arrow", planned, None)
+    )
+    with Cell() as cell:
+        cell.run(path, "none", record=tmp_path / "r.arrow")
+    a, b = Recording(tmp_path / "p.arrow"), Recording(tmp_path / "r.arrow")
+    assert a.complete
+    assert a.meta["clock"] == "plan"
+    assert len(a.elements) == len(b.elements) > 0
+    assert a.functions["code"].tolist() == b.functions["code"].tolist()
+    found = compare(a, b, "distance")
+    # what only a PLC sees: how far it may look, and how often it was reset
+    assert set(found.counts["cycles"]) == {"max_dist_prog_start"}
+    assert set(found.counts["elements"]) == {"epoch"}
+    assert len(a.cycles) > 500
+
+
+def test_the_cnc_alone_is_recorded(
+    program: Write, cli: Cli, tmp_path: Path
+) -> None:
+    """``cnc --record``: the file is written when the process ends."""
+    done = cli(
+        "cnc", program("G4 0.02\nG1 X2 F6000\nM30\n"), "--no-wait",
+        "--name", f"hli-cosim-{os.getpid()}-alone", "--clock", "freerun",
+        "--max-time", "1", "--record", "a.parquet",
+    )  # fmt: skip
+    recording = Recording(tmp_path / "a.parquet")
+    assert recording.complete, done.err
+    assert recording.cycles["X"].max() == 2.0
+    assert recording.meta["program"]["file"] == "part.nc"
+    assert "end" in recording.events["kind"].tolist()
+    assert not (tmp_path / "a.parquet.parts").exists()

@@ -14,7 +14,9 @@ import numpy as np
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine, Event
+from cnc_core.engine.external import AREA_BYTES
 from cnc_core.process.identity import fill_identity
+from cnc_core.process.live_port import LivePort
 from cnc_core.process.preparation import Preparation
 from hli import layout, segment
 from support.limits import FloatArray
@@ -69,11 +71,24 @@ class Inside:
         if levels:
             self.engine.expect_cycle()
             assert self.engine.run(1) is Event.DONE
-        self.preparation = Preparation(path, self.cell, dialect, self.engine)
+        self.preparation = Preparation(
+            path, self.cell, dialect, self.engine, self._port()
+        )
         self.preparation.pump()
         self.parts: list[FloatArray] = []
         self.paths: list[FloatArray] = []
         self.events: list[Event] = []
+
+    def _port(self) -> LivePort | None:
+        """A port to the external variables, if the cell has any."""
+        if not self.cell.externals:
+            return None
+        areas = {
+            scope: self.engine.external(area, AREA_BYTES)
+            for area, scope in enumerate(("channel", "global"))
+        }
+        start = self.cell.axis_values("start_mm")
+        return LivePort(start, areas, put_out=self.engine.write_external)
 
     def __enter__(self) -> Inside:
         return self

@@ -197,6 +197,11 @@ void take_rt_loop(struct engine *engine) {
     ATOMIC_SET(engine->orders.rt_loop, enabled);
 }
 
+void program_enables_loops(struct engine *engine, bool enabled) {
+    engine->orders.rt_loop_program = enabled;
+    take_rt_loop(engine);
+}
+
 void take_commands(struct engine *engine) {
     HLI_BAHN_MC_CONTROL *bahn_mc_control =
         &engine->hli.channel->bahn_mc_control;

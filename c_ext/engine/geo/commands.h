@@ -11,4 +11,7 @@ void take_commands(struct engine *engine);
 
 /* The condition of real-time loops: as the PLC commands, else the program's. */
 void take_rt_loop(struct engine *engine);
+
+/* V.RTG.LOOP.ENABLED of the program: counts where the PLC commands nothing. */
+void program_enables_loops(struct engine *engine, bool enabled);
 #endif

@@ -9,6 +9,7 @@
 #include "engine/lookahead/service.h"
 #include "engine/geo/publish.h"
 #include "engine/geo/record.h"
+#include "engine/geo/rt_cycle.h"
 #include "engine/geo/standstill.h"
 #include "engine/geo/technology.h"
 #include "engine/state/state.h"
@@ -92,6 +93,7 @@ void geo_cycle(struct engine *engine) {
         take_commands(engine);
     }
     external_cycle(engine);
+    rt_cycles_run(engine);
     techno_cycle(engine);
     answer_withdrawal(engine);
     answer_rejoin(engine);
@@ -120,6 +122,7 @@ void geo_rehearse(struct engine *engine) {
     if (engine->hli.segment) {
         publish_again(engine);
     }
+    record_rehearse(engine);
 }
 
 void engine_rehearse(struct engine *engine) {

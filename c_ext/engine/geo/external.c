@@ -4,6 +4,7 @@
  * So a lockstep run is the same every time although preparation and a PLC's
  * scan run side by side.
  */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include "engine/geo/external.h"
@@ -106,6 +107,67 @@ void external_command(struct engine *engine, double value) {
              count = ++external_vars->commands & INT32_MAX;
     store_u64_relaxed(slot, number);
     store_u64_release(counter, count);
+}
+
+/* Lowest and highest number of a type, and its bytes. */
+static const struct {
+    double low, high;
+    uint32_t bytes;
+} TYPES[EXTERNAL_TYPES] = {
+    [EXTERNAL_BOOLEAN] = {0.0, 1.0, 1},
+    [EXTERNAL_SGN08] = {INT8_MIN, INT8_MAX, 1},
+    [EXTERNAL_UNS08] = {0.0, UINT8_MAX, 1},
+    [EXTERNAL_SGN16] = {INT16_MIN, INT16_MAX, 2},
+    [EXTERNAL_UNS16] = {0.0, UINT16_MAX, 2},
+    [EXTERNAL_SGN32] = {INT32_MIN, INT32_MAX, 4},
+    [EXTERNAL_UNS32] = {0.0, UINT32_MAX, 4},
+};
+
+double external_number(const struct engine *engine, const engine_rt_op *op) {
+    if (!engine->external) {
+        return 0.0;
+    }
+    uint64_t word =
+        load_u64_relaxed(engine->external->latched[op->area] + op->at);
+    double value;
+    switch (op->kind) {
+    case EXTERNAL_SGN08:
+        return (int8_t)word;
+    case EXTERNAL_SGN16:
+        return (int16_t)word;
+    case EXTERNAL_UNS16:
+        return (uint16_t)word;
+    case EXTERNAL_SGN32:
+        return (int32_t)word;
+    case EXTERNAL_UNS32:
+        return (uint32_t)word;
+    case EXTERNAL_REAL64:
+        memcpy(&value, &word, sizeof value);
+        return isfinite(value) ? value : 0.0;
+    default:
+        return (uint8_t)word;
+    }
+}
+
+void external_set(struct engine *engine, const engine_rt_op *op, double value) {
+    if (!engine->external || !engine->hli.segment) {
+        return;
+    }
+    uint64_t word;
+    uint32_t bytes = sizeof word;
+    if (op->kind == EXTERNAL_REAL64) {
+        memcpy(&word, &value, sizeof word);
+    } else {
+        double held =
+            op->kind == EXTERNAL_BOOLEAN ? value != 0.0 : round(value);
+        held = fmin(fmax(held, TYPES[op->kind].low), TYPES[op->kind].high);
+        word = (uint64_t)(int64_t)held;
+        bytes = TYPES[op->kind].bytes;
+    }
+    uint8_t *place = shared(engine, op->area) + op->at,
+            *latched = engine->external->latched[op->area] + op->at;
+    memcpy(place, &word, bytes);
+    store_u64_relaxed(latched, load_u64_relaxed(place));
 }
 
 void external_free(struct engine *engine) {

@@ -247,12 +247,6 @@ static bool stops_program(const struct engine *engine,
            || (piece->code == 1 && engine->orders.m01 && engine->geo.v <= 0.0);
 }
 
-/* V.RTG.LOOP.ENABLED of the program counts where the PLC commands nothing. */
-static void program_enables_loops(struct engine *engine, bool enabled) {
-    engine->orders.rt_loop_program = enabled;
-    take_rt_loop(engine);
-}
-
 static void run_event(struct engine *engine, struct piece *piece) {
     struct geo *geo = &engine->geo;
     if (piece->inserted && piece->type == NC_M) {

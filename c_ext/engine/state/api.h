@@ -111,6 +111,83 @@ typedef struct engine_config {
     uint32_t spindle_id[ENGINE_SPINDLES];
 } engine_config;
 
+#define ENGINE_RT_CYCLES 16
+#define ENGINE_RT_OPS 512  /* of one real-time cycle */
+#define ENGINE_RT_DEPTH 32 /* values that an expression holds */
+/* what is done to a real-time cycle */
+#define ENGINE_RT_DELETED 0
+#define ENGINE_RT_HELD 1
+#define ENGINE_RT_RUNNING 2
+#define ENGINE_RT_STARTED 3 /* running, its $IF ONCE forget what they saw */
+/* instructions */
+#define ENGINE_RT_CONSTANT 0
+#define ENGINE_RT_LOOP_ENABLED 1
+#define ENGINE_RT_LOOP_COUNT 2
+#define ENGINE_RT_POSITION 3 /* mm: `at` is the axis */
+#define ENGINE_RT_EXTERNAL 4 /* `area`, `kind` its type, `at` its byte */
+#define ENGINE_RT_SET_ENABLED 5
+#define ENGINE_RT_SET_EXTERNAL 6
+#define ENGINE_RT_UNARY 7
+#define ENGINE_RT_BINARY 8
+#define ENGINE_RT_JUMP 9    /* to `at` */
+#define ENGINE_RT_UNLESS 10 /* to `at` if the value is not true */
+#define ENGINE_RT_ONCE 11
+#define ENGINE_RT_EDGE 12
+#define ENGINE_RT_ALWAYS 13
+/* `kind` of ENGINE_RT_UNARY */
+#define ENGINE_RT_MINUS 0
+#define ENGINE_RT_ABS 1
+#define ENGINE_RT_SQR 2
+#define ENGINE_RT_SQRT 3
+#define ENGINE_RT_EXP 4
+#define ENGINE_RT_LN 5
+#define ENGINE_RT_DEXP 6
+#define ENGINE_RT_LOG 7
+#define ENGINE_RT_INT 8
+#define ENGINE_RT_FRACT 9
+#define ENGINE_RT_CEIL 10
+#define ENGINE_RT_FLOOR 11
+#define ENGINE_RT_ROUND 12
+#define ENGINE_RT_SIN 13
+#define ENGINE_RT_COS 14
+#define ENGINE_RT_TAN 15
+#define ENGINE_RT_COT 16
+#define ENGINE_RT_ASIN 17
+#define ENGINE_RT_ACOS 18
+#define ENGINE_RT_ATAN 19
+#define ENGINE_RT_INV 20
+#define ENGINE_RT_NOT 21
+#define ENGINE_RT_ACOT 22
+/* `kind` of ENGINE_RT_BINARY */
+#define ENGINE_RT_OR_ELSE 0
+#define ENGINE_RT_EITHER 1
+#define ENGINE_RT_AND_ALSO 2
+#define ENGINE_RT_OR 3
+#define ENGINE_RT_XOR 4
+#define ENGINE_RT_AND 5
+#define ENGINE_RT_EQUAL 6
+#define ENGINE_RT_UNEQUAL 7
+#define ENGINE_RT_AT_LEAST 8
+#define ENGINE_RT_AT_MOST 9
+#define ENGINE_RT_LESS 10
+#define ENGINE_RT_GREATER 11
+#define ENGINE_RT_PLUS 12
+#define ENGINE_RT_DIFFERENCE 13
+#define ENGINE_RT_TIMES 14
+#define ENGINE_RT_OVER 15
+#define ENGINE_RT_MOD 16
+#define ENGINE_RT_POWER 17
+#define ENGINE_RT_ATAN2 18
+#define ENGINE_RT_MIN 19
+#define ENGINE_RT_MAX 20
+
+typedef struct engine_rt_op {
+    uint16_t code;
+    uint8_t kind, area;
+    uint32_t at;
+    double value;
+} engine_rt_op;
+
 typedef struct engine_state {
     double position[NC_AXES];
     double path;  /* mm driven since program start */
@@ -132,6 +209,7 @@ typedef struct engine_state {
         log_disabled; /* LOG commands while the function is not configured */
     int32_t program_end;
     int32_t plc_attached;
+    int32_t rt_loop, rt_loop_count; /* V.RTG.LOOP.ENABLED, .COUNT */
     uint64_t record_lost;
     uint64_t techno_functions; /* put out to the PLC */
     uint64_t
@@ -308,6 +386,16 @@ int engine_write_external(struct engine *engine,
 int engine_show_commands(struct engine *engine,
                          uint32_t offset,
                          uint32_t slots);
+
+/* A real-time cycle, from the next cycle on: `state` and, with `count` above 0,
+ * new instructions; `program`: it ends with the program. 1, 0 if too
+ * many wait for the next cycle, -1 if it cannot run. */
+int engine_rt_cycle(struct engine *engine,
+                    uint32_t slot,
+                    uint32_t state,
+                    uint32_t program,
+                    const engine_rt_op *ops,
+                    uint32_t count);
 
 /* Take rows in order; returns how many were taken (fewer when the ring is
  * full), or a negative error for the first row. */

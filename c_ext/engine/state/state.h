@@ -70,6 +70,7 @@ struct engine {
     /* GEO and the cell */
     struct mode_unit modes;
     struct external_vars *external;
+    struct rt_cycles *rt_cycles;
     /* preparation, the cell and GEO, under its lock */
     struct error_queue errors;
 

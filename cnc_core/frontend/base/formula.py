@@ -8,6 +8,7 @@ those of ``cnc_core.frontend.base.expression``. A dialect derives from
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -27,6 +28,9 @@ Formula = Callable[[], Value]
 LINKS_MAX = (
     500  # operators of one expression: they are evaluated inside each other
 )
+
+
+NEGATIVE: Callable[..., Value] = operator.neg
 
 
 class Constant:
@@ -330,8 +334,7 @@ class FormulaParser:
         stream = self._stream
         offset = stream.current.offset
         if stream.accept("-"):
-            inner = self.primary()
-            return guarded(lambda x: -x, (inner,), "-", offset)
+            return self._applied("-", NEGATIVE, [self.primary()], offset)
         stream.accept("+")
         return self.primary()
 
@@ -388,4 +391,14 @@ class FormulaParser:
                 f"{name} takes {function.fewest} arguments, not {len(arguments)}",
                 offset,
             )
-        return guarded(function.compute, arguments, name, offset)
+        return self._applied(name, function.compute, arguments, offset)
+
+    def _applied(
+        self,
+        name: str,
+        compute: Callable[..., Value],
+        arguments: Sequence[Formula],
+        offset: int,
+    ) -> Formula:
+        """A function, or a sign, of its arguments."""
+        return guarded(compute, arguments, name, offset)

@@ -39,7 +39,7 @@ ERRORS_MAX = 1000  # that a check collects
 IDLE_CHECKED, REPEATS_CHECKED = 50_000, 40_000
 
 # of an error: code, file, line, column, text
-Key = tuple[int, str, int, int, str]
+Key = tuple[int, str, int, int, str] | tuple[int, str, int]
 
 
 @dataclass
@@ -332,7 +332,7 @@ class BlockReader(ABC):
             error = CncError(
                 907001, f"{ERRORS[907001]} ({most} blocks)", self._here()
             )
-            self.errors.append(error)
+            self._keep(_key_of(error), error)
             if not self._collect:
                 self._queue.append(error)
             self._ended = True
@@ -356,9 +356,7 @@ class BlockReader(ABC):
     def _error(self, error: CncError, block: BlockText) -> None:
         """Report an error of a block; a repeated block reports it once."""
         error = located(error, block)
-        place = error.place
-        key = (error.code, place.file, place.line, place.column, error.text)
-        self._keep(key, error)
+        self._keep(_key_of(error), error)
         if error.code == 900006:
             self.modal.assume_feed()  # one error for one missing feed
         for other in error.also:
@@ -370,14 +368,21 @@ class BlockReader(ABC):
     def _further(self, error: CncError, block: BlockText) -> None:
         """A further error of a block whose first one stops the program."""
         found = located(error, block)
-        key = (
-            found.code,
-            found.place.file,
-            found.place.line,
-            found.place.column,
-            found.text,
-        )
-        self._keep(key, found)
+        self._keep(_key_of(found), found)
+
+    def collect_once(self, error: CncError) -> None:
+        """An error of a stage: of a line that comes again, only the first of a
+        kind.
+        """
+        place = error.place
+        self._keep((error.code, place.file, place.line), error)
+        if self._ended:
+            self.flow.close()
+
+    def _collect_all(self, errors: Sequence[CncError]) -> None:
+        """Errors that have their place already."""
+        for error in errors:
+            self._keep(_key_of(error), error)
 
     def _keep(self, key: Key, error: CncError) -> None:
         """Collect an error that is new; a check ends behind ERRORS_MAX."""
@@ -405,6 +410,11 @@ class BlockReader(ABC):
         warning = CncError(code, text, place)
         self.warnings.append(warning)
         self._port.message(str(warning))
+
+
+def _key_of(error: CncError) -> Key:
+    place = error.place
+    return (error.code, place.file, place.line, place.column, error.text)
 
 
 def located(error: CncError, block: BlockText) -> CncError:

@@ -37,6 +37,7 @@ from .executor import Executor
 from .flow.control import Control
 from .flow.control_parser import parse, parse_old
 from .flow.program_levels import Items, ProgramLevels, Run
+from .flow.rt_cycle_parser import RtCycleParser, opens_rt_cycle, rt_cycle
 from .flow.search import OPENERS, Frame, Searcher
 from .language import macros
 from .language.calls import Finder, LevelData
@@ -100,6 +101,7 @@ class IsgFrontEnd(ProgramLevels):
         self._finder = Finder(self.state, path.parent, CycleRunner(self.state))
         self._skip_mask = port.skip_levels()
         self._declaring = self._declared_ahead = self._previewed = False
+        self._rt_ahead = False
         self._executing = True
         if collect:
             self._searcher.visit = self._visit
@@ -114,6 +116,7 @@ class IsgFrontEnd(ProgramLevels):
         if (
             self._declaring
             or self.state.patterns.opened
+            or self.state.rt_cycles.opened
             or self.state.modal_cycle.call
         ):
             return False
@@ -123,9 +126,14 @@ class IsgFrontEnd(ProgramLevels):
         )
 
     def _may_drain(self) -> bool:
-        return not self.state.channel.compensation.choice.active
+        return not (
+            self.state.channel.compensation.choice.active
+            or self.state.loop.is_open
+        )
 
     def _refuse_drain(self) -> Items:
+        if self.state.loop.is_open:
+            raise CncError(22073, ERRORS[22073])
         raise fail(20651, f"{ERRORS[20651]}: deselect it with G40", 0)
 
     def _prepare(self, block: BlockText) -> Prepared:
@@ -153,6 +161,8 @@ class IsgFrontEnd(ProgramLevels):
         self.state.visiting = True
         if head.sign == "#" and head.word in ("VAR", "ENDVAR"):
             self._declared_ahead = head.word == "VAR"
+        if head.sign == "#" and rt_cycle(head.text):
+            self._rt_ahead = opens_rt_cycle(head.text)
         try:
             self._prepare(block)
         except CncError as error:
@@ -192,12 +202,9 @@ class IsgFrontEnd(ProgramLevels):
             return self._program_line(stream), False
         if self._skipped(stream):
             return _nothing, False
+        state = self.state
         formulas = Formulas(
-            stream,
-            self.state.store,
-            self.system,
-            self.state.machine,
-            self.state.lenient,
+            stream, state.store, self.system, state.machine, state.lenient
         )
         made = None if self._declaring else macros.definition(text)
         if made:
@@ -209,10 +216,13 @@ class IsgFrontEnd(ProgramLevels):
             return self._declarations(stream, formulas), False
         self._label(stream)
         command = _command(stream)
-        run = self._statement(stream, formulas, parser)
-        return self._counted(
-            run, command
-        ), formulas.drain or self._command_drains
+        inside = self._rt_ahead if state.visiting else state.rt_cycles.opened
+        if inside or (command == "RT" and rt_cycle(text)):
+            run, drain = RtCycleParser(stream, self.system, state).block()
+        else:
+            run = self._statement(stream, formulas, parser)
+            drain = formulas.drain or self._command_drains
+        return self._counted(run, command), drain
 
     def _preview(self) -> None:
         """Refuse wrong cycle calls before any axis moves."""
@@ -234,7 +244,7 @@ class IsgFrontEnd(ProgramLevels):
         errors = wrong_calls(dry, port)
         if errors:
             first, *first.also = errors
-            self.errors += errors
+            self._collect_all(errors)
             self._queue.append(first)
             self._ended = True
             self.flow.close()
@@ -244,12 +254,16 @@ class IsgFrontEnd(ProgramLevels):
             self._preview()
         item = super().read(rows)
         error = (
-            (self.state.loop.at_end() or self.state.patterns.at_end())
+            (
+                self.state.loop.at_end()
+                or self.state.patterns.at_end()
+                or self.state.rt_cycles.at_end()
+            )
             if item is None
             else None
         )
         if error is not None:
-            self.errors.append(error)
+            self._collect_all([error])
             if not self._collect:
                 raise error
         return item

@@ -105,6 +105,9 @@ RT WHILE; RT ENDWHILE
     and OFF (22128, 22129 across its ends) and look-ahead markers (22073); ends
     where it begins (50991); does not nest and is closed (22181); not during
     radius compensation (22158)
+RT CYCLE
+    [real-time cycle](control.md): `$IF` and assignments, in every cycle of the
+    interpolator
 BACKWARD STORAGE CLEAR; DEL DIST2GO
     `[END = mask]`
 VAR; ENDVAR; DELETE

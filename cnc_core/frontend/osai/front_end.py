@@ -137,7 +137,7 @@ class OsaiFrontEnd(BlockReader):
             error = CncError(
                 909222, f"{ERRORS[909222]}: {text} ends", self._here()
             )
-            self.errors.append(error)
+            self._collect_all([error])
             if not self._collect:
                 self._queue.append(error)
                 self._ended = True
@@ -220,9 +220,9 @@ class OsaiFrontEnd(BlockReader):
             if path := error.place.file:
                 self.flow.file_of(Path(path))
         if self._collect:
-            self.errors.extend(errors)
+            self._collect_all(errors)
             return
-        self.errors.append(errors[0])
+        self._collect_all(errors[:1])
         self._queue.append(errors[0])
         self._ended = True
 

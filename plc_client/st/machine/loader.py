@@ -90,6 +90,11 @@ class StProgram:
         function = getattr(self.library, f"st_program_{name.upper()}")
         return ctypes.cast(function, ctypes.c_void_p).value or 0
 
+    @property
+    def guarded_entry(self) -> int:
+        """Address of the function that calls an entry and catches its traps."""
+        return ctypes.cast(self._guarded, ctypes.c_void_p).value or 0
+
     def _attach(self, address: int, size: int) -> None:
         functions = [
             int(ffi.cast("uintptr_t", ffi.addressof(lib, name)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -72,6 +73,18 @@ class StTask:
         except StTrap as trap:
             self._trapped(trap)
 
+    def native_scan(self) -> tuple[int, int] | None:
+        """Addresses of the guarded call and of the program's entry; None: the
+        task has halted.
+        """
+        if self._st_halted:
+            return None
+        return self._st_shared.program.guarded_entry, self._st_entry
+
+    def trapped(self) -> None:
+        """C has stopped at a trap.  StTrap, unless the task halts."""
+        self._trapped(self._st_shared.program.trap())
+
     def _trapped(self, trap: StTrap) -> None:
         if os.environ.get("HLI_COSIM_ON_TRAP", "stop") == "halt":
             object.__setattr__(self, "_st_halted", str(trap))
@@ -105,28 +118,55 @@ class StTask:
         return self._st_shared.program
 
 
-def options_from_environment() -> Options:
-    """``HLI_COSIM_ST``: words of ``short-circuit``, ``define=X``, ``task=...``."""
-    words = os.environ.get("HLI_COSIM_ST", "").split()
-    return options_of(words)
+_WORDS = ("define", "interval", "short-circuit", "task")
+_TASK = re.compile(r"\w+(:(?P<ms>\d+(\.\d+)?))?(:\d{1,5})?=\s*\w+(\s*,\s*\w+)*")
+LONGEST_S = 3600.0
+"""Interval of a task, s."""
 
 
-def options_of(words: Sequence[str]) -> Options:
-    """Options from words as the command line gives them."""
-    defines = [w.partition("=")[2] for w in words if w.startswith("define=")]
-    tasks = [w.partition("=")[2] for w in words if w.startswith("task=")]
-    interval = [w.partition("=")[2] for w in words if w.startswith("interval=")]
+def options_of(words: Sequence[str] = ()) -> Options:
+    """Options from words; those of the variable ``HLI_COSIM_ST`` come first.
+
+    PlcError: a word is unknown or its value is wrong.
+    """
+    found: dict[str, list[str]] = {name: [] for name in _WORDS}
+    for word in (*os.environ.get("HLI_COSIM_ST", "").split(), *words):
+        name, _, value = word.partition("=")
+        if name not in found:
+            known = ", ".join(_WORDS)
+            raise PlcError(f"option {word!r} of Structured Text: {known}")
+        found[name].append(value)
+    for text in found["task"]:
+        _check_task(text)
     return Options(
-        short_circuit="short-circuit" in words,
-        defines=tuple(defines),
-        tasks=tuple(tasks),
-        interval=float(interval[-1]) if interval else 0.001,
+        short_circuit=bool(found["short-circuit"]),
+        defines=tuple(found["define"]),
+        tasks=tuple(found["task"]),
+        interval=_seconds(found["interval"][-1:]),
     )
+
+
+def _check_task(text: str) -> None:
+    match = _TASK.fullmatch(text)
+    if match is None:
+        raise PlcError(f"task {text!r}: NAME:MS:PRIORITY=PROGRAM,PROGRAM")
+    if not 0.0 < float(match["ms"] or 1.0) <= LONGEST_S * 1e3:
+        raise PlcError(f"task {text!r}: an interval above 0 is needed")
+
+
+def _seconds(given: list[str]) -> float:
+    try:
+        seconds = float(given[0]) if given else 0.001
+    except ValueError:
+        seconds = 0.0
+    if not 0.0 < seconds <= LONGEST_S:
+        raise PlcError(f"interval={given[0]}: seconds above 0 are needed")
+    return seconds
 
 
 def load_st(path: str | Path, options: Options | None = None) -> list[type]:
     """The task classes of an ST program.  PlcError: it is wrong or has no PROGRAM."""
-    chosen = options or options_from_environment()
+    chosen = options or options_of()
     built = build(sources_of([path]), chosen)
     shared = Shared(str(Path(path).resolve()), built)
     found = []

@@ -5,6 +5,7 @@ and the plan against what is driven. Engine and segment in this process.
 from __future__ import annotations
 
 import itertools
+import random
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,14 @@ from hli import layout
 from hli.areas import Areas
 from hli.queue import Ask, Queue, Told
 from plc_client import clock
-from plc_client.blocks import ContourEnd, EmptyReason, PathEstimate
+from plc_client.blocks import (
+    ContourEnd,
+    DistanceTrigger,
+    EmptyReason,
+    PathEstimate,
+)
 from support.inside import Inside
+from support.seeds import few
 
 MM = 10_000.0
 BEYOND = layout.HLI_AHEAD_BEYOND
@@ -34,6 +41,7 @@ N4 X30
 #DISTANCE PROG START CLEAR
 N5 X50
 """
+ARC_LINE_ARC = "N1 G03 X40 Y0 I20 J0 F6000\nN2 G01 X80\nN3 G03 X120 Y0 I20 J0\n"
 ARC = """N1 G01 X40 F6000
 N2 G03 X60 Y20 I0 J20
 N3 G01 Y60
@@ -266,8 +274,7 @@ def test_arc_line_arc_as_foreseen(tmp_path: Path, jerk: bool) -> None:
     """Place and speed in 20 to 200 ms are right to 1 %, also behind a change of
     the override, as soon as the plan was made with it.
     """
-    text = "N1 G03 X40 Y0 I20 J0 F6000\nN2 G01 X80\nN3 G03 X120 Y0 I20 J0\n"
-    with Inside(tmp_path, text, "" if jerk else WITHOUT_JERK) as cnc:
+    with Inside(tmp_path, ARC_LINE_ARC, "" if jerk else WITHOUT_JERK) as cnc:
         noted = Noted(cnc, (0.02, 0.1, 0.2))
         overrides = itertools.cycle([1000, 500, 1200, 300, 800])
         override = next(overrides)
@@ -279,6 +286,25 @@ def test_arc_line_arc_as_foreseen(tmp_path: Path, jerk: bool) -> None:
                 break
         place, speed, compared = noted.wrong()
         assert compared > 1.5 * len(noted.rows)
+        assert place < 0.01
+        assert speed < 0.01
+
+
+def test_a_zigzag_as_foreseen(tmp_path: Path) -> None:
+    """A plan that brakes for its own end over several pieces is shown up to
+    that brake only: place and speed are right to 1 %.
+    """
+    rng, x, text = random.Random(0), 0.0, "G01 F6000\n"
+    for _ in range(60):
+        x += rng.uniform(0.3, 6)
+        text += f"X{x:.4f} Y{rng.uniform(-3, 3):.4f}\n"
+    with Inside(tmp_path, text) as cnc:
+        cnc.run(1900)
+        noted = Noted(cnc, (0.02, 0.1))
+        for _ in range(350):
+            noted.cycle()
+        place, speed, compared = noted.wrong()
+        assert compared > 120
         assert place < 0.01
         assert speed < 0.01
 
@@ -325,3 +351,34 @@ def test_a_plan_nobody_wants_is_not_made(tmp_path: Path) -> None:
         told = ask(cnc, 0.0, 1e9, flags=DETAILS)
         assert not (told.details["flags"] & (START | END)).any()
         assert not Areas(cnc.segment).gpAhead[0].state.plan_valid
+
+
+@pytest.mark.parametrize("seed", few(range(6), 1))
+def test_switches_on_arc_line_arc_do_not_chatter(
+    tmp_path: Path, seed: int
+) -> None:
+    """Each output rises once, however the override moves meanwhile, and within
+    what a change of the override in its dead time makes.
+    """
+    lead_s = 0.02
+    places = [10 * MM, 62 * MM, 63 * MM, 90 * MM, 103 * MM, 140 * MM]
+    with Inside(tmp_path, ARC_LINE_ARC) as cnc:
+        noted = Noted(cnc, ())
+        channel = noted.areas.gpCh[0]
+        switches = [
+            DistanceTrigger(channel, 0.001, noted.fb, 0.05 * MM) for _ in places
+        ]
+        shuffle = random.Random(seed)
+        override, rises = 1000.0, [list[float]() for _ in places]
+        while not cnc.state.program_end_r or not cnc.state.dist_prog_start:
+            override += shuffle.choice((-20.0, -5.0, 0.0, 5.0, 20.0))
+            override = min(max(override, 100.0), 1500.0)
+            before = [switch.q for switch in switches]
+            noted.cycle(int(override))
+            for i, switch in enumerate(switches):
+                if switch(places[i], lead_s) and not before[i]:
+                    rises[i].append(cnc.state.dist_prog_start)
+        top = max(now[1] for _, now, _ in noted.rows)
+    assert [len(one) for one in rises] == [1] * len(places)
+    for place, (at,) in zip(places, rises, strict=True):
+        assert 0 <= place - at <= top * (lead_s + 0.001)

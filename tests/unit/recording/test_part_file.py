@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from cnc_core.recording.parts import CNC, Parts, folder_of
-from cnc_core.recording.reading import Recording
+from cnc_core.recording.reading import SOURCES, Recording
 from cnc_core.recording.targets import WRITERS
 from hli.part_file import PartFile
 
@@ -95,7 +95,7 @@ def test_a_full_disk_loses_batches_and_nothing_else(tmp_path: Path) -> None:
     assert cycles.tolist() == [*range(100), *range(200, 300)]
 
 
-@pytest.mark.parametrize("suffix", [s for s in WRITERS if s != ".csv"])
+@pytest.mark.parametrize("suffix", SOURCES)
 def test_targets_hold_the_same_tables(tmp_path: Path, suffix: str) -> None:
     """Parquet, Arrow and npz give back what was recorded, with units."""
     parts = Parts(tmp_path / f"run{suffix}")
@@ -161,5 +161,5 @@ def test_a_run_that_recorded_nothing_has_a_recording(
     parts = Parts(tmp_path / f"run{suffix}")
     assert parts.finish(end="aborted") == 0
     assert parts.target.exists()
-    if suffix != ".csv":
+    if suffix in SOURCES:
         assert Recording(parts.target).meta["end"] == "aborted"

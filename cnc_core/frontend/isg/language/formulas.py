@@ -23,7 +23,7 @@ from . import functions
 MEMBERS = re.compile(r"(?:\s*\.\s*@?\w+)+")
 NO_OPERATORS = ("MODAL", "MODAL_MOVE", "MODAL_BLOCK")
 OWN = ("P", "S", "L", "CYC", "I")
-SYSTEM = ("G", "A", "RTG")
+SYSTEM = ("G", "A", "RTG", "RTA")
 
 
 class Formulas(FormulaParser):

@@ -65,10 +65,16 @@ class RealTimeLoop:
         self._open: _Open | None = None
         #: V.RTG.LOOP.ENABLED that the present block has written
         self.written: bool | None = None
+        self.last = False  # the value that was written last
+
+    @property
+    def is_open(self) -> bool:
+        """The present block stands inside a loop."""
+        return self._open is not None
 
     def enable(self, enabled: bool) -> None:
         """``V.RTG.LOOP.ENABLED = ..``"""
-        self.written = enabled
+        self.written = self.last = enabled
 
     def switched(self) -> list[Row | Wait]:
         """Rows of what has been written."""

@@ -16,6 +16,7 @@ from .call import ModalCycle
 from .channel import ChannelState
 from .offsets import Offsets
 from .patterns import Patterns
+from .rt_cycles import RealTimeCycles
 from .rt_loop import RealTimeLoop
 from .spaces import Spaces
 from .store import Store
@@ -54,6 +55,7 @@ class ProgramState:
     channel: ChannelState = field(init=False)
     spaces: Spaces = field(init=False)
     loop: RealTimeLoop = field(init=False)
+    rt_cycles: RealTimeCycles = field(init=False)
 
     def __post_init__(self) -> None:
         self.channel = ChannelState(
@@ -61,6 +63,7 @@ class ProgramState:
         )
         self.spaces = Spaces(self.machine, self.modal, self.offsets)
         self.loop = RealTimeLoop(self.modal, self.place, self.channel.splines)
+        self.rt_cycles = RealTimeCycles(self.port, self.place)
 
     def rotation_in_cycle(self, offset: int) -> None:
         """Warn: cycles expect coordinate systems that are made with #CS."""

@@ -322,6 +322,25 @@ class Store:
         self, name: str, indices: Sequence[Formula], offset: int
     ) -> Reference:
         """A variable of the area that the PLC shares."""
+        known, shape, place = self.external_place(name, indices, offset)
+
+        def store(value: Value) -> None:
+            self._port.write_external(
+                known, place(), shape.type.convert(value, shape.name, offset)
+            )
+
+        return Reference(
+            shape.name,
+            lambda: self._port.read_external(known, place()),
+            store,
+            lambda: True,
+            known.synchronised,
+        )
+
+    def external_place(
+        self, name: str, indices: Sequence[Formula], offset: int
+    ) -> tuple[External, Variable, Callable[[], int]]:
+        """A variable of that area, its shape, and the element meant."""
         found = self._externals.get(name)
         if found is None and self._lenient:
             found = External(name, "REAL64", self._next_external)
@@ -341,20 +360,10 @@ class Store:
             f"V.E.{name}", kind, () if known.size is None else (known.size,)
         )
 
-        def place() -> int:
-            return shape.place([index() for index in indices], offset)
-
-        def store(value: Value) -> None:
-            self._port.write_external(
-                known, place(), kind.convert(value, shape.name, offset)
-            )
-
-        return Reference(
-            shape.name,
-            lambda: self._port.read_external(known, place()),
-            store,
-            lambda: True,
-            known.synchronised,
+        return (
+            known,
+            shape,
+            lambda: shape.place([index() for index in indices], offset),
         )
 
     def has_external(self, name: str) -> bool:

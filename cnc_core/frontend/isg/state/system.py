@@ -125,15 +125,21 @@ class System:
     ) -> Reference:
         """V.G, V.A or V.RTG with names in capitals; unknown ones are refused."""
         name = f"V.{family}.{'.'.join(names)}"
-        find = {"A": self._axis, "RTG": self._real_time}.get(
-            family, self._channel
-        )
+        find = {
+            "A": self._axis,
+            "RTG": self._real_time,
+            "RTA": self._real_time_axis,
+        }.get(family, self._channel)
         found = find(names, indices, offset)
         if found is None:
             raise fail(900003, f"variable {name} is not supported", offset)
         load, store = found
         return Reference(
-            name, load, store or _read_only(name, offset), lambda: True
+            name,
+            load,
+            store or _read_only(name, offset),
+            lambda: True,
+            family in ("RTG", "RTA"),
         )
 
     # V.A
@@ -149,11 +155,12 @@ class System:
         axis = (
             self._axis_by_index(indices, offset)
             if indices
-            else self._axis_by_name(names[-1], offset)
+            else self.axis_named(names[-1], offset)
         )
         return (lambda: read(state, axis())), None
 
-    def _axis_by_name(self, name: str, offset: int) -> Callable[[], int]:
+    def axis_named(self, name: str, offset: int) -> Callable[[], int]:
+        """Channel index of an axis, or of @X .. @Z."""
         names = self.state.offsets.names
         if name in ("@X", "@Y", "@Z"):
             return lambda: self._main_axis(name, offset)
@@ -204,19 +211,34 @@ class System:
     def _real_time(
         self, names: list[str], indices: Sequence[Formula], offset: int
     ) -> Access:
-        """V.RTG.LOOP.ENABLED; it is only written."""
-        if indices or names != ["LOOP", "ENABLED"]:
+        """V.RTG.LOOP.ENABLED and COUNT; the count is only read."""
+        state = self.state
+        if indices or names[:1] != ["LOOP"]:
             return None
-        state, name = self.state, "V.RTG.LOOP.ENABLED"
-
-        def load() -> Value:
-            raise fail(900003, f"variable {name} is not supported", offset)
 
         def store(value: Value) -> None:
-            state.channel.not_compensated(name, offset)
             state.loop.enable(_number(value, offset) != 0.0)
 
-        return load, store
+        def read(place: int) -> Formula:
+            return lambda: float(state.port.loop_state(state.loop.last)[place])
+
+        return {
+            "ENABLED": (read(0), store),
+            "COUNT": (read(1), None),
+        }.get(".".join(names[1:]))
+
+    def _real_time_axis(
+        self, names: list[str], indices: Sequence[Formula], offset: int
+    ) -> Access:
+        """V.RTA.ACS.ACT_POS.X, CUR_POS: mm or degrees."""
+        known = names[:1] == ["ACS"] and names[1:2] in (
+            ["ACT_POS"],
+            ["CUR_POS"],
+        )
+        if indices or not known or len(names) != 3:
+            return None
+        axis = self.axis_named(names[2], offset)
+        return (lambda: float(self.state.port.position()[axis()])), None
 
     def _random_number(
         self, indices: Sequence[Formula], rest: list[str], offset: int
@@ -257,7 +279,7 @@ class System:
             return None
         offsets, axis = (
             self.state.offsets,
-            self._axis_by_name(rest[1], offset)(),
+            self.axis_named(rest[1], offset)(),
         )
 
         def row() -> int:
@@ -283,7 +305,7 @@ class System:
         """V.G.NP_AKT.V.X"""
         if indices or len(rest) != 2 or rest[0] != "V":
             return None
-        state, axis = self.state, self._axis_by_name(rest[1], offset)()
+        state, axis = self.state, self.axis_named(rest[1], offset)()
         offsets = state.offsets
 
         def store(value: Value) -> None:

@@ -12,6 +12,7 @@ from cnc_core.errors import CncError
 from cnc_core.frontend.base.block_text import BlockText, read_line
 from cnc_core.frontend.base.flow import START, Flow, Mark, ProgramFile
 from cnc_core.frontend.base.lexer import digits, fail
+from cnc_core.frontend.base.reader import ERRORS_MAX
 
 from ..base.text import LABEL_SIGNS, head_word, label_of, strip_remark
 
@@ -65,7 +66,8 @@ class Indexer:
 
     def __init__(self, file: ProgramFile) -> None:
         self._source, self._index = file.source, Index()
-        self._open: list[tuple[str, int, BlockText]] = []  # IF, ELSE, LOOP
+        # IF, ELSE, LOOP; the blocks of those whose error would be told
+        self._open: list[tuple[str, int, BlockText | None]] = []
 
     def build(self) -> Index:
         source, line = self._source, 0
@@ -86,13 +88,18 @@ class Indexer:
                     block,
                 )
             except CncError as error:
-                self._index.errors.append((error, block))
-        for word, _, block in self._open:
-            self._index.errors.append(
-                (fail(907021, f"{word} is not closed", 0), block)
-            )
+                self._wrong(error, block)
+        for word, _, block in self._open[: ERRORS_MAX + 1]:
+            if block is not None:
+                self._wrong(fail(907021, f"{word} is not closed", 0), block)
         source.seek(before)
         return self._index
+
+    def _wrong(self, error: CncError, block: BlockText) -> None:
+        """One more than a check collects: so it says that there are more."""
+        if len(self._index.errors) <= ERRORS_MAX:
+            # its traceback holds the frames of the block
+            self._index.errors.append((error.with_traceback(None), block))
 
     def _take(
         self, text: str, position: int, behind: Mark, block: BlockText
@@ -103,17 +110,21 @@ class Indexer:
             return
         word = head_word(text)
         if word in ("IF", "LOOP"):
-            self._open.append((word, position, block))
+            self._begin(word, position, block)
         elif word == "ELSE":
             begin = self._close("ELSE", ("IF",))
             self._index.branches[begin] = behind
-            self._open.append((word, position, block))
+            self._begin(word, position, block)
         elif word == "END_IF":
             self._index.branches[self._close(word, ("IF", "ELSE"))] = behind
         elif word == "END_LOOP":
             begin = self._close(word, ("LOOP",))
             self._index.loops[begin] = (position, behind)
             self._index.begins[position] = begin
+
+    def _begin(self, word: str, position: int, block: BlockText) -> None:
+        told = len(self._open) <= ERRORS_MAX
+        self._open.append((word, position, block if told else None))
 
     def _close(self, word: str, openers: tuple[str, ...]) -> int:
         if not self._open or self._open[-1][0] not in openers:

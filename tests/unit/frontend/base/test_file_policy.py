@@ -8,16 +8,19 @@ shows.
 from __future__ import annotations
 
 import errno
+import gc
 import os
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from cnc_core.config import parse_config
-from cnc_core.errors import CncError
+from cnc_core.errors import CncError, Place
 from cnc_core.files import RunFolder
+from cnc_core.frontend.base.block_text import BlockText
 from cnc_core.program import Program
 
 SECRET = "G1 X77 F1000 ; the secret of another folder"
@@ -139,6 +142,8 @@ def test_variables_that_are_none_do_not_show(here: Path) -> None:
             'rotary = ["C", "B"]\ndirections = { X = [-1.0, 0.0, 0.0] }\n',
             "linear",
         ),
+        ("[axes.X" + "1" * 16 + "]\n", "at most 15"),
+        ('[axes."XÄ"]\n', "axis name"),
         ("a = " + "[" * 20_000 + "]" * 20_000, "deeply"),
     ],
 )
@@ -148,15 +153,49 @@ def test_a_wrong_cell_is_an_error_with_words(text: str, said: str) -> None:
     assert caught.value.code == 902001
 
 
-@pytest.mark.parametrize("dialect", ["isg", "iso"])
+@pytest.mark.parametrize(
+    ("dialect", "line"),
+    [
+        ("isg", "G1 X Y"),
+        ("iso", "G1 X Y"),
+        ("isons", "G1 X Y"),
+        ("isons", "IF $a"),
+        ("isons", "END_LOOP"),
+        ("osai", "G1 X Y"),
+    ],
+)
 def test_errors_that_check_collects_are_bounded(
-    here: Path, dialect: str
+    here: Path, dialect: str, line: str
 ) -> None:
-    """A file of wrong lines only: 1000 errors, one that says so, the end."""
-    errors = errors_of(here, dialect, "G1 X Y\n" * 30_000)
-    assert len(errors) == 1001
-    assert errors[-1].code == 900022
-    assert all(error.__traceback__ is None for error in errors)
+    """A file of wrong lines only: 1000 errors, one that says so, the end.
+
+    What is looked for ahead of the first block is bounded as well: no more
+    errors and blocks are kept than are told.
+    """
+    path = here / f"main.{dialect}"
+    path.write_text(f"{line}\n" * 6_000)
+    program = Program(path, parse_config(""), dialect, collect=True)
+    for _ in program.batches():
+        pass
+    gc.collect()
+    kept = Counter(type(item) for item in gc.get_objects())
+    assert len(program.errors) == 1001
+    assert program.errors[-1].code == 900022
+    assert all(error.__traceback__ is None for error in program.errors)
+    assert kept[CncError] + kept[BlockText] < 4_000
+
+
+def test_errors_of_stages_are_bounded_with_the_others(here: Path) -> None:
+    """Errors that lie behind the front end count to the same 1000."""
+    path = here / "main.isg"
+    path.write_text("G1 X1 F1000\nX Y\nM30\n")
+    program = Program(path, parse_config(""), "isg", collect=True)
+    for line in range(5000):
+        program.reader.collect_once(CncError(906001, "", Place("", line)))
+    for _ in program.batches():
+        pass
+    assert len(program.errors) == 1001
+    assert 900022 in [error.code for error in program.errors]
 
 
 # writing

@@ -1,0 +1,158 @@
+"""Real-time cycles of a channel: the one that is being defined, and which
+there are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from cnc_core.errors import ERRORS, CncError, Place
+from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.port import (
+    RT_CYCLES,
+    RT_DELETED,
+    RT_DEPTH,
+    RT_HELD,
+    RT_OPS,
+    RT_STARTED,
+    ChannelPort,
+    RtOp,
+)
+
+RETAINED = "isg real-time cycles"
+PUTS, TAKES = range(5), (5, 6, 8, 10)  # instructions: one value more, or less
+
+
+@dataclass
+class Branch:
+    """``$IF`` .. ``$ENDIF``.
+
+    ``skip``: the jump over the present branch, if that has a condition.
+    ``ends``: jumps from the ends of branches. ``alone``: it has a frequency and
+    therefore one branch only. ``last``: $ELSE has been passed.
+    """
+
+    place: Place
+    skip: int | None
+    alone: bool
+    ends: list[int] = field(default_factory=list)
+    last: bool = False
+
+
+@dataclass
+class OpenCycle:
+    """The cycle that is being defined.
+
+    ``number``: its ID, None without one.
+    """
+
+    number: int | None
+    program: bool
+    starts: bool
+    place: Place
+    ops: list[Callable[[], RtOp]] = field(default_factory=list)
+    targets: dict[int, int] = field(default_factory=dict)
+    branches: list[Branch] = field(default_factory=list)
+
+    def jump(self, code: int) -> int:
+        """A jump whose target is not known yet."""
+        at = len(self.ops)
+        self.ops.append(lambda: RtOp(code, at=self.targets[at]))
+        return at
+
+    def lands(self, jump: int | None) -> None:
+        """A jump goes here."""
+        if jump is not None:
+            self.targets[jump] = len(self.ops)
+
+
+class RealTimeCycles:
+    """``port``: where they go. ``place``: of an offset in the present block."""
+
+    def __init__(
+        self, port: ChannelPort, place: Callable[[int], Place]
+    ) -> None:
+        self._port, self._place = port, place
+        self.opened: OpenCycle | None = None
+        self._slots: dict[int, int] = {}  # of this program, by ID
+        self._unnamed = 0
+
+    def begin(
+        self, number: int | None, *, program: bool, starts: bool, offset: int
+    ) -> None:
+        """``#RT CYCLE [DEF] [..]``."""
+        if self.opened is not None:
+            raise fail(22004, "#RT CYCLE inside a real-time cycle", offset)
+        if number is None and not (program and starts):
+            raise fail(22003, ERRORS[22003], offset)
+        self.opened = OpenCycle(number, program, starts, self._place(offset))
+
+    def end(self, offset: int) -> None:
+        """``#RT CYCLE END``: everything before it has been executed."""
+        opened, self.opened = self.opened, None
+        if opened is None:
+            raise fail(907020, "#RT CYCLE END without its beginning", offset)
+        if opened.branches:
+            raise CncError(
+                907021, "$IF is not closed", opened.branches[-1].place
+            )
+        ops = [make() for make in opened.ops]
+        if len(ops) > RT_OPS or _depth(ops) > RT_DEPTH:
+            raise fail(904010, ERRORS[904010], offset)
+        slot = self._slot(opened, offset)
+        state = RT_STARTED if opened.starts else RT_HELD
+        self._port.rt_cycle(slot, state, opened.program, ops)
+
+    def manage(self, number: int, state: int, word: str, offset: int) -> None:
+        """START, HOLD, CONTINUE, DELETE; only DELETE of none is right."""
+        slots = next((s for s in self._all() if number in s), None)
+        if slots is None:
+            if state != RT_DELETED:
+                raise fail(
+                    907010,
+                    f"#RT CYCLE {word}: no cycle has ID {number}",
+                    offset,
+                )
+            return
+        self._port.rt_cycle(slots[number], state, False, ())
+        if state == RT_DELETED:
+            del slots[number]
+
+    def at_end(self) -> CncError | None:
+        """The error of a program that ends inside a definition."""
+        opened, self.opened = self.opened, None
+        if opened is None:
+            return None
+        return CncError(
+            907021, "#RT CYCLE is not closed by #RT CYCLE END", opened.place
+        )
+
+    def _all(self) -> tuple[dict[int, int], dict[int, int]]:
+        return self._slots, self._port.retained.setdefault(RETAINED, {})
+
+    def _slot(self, opened: OpenCycle, offset: int) -> int:
+        """The place in the engine; a cycle of the same ID is replaced."""
+        mine, lasting = self._all()
+        number = opened.number
+        if number is None:
+            self._unnamed -= 1
+            number = self._unnamed
+        old = mine.pop(number, None)
+        old = lasting.pop(number, old)
+        used = {*mine.values(), *lasting.values()}
+        free = [s for s in range(RT_CYCLES) if s not in used]
+        if not free:
+            raise fail(904010, ERRORS[904010], offset)
+        slot = free[0] if old is None else old
+        (mine if opened.program else lasting)[number] = slot
+        return slot
+
+
+def _depth(ops: list[RtOp]) -> int:
+    """How many values the instructions hold at most."""
+    depth = most = 0
+    for op in ops:
+        depth += (op.code in PUTS) - (op.code in TAKES)
+        most = max(most, depth)
+    return most

@@ -1,0 +1,278 @@
+"""A PLC program against a recorded CNC: where does it write something else than
+the recorded one did?
+
+The CNC cannot react to it any more, so the first difference counts most.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hli.members import Member, member_at
+from hli.symbol import Symbol, SymbolError
+from plc_client import builtin
+from plc_client.client import connect
+from plc_client.guard import Guard
+from plc_client.online import check, number_of, parse_force
+from plc_client.pace import CyclePacer
+from plc_client.program import Program
+from plc_client.scan import Scanner
+from plc_client.sources import load_tasks
+
+from .reading import Recording
+from .recorded_answers import Answers
+from .recorded_cnc import RecordedCnc, Scan, scans_of, symbols_of
+
+
+@dataclass
+class Deviation:
+    """The first member that the new PLC left otherwise: ``old`` is what the
+    recorded one wrote, ``line`` the line of the NC program, 0: none.
+    """
+
+    scan: int
+    cycle: int
+    t: float
+    line: int
+    member: str
+    old: Any
+    new: Any
+
+    def as_json(self) -> dict[str, Any]:
+        """The members."""
+        return dict(vars(self))
+
+
+@dataclass
+class Replay:
+    """What a replay found.  ``counts``: scans by member at whose end it differed."""
+
+    scans: int = 0
+    time_s: float = 0.0
+    wall_s: float = 0.0
+    first: Deviation | None = None
+    counts: dict[str, int] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def equal(self) -> bool:
+        """Whether the new PLC wrote what the recorded one did."""
+        return self.first is None
+
+    def as_json(self) -> dict[str, Any]:
+        """The object that the command prints."""
+        return {
+            "scans": self.scans,
+            "realtime_factor": self.time_s / max(self.wall_s, 1e-9),
+            "equal": self.equal,
+            "first": self.first.as_json() if self.first else None,
+            "counts": self.counts,
+            "warnings": self.warnings,
+        }
+
+
+def programs_of(plc: str, args: dict[str, Any] | None = None) -> list[Program]:
+    """The tasks of a file (Python or Structured Text) or of ``builtin:NAME``,
+    which takes ``args``.
+
+    PlcError: the file is wrong.  ValueError: no such built-in program.
+    """
+    if plc.startswith("builtin:"):
+        name = plc.removeprefix("builtin:")
+        return [Program.of(builtin.load(name), args or {}, name=name)]
+    return [Program.of(cls) for cls in load_tasks(plc)]
+
+
+def replay(recording: Recording, programs: Sequence[Program]) -> Replay:
+    """Run the programs against the recording, scan by scan, as quickly as they
+    go.
+
+    CncError: the recording holds no scans.  PlcError: the user's code fails.
+    """
+    out = Replay()
+    with RecordedCnc(recording) as cnc:
+        _Run(recording, cnc, programs, out).all()
+    return out
+
+
+class _Run:
+    """One replay on its way."""
+
+    def __init__(
+        self,
+        recording: Recording,
+        cnc: RecordedCnc,
+        programs: Sequence[Program],
+        out: Replay,
+    ) -> None:
+        self._recording, self._cnc = recording, cnc
+        self._programs, self._out = programs, out
+        self._about: dict[str, Any] = recording.meta.get("plc", {})
+        self._answers = Answers(cnc.areas, recording)
+        self._members: dict[int, list[Member]] = {}
+        self._differing: list[int] = []
+        self._values: tuple[Any, ...] = ()
+        self._paths: list[str] = []  # of the members that differ
+        self._symbols: list[tuple[int, str, Symbol]] = []
+
+    def all(self) -> None:
+        """Every scan of the recording."""
+        scans = scans_of(self._recording)
+        first = next(scans, None)
+        if first is None:
+            return
+        begun = time.monotonic()
+        self._cnc.begin(first)
+        guard = Guard()
+        with connect(self._cnc.name, present=False) as hli:
+            scanner = Scanner(
+                hli,
+                self._programs,
+                CyclePacer(hli),
+                guard=guard,
+                inputs=self._about.get("inputs"),
+            )
+            try:
+                self._force(scanner)
+                scanner.start()
+                self._end(first)
+                self._watch(scanner)
+                for scan in scans:
+                    self._begin(scan)
+                    self._scan(scanner, scan)
+                    self._end(scan)
+                    self._compare_symbols(scan)
+                    self._out.scans += 1
+                    self._out.time_s = scan.time_s - first.time_s
+            finally:
+                scanner.close()
+                guard.close()
+        self._out.wall_s = time.monotonic() - begun
+        self._warn(scanner)
+
+    def _begin(self, scan: Scan) -> None:
+        differing = self._differing
+        if differing:
+            self._answers.before(differing)
+        self._cnc.begin(scan)
+        if differing:
+            self._answers.after()
+
+    def _scan(self, scanner: Scanner, scan: Scan) -> None:
+        """The tasks that are due; where the recorded PLC ran by the wall clock,
+        those that are due soon.
+        """
+        if not self._cnc.lockstep:
+            for program in scanner.programs:
+                if program.due <= scan.cycle + program.interval_ticks // 2:
+                    program.due = min(program.due, scan.cycle)
+        if scanner.next_due() <= scan.cycle:
+            scanner.scan()
+
+    def _end(self, scan: Scan) -> None:
+        self._differing = self._cnc.end(scan)
+        if self._differing:
+            self._note(scan)
+
+    def _note(self, scan: Scan) -> None:
+        """Count the members that differ; tell the first of all."""
+        values = self._cnc.values(self._differing)
+        if values != self._values:  # most often they stay as they are
+            self._values = values
+            self._paths = list(self._told(scan))
+        counts = self._out.counts
+        for path in self._paths:
+            counts[path] = counts.get(path, 0) + 1
+
+    def _told(self, scan: Scan) -> Iterator[str]:
+        old, new = self._cnc.recorded.data.cast("B"), self._cnc.bytes
+        for member in dict.fromkeys(
+            member for word in self._differing for member in self._at(word)
+        ):
+            a, b = member.value(old), member.value(new)
+            if not _same(a, b):
+                self._tell_first(scan, member.path, a, b)
+                yield member.path
+
+    def _tell_first(self, scan: Scan, path: str, old: Any, new: Any) -> None:
+        if self._out.first is None:
+            line = _line_at(self._recording, scan.cycle)
+            self._out.first = Deviation(
+                scan.number, scan.cycle, scan.time_s, line, path, old, new
+            )
+
+    def _force(self, scanner: Scanner) -> None:
+        """What was held from the start of the recorded run."""
+        for text in self._about.get("force", ()):
+            path, value = parse_force(text)
+            try:
+                scanner.forces.hold(path, scanner.symbols[path], value)
+            except SymbolError as error:
+                self._out.warnings.append(f"not forced: {error}")
+
+    def _watch(self, scanner: Scanner) -> None:
+        """The symbols that were watched, as far as the new PLC has them."""
+        for i, path in enumerate(symbols_of(self._recording)):
+            try:
+                symbol = scanner.symbols[path]
+                check(symbol)
+            except SymbolError as error:
+                self._out.warnings.append(f"not compared: {error}")
+            else:
+                self._symbols.append((i, path, symbol))
+
+    def _compare_symbols(self, scan: Scan) -> None:
+        for i, path, symbol in self._symbols:
+            old, new = scan.watched[i], number_of(symbol.value)
+            if not _same(old, new):
+                self._tell_first(scan, path, old, new)
+                counts = self._out.counts
+                counts[path] = counts.get(path, 0) + 1
+
+    def _at(self, word: int) -> list[Member]:
+        """The members that a PLC writes in these 8 bytes."""
+        if word not in self._members:
+            mask = self._cnc.masks[word : word + 1].view(np.uint8)
+            places = (word * 8 + int(i) for i in np.flatnonzero(mask))
+            members = (member_at(place) for place in places)
+            self._members[word] = list(
+                dict.fromkeys(member for member in members if member)
+            )
+        return self._members[word]
+
+    def _warn(self, scanner: Scanner) -> None:
+        out = self._out
+        out.warnings += [t for p in scanner.programs for t in p.warnings]
+        if not self._cnc.lockstep:
+            out.warnings.append(
+                "recorded outside of lockstep: the PLC may have read control"
+                " units and semaphores at any time of a scan; what both sides"
+                " write is not compared"
+            )
+        if self._answers.log_requests:
+            out.warnings.append(
+                f"{self._answers.log_requests} requests of the marked log that"
+                " the recorded PLC did not make were answered with nothing"
+            )
+
+
+def _same(a: Any, b: Any) -> bool:
+    return bool(a == b or (a != a and b != b))  # noqa: PLR0124 (NaN)
+
+
+def _line_at(recording: Recording, cycle: int) -> int:
+    """The line of the NC program in this cycle."""
+    cycles = recording.cycles
+    if "line" not in cycles.columns or not len(cycles):
+        return 0
+    for chunk in cycles.chunks(["cycle", "line"]):
+        known = chunk.column(0).to_numpy()
+        if known[-1] >= cycle:
+            at = int(np.searchsorted(known, cycle))
+            return int(chunk.column(1)[at].as_py())
+    return int(chunk.column(1)[-1].as_py())

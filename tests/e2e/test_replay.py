@@ -1,0 +1,223 @@
+"""Replays: a PLC against a recorded CNC, and where it writes something else."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cnc_core import Cell, Recording
+from cnc_core.recording.recorded_answers import RecordedContour
+from cnc_core.recording.replay import Replay, programs_of, replay
+from hli import layout
+from hli.view import BLOCK_DTYPE
+from support.command_line import Outcome
+from support.paths import ROOT
+from support.seeds import few
+
+EXAMPLES = ROOT / "examples"
+Cli = Callable[..., Outcome]
+OVERRIDE = EXAMPLES / "override_from_contour.py"
+# PLC, NC program, cell
+CASES = [
+    ("override_from_contour.py", "part.nc", "cell.toml"),
+    ("spark_erosion/with_lookahead.py", "part.nc", "cell.toml"),
+    ("override_from_contour.st", "part.nc", "cell.toml"),
+    ("read_marked_log.py", "part.nc", "cell.toml"),
+    ("spark_erosion/without_lookahead.py", "part.nc", "cell.toml"),
+    ("dispenser/with_lookahead.py", "part.nc", "cell.toml"),
+    ("dispenser/without_lookahead.py", "part.nc", "cell.toml"),
+    ("laser_power/with_lookahead.py", "part.nc", "cell.toml"),
+    ("laser_power/without_lookahead.py", "part.nc", "cell.toml"),
+    ("sharp_tangents/with_lookahead.py", "part.nc", "cell.toml"),
+    ("sharp_tangents/without_lookahead.py", "part.nc", "cell.toml"),
+    ("osai/watch_elements.py", "part.osai", "cell.toml"),
+]
+WATCHED = {
+    "spark_erosion/with_lookahead.py": ("Generator.fine",),
+    "dispenser/with_lookahead.py": ("Valve.open",),
+}
+
+
+def again(recording: Path, plc: Path | str) -> Replay:
+    return replay(Recording(recording), programs_of(str(plc)))
+
+
+def record(plc: Path | str, program: Path, target: Path, **run: Any) -> Path:
+    config = run.pop("config", None)
+    with Cell(config) as cell:
+        result = cell.run(program, plc, record=target, **run)
+    assert result.end == "completed", result.errors
+    return target
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first example's run."""
+    target = tmp_path_factory.mktemp("recorded") / "r.parquet"
+    config = EXAMPLES / "cell.toml"
+    return record(OVERRIDE, EXAMPLES / "part.nc", target, config=config)
+
+
+@pytest.mark.parametrize(("plc", "program", "cell"), few(CASES, 2))
+def test_the_same_plc_writes_the_same(
+    plc: str, program: str, cell: str, tmp_path: Path
+) -> None:
+    """Every example: each scan again, no difference; watched symbols too."""
+    folder = (EXAMPLES / plc).parent
+    target = record(
+        EXAMPLES / plc,
+        folder / program,
+        tmp_path / "r.arrow",
+        config=folder / cell,
+        watch=WATCHED.get(plc, ()),
+    )
+    found = again(target, EXAMPLES / plc)
+    assert found.equal, found.first
+    assert found.warnings == []
+    assert found.scans == len(Recording(target).plc)
+
+
+def changed(tmp_path: Path, old: str, new: str) -> Path:
+    text = OVERRIDE.read_text()
+    assert old in text
+    path = tmp_path / "new.py"
+    path.write_text(text.replace(old, new))
+    return path
+
+
+def test_another_value_is_told(recorded: Path, tmp_path: Path) -> None:
+    """61 % where 60 % was written: the scan, its line, member and both values."""
+    found = again(recorded, changed(tmp_path, "60.0 if", "61.0 if"))
+    assert found.first is not None
+    member = "gpCh[0].bahn_mc_control.override.command_w"
+    assert found.first.member == member
+    assert (found.first.old, found.first.new) == (600, 610)
+    recording = Recording(recorded)
+    cycle = int(np.searchsorted(recording.cycles["cycle"], found.first.cycle))
+    assert found.first.line == recording.cycles["line"][cycle] > 0
+    assert found.counts.keys() == {member}
+    exchange = recording.exchange
+    writes = exchange["by_plc"] & (exchange["scan"] == found.first.scan)
+    assert writes.any(), "the old one wrote in this scan"
+
+
+def test_another_request_is_answered_from_the_elements(
+    recorded: Path, tmp_path: Path
+) -> None:
+    """Looks 10 mm instead of 5 mm ahead: it sees the arcs sooner, and asks again
+    and again as it would beside the CNC.
+    """
+    found = again(recorded, changed(tmp_path, "50_000.0", "100_000.0"))
+    assert found.first is not None
+    assert found.first.member.endswith("contour_lookahead.request.length")
+    sooner = found.counts["gpCh[0].bahn_mc_control.override.command_w"]
+    assert 50 < sooner < found.scans // 2
+    assert "gpCh[0].contour_lookahead.semaphor_rw" not in found.counts
+
+
+def test_answers_from_elements_are_the_engines_own(recorded: Path) -> None:
+    """Each answer of the run is what the recorded elements give for its request."""
+    recording = Recording(recorded)
+    contour = RecordedContour(recording)
+    exchange = recording.exchange
+    memory = np.zeros(1 << 17, np.uint64)
+    begin = (
+        layout.HLI_SEGMENT.channel.offset
+        + layout.HLI_CHANNEL.contour_lookahead.offset
+    )
+    unit = layout.HLI_CONTOUR_LOOKAHEAD.from_buffer(memory, begin)
+    ahead = layout.HLI_AHEAD.from_buffer(
+        memory, layout.HLI_SEGMENT.ahead.offset
+    )
+    asked, seen = None, 0
+    rows = zip(
+        exchange["scan"], exchange["by_plc"], exchange["word"],
+        exchange["value"], strict=True,
+    )  # fmt: skip
+    held: tuple[int, bool] = (0, False)
+    for scan, by_plc, word, value in rows:
+        if (scan, by_plc) != held:
+            if asked and not unit.semaphor_rw and not held[1]:
+                got = np.frombuffer(unit.response.block, BLOCK_DTYPE)
+                got = got[: int(np.argmax(got["block_type"] == 0))]
+                told = contour.answer(
+                    *asked, ahead.state.epoch, unit.state.max_dist_prog_start
+                )
+                for name in ("block_number", "start_position", "length"):
+                    assert (got[name] == told[name]).all(), (scan, name)
+                seen += 1
+                asked = None
+            if held[1] and unit.semaphor_rw:
+                asked = (unit.request.start_position, unit.request.length)
+            held = (scan, by_plc)
+        memory[word] = value
+    assert seen > 1000
+
+
+PLC = """from plc_client import task
+@task()
+class A:
+    def setup(self, hli):
+        self.n = self.k = self.door = self.q = 0
+    def cyclic(self):
+        self.n += 1 + self.k + self.door
+"""
+
+
+def test_watched_symbols_are_compared(tmp_path: Path) -> None:
+    """What the PLC keeps to itself differs as well, if it was watched; a symbol
+    that the new PLC has not is told.  Simulated inputs and forces come again.
+    """
+    nc = tmp_path / "part.nc"
+    nc.write_text("G1 X2 F6000\nM30\n")
+    plc = tmp_path / "old.py"
+    plc.write_text(PLC)
+    target = record(
+        plc,
+        nc,
+        tmp_path / "r.npz",
+        watch=("A.n", "A.q"),
+        force={"A.k": 3},
+        inputs={"A.door": {"steps": [{"time_s": 0.01, "value": 1}]}},
+    )
+    assert again(target, plc).equal
+    new = tmp_path / "new.py"
+    new.write_text(PLC.replace("self.q", "self.x").replace("+= 1", "+= 2"))
+    found = again(target, new)
+    assert found.first is not None
+    assert (found.first.scan, found.first.member) == (1, "A.n")
+    assert (found.first.old, found.first.new) == (4.0, 5.0)
+    assert any("A.q" in text for text in found.warnings)
+
+
+def test_the_command_tells_it_to_people_and_programs(
+    cli: Cli, recorded: Path, tmp_path: Path
+) -> None:
+    """Exit 0 and 1, the JSON object, and what cannot be replayed."""
+    same = cli("replay", recorded, "--plc", OVERRIDE, "--json")
+    assert same.status == 0, same.err
+    assert same.json["equal"]
+    assert same.json["scans"] > 1000
+    assert same.json["realtime_factor"] > 0
+    other = cli("replay", recorded, "--plc", "builtin:acknowledge")
+    assert other.status == 1
+    assert "first difference: scan 1, t = 0 s" in other.out
+    empty = tmp_path / "empty.py"
+    empty.write_text("x = 1\n")
+    wrong = cli("replay", recorded, "--plc", empty, "--json")
+    assert wrong.status == 1
+    assert json.loads(wrong.out)["errors"][0]["code"] == 905003
+
+
+def test_a_recording_without_scans_is_refused(tmp_path: Path) -> None:
+    """Recorded with no PLC, or without the table: nothing to compare with."""
+    nc = tmp_path / "part.nc"
+    nc.write_text("G1 X2 F6000\nM30\n")
+    alone = record("none", nc, tmp_path / "a.arrow")
+    with pytest.raises(Exception, match="no scans of a PLC"):
+        again(alone, OVERRIDE)
