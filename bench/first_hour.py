@@ -187,7 +187,7 @@ STEPS = [
         "look ahead",
         "lookahead part.nc --distance 0 700000 --at start",
         0,
-        "arc",
+        "circle",
     ),
     Step("new", "new my-cell", 0, "pytest -q"),
     Step("new, ST", "new st-cell --st", 0, "machine.st"),
