@@ -26,7 +26,7 @@ from plc_client.sources import load_tasks
 
 from .reading import Recording
 from .recorded_answers import Answers
-from .recorded_cnc import RecordedCnc, Scan, scans_of, symbols_of
+from .recorded_cnc import RecordedCnc, Scan, no_scans, scans_of, symbols_of
 
 
 @dataclass
@@ -127,7 +127,7 @@ class _Run:
         scans = scans_of(self._recording)
         first = next(scans, None)
         if first is None:
-            return
+            raise no_scans(self._recording)
         begun = time.monotonic()
         self._cnc.begin(first)
         guard = Guard()
@@ -250,6 +250,16 @@ class _Run:
     def _warn(self, scanner: Scanner) -> None:
         out = self._out
         out.warnings += [t for p in scanner.programs for t in p.warnings]
+        if not self._recording.complete:
+            out.warnings.append(
+                f"the recording is not complete: {out.scans} scans are replayed"
+            )
+        lost = self._recording.meta.get("lost", {}).get("plc")
+        if lost:
+            out.warnings.append(
+                f"{lost} rows of the PLC were lost when it was recorded: behind"
+                " them the replay differs although the PLC does not"
+            )
         out.warnings += [
             f"task {p.name}: {p.overruns} scans are left out; the recorded PLC"
             " was not scanned then"
