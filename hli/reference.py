@@ -277,7 +277,7 @@ nr_late_sync | | CNC | unit of the late synchronisation
 synch_mode | | CNC | synchronisation type
 MC_ERROR
     an error record
-satz_r | | | the record
+satz_r | | who reports | the record
 semaphor_rw | | | the writer sets it behind the record, the reader clears it
 enable_w | | | TRUE: the next record waits until this one is cleared
 HLI_ERROR_SATZ

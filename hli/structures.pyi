@@ -610,7 +610,7 @@ class MC_ERROR(View):
     """An error record."""
 
     satz_r: HLI_ERROR_SATZ
-    """The record; written by: CNC."""
+    """The record; written by: who reports."""
     semaphor_rw: bool
     """The writer sets it behind the record, the reader clears it; written
     by: both.

@@ -8,23 +8,26 @@ from .reference import MEMBERS
 
 
 @functools.cache
-def units() -> dict[str, dict[str, str]]:
-    """Structure -> member -> unit; members without a unit are left out."""
-    found: dict[str, dict[str, str]] = {}
+def units_and_writers() -> dict[str, dict[str, tuple[str, str]]]:
+    """Structure -> member -> (unit, writer), as the reference has them."""
+    found: dict[str, dict[str, tuple[str, str]]] = {}
     structures: list[str] = []
+    within = False
     for line in MEMBERS.splitlines():
         if not line or line.startswith(" "):
             continue
         if "|" not in line:
-            structures = line.replace(",", " ").split()
+            # names go on in the next line until the first member comes
+            structures = line.split() + ([] if within else structures)
+            within = False
             continue
-        member, unit, _ = (part.strip() for part in line.split("|", 2))
+        within = True
+        member, unit, writer, _ = (part.strip() for part in line.split("|", 3))
         for structure in structures:
-            if unit:
-                found.setdefault(structure, {})[member] = unit
+            found.setdefault(structure, {})[member] = unit, writer
     return found
 
 
 def unit_of(structure: str, member: str) -> str:
     """The unit of a member, empty if it has none."""
-    return units().get(structure, {}).get(member, "")
+    return units_and_writers().get(structure, {}).get(member, ("", ""))[0]

@@ -17,9 +17,10 @@ from typing import Any
 from hli._sync import lib
 
 from hli.errors import HliError, HliNotFound, HliNotReady
+from hli.owners import cnc_writes
 from hli.symbol import SymbolError
 
-from . import advice, builtin, stats
+from . import builtin, stats
 from .client import DEFAULT_NAME, Hli, connect
 from .guard import Guard
 from .online import UNFIT, Forces, TaskSymbol, Watch, parse_force
@@ -149,7 +150,7 @@ class Process:
 
     def _advise_force(self, path: str) -> None:
         """A force of what the CNC writes changes what the PLC reads alone."""
-        if advice.is_status(path):
+        if cnc_writes(path):
             self.warnings.append(
                 f"force {path}: the CNC writes it in each cycle; the force"
                 " changes what the PLC reads, not what the CNC does"

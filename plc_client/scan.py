@@ -356,9 +356,7 @@ def report(
         "overruns": sum(p.overruns for p in programs),
         "tasks": task_statistics(programs),
         "warnings": [
-            text
-            for p in programs
-            for text in (*p.warnings, *advice.of_times(p))
+            text for p in programs for text in (*p.warnings, *advice.of_run(p))
         ],
         "requests": requests,
         "handshake_ns": handshake_ns,

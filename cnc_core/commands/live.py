@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
 
 from .console import app, emit, err, out
-from .options import Json, SegmentName
+from .options import Json, SegmentName, Symbols
+from .tables import print_table, value_lines
 
 
 @app.command()
@@ -28,18 +27,22 @@ def ps(as_json: Json = False) -> None:
     if not found:
         out.print("no cell runs")
         return
-    table = Table("name", "pid", "clock", "program", "state", "plc")
-    for cell in found:
-        plc = str(cell.plc) if cell.plc else "none"
-        table.add_row(
-            cell.name,
-            str(cell.pid),
-            cell.clock,
-            cell.program,
-            cell.state,
-            plc,
-        )
-    out.print(table)
+    head = ("name", "pid", "clock", "program", "state", "plc")
+    print_table(
+        "",
+        head,
+        (
+            (
+                *map(str, (c.name, c.pid, c.clock, c.program, c.state)),
+                _plc(c.plc),
+            )
+            for c in found
+        ),
+    )
+
+
+def _plc(pid: int | None) -> str:
+    return str(pid) if pid else "none"
 
 
 class Watched:
@@ -90,20 +93,6 @@ class Watched:
             values |= orders.send(self._name, order)["values"]
         return {"t": now} | {path: values[path] for path in self._paths}
 
-    def unit(self, path: str, member: str = "") -> str:
-        """Unit of a symbol, or of a member of the structure it names."""
-        from hli.units import unit_of  # noqa: PLC0415
-        from hli.view import View  # noqa: PLC0415
-
-        symbol = self._symbols.get(path)
-        if symbol is None:
-            return ""
-        holder = symbol.value if member else symbol._holder
-        key = member or symbol._key
-        if not isinstance(holder, View):
-            return ""
-        return unit_of(type(holder)._structure.__name__, str(key))
-
 
 def plain(value: Any) -> Any:
     """Numbers, texts, and structures and arrays of them, as JSON has them."""
@@ -118,39 +107,9 @@ def plain(value: Any) -> Any:
     return value
 
 
-def _lines(watched: Watched, row: dict[str, Any]) -> Iterator[str]:
-    """A row for people: a line a value, members below their structure."""
-    yield f"t = {row['t']:.3f} s"
-    for path, value in list(row.items())[1:]:
-        if not isinstance(value, dict):
-            yield f"  {path} = {_text(value)} {watched.unit(path)}".rstrip()
-            continue
-        yield f"  {path}"
-        for member, item in value.items():
-            unit = watched.unit(path, member)
-            yield f"    {member} = {_text(item)} {unit}".rstrip()
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).upper()
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    text = str(value)
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}.."
-
-
-SHOWN = 60  # characters of a value
-
-
 @app.command()
 def watch(
-    symbols: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="SYMBOL...", help="variables of the HLI or of a task"
-        ),
-    ],
+    symbols: Symbols,
     name: SegmentName = "hli-cosim",
     interval: Annotated[
         float, typer.Option(min=0.001, help="s between two readings")
@@ -172,7 +131,8 @@ def watch(
         if as_json:
             emit(row, flush=True)
         else:
-            out.print("\n".join(_lines(watched, row)))
+            out.print(f"t = {row.pop('t'):.3f} s")
+            out.print("\n".join(value_lines(row, indent=2)))
         taken += 1
         if taken == count:
             return

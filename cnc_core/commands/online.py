@@ -11,7 +11,8 @@ from .console import (
     emit,
     out,
 )
-from .options import Json
+from .options import Json, Symbols
+from .tables import value_lines
 
 PlcName = Annotated[
     str, typer.Option("--name", help="segment of the running PLC")
@@ -36,10 +37,10 @@ def _order(
     if as_json:
         emit(answer)
         return
-    for path, value in answer.get("values", {}).items():
-        out.print(f"{path} = {value}")
-    for path, value in answer["forced"].items() if do != "read" else ():
-        out.print(f"forced: {path} = {value}")
+    for line in value_lines(answer.get("values", {})):
+        out.print(line)
+    for line in value_lines(answer["forced"]) if do != "read" else ():
+        out.print(f"forced: {line}")
     if do != "read" and not answer["forced"]:
         out.print("nothing is forced")
 
@@ -91,12 +92,7 @@ def unforce(
 
 @app.command()
 def read(
-    symbols: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="SYMBOL...", help="variables of the HLI or of a task"
-        ),
-    ],
+    symbols: Symbols,
     name: PlcName = "hli-cosim",
     wait: PlcWait = 0.0,
     as_json: Json = False,
@@ -108,7 +104,3 @@ def read(
     Slow.gain
     """
     _order(name, wait, "read", list(symbols), as_json)
-
-
-# ------------------------------------------------------------------------------------------------
-# tools

@@ -26,6 +26,12 @@ from ..process.options import (
 from .console import one_of
 
 File = Annotated[Path, typer.Argument(help="NC program")]
+Symbols = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="SYMBOL...", help="variables of the HLI or of a task"
+    ),
+]
 Json = Annotated[
     bool,
     typer.Option(

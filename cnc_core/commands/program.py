@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,6 +10,7 @@ import typer
 
 from ..errors import CncError, Place
 from .console import (
+    COLUMNS,
     SHOWN_ERRORS,
     app,
     emit,
@@ -32,7 +34,7 @@ from .options import (
     expanded,
 )
 from .progressing import program_bar
-from .tables import say_figures
+from .tables import number, say_figures
 
 if TYPE_CHECKING:
     from ..planning import Feeder, PlanResult
@@ -152,33 +154,46 @@ def blocks(
                 if as_json:
                     emit(value)
                 else:
-                    out.print(_block_line(value))
+                    out.print(_block_lines(value))
     say_warnings(program)
 
 
-def _block_line(value: dict[str, Any]) -> str:
-    """One canonical block as a line for people."""
+BLOCK_UNITS = {
+    "length": "mm",
+    "feed": "mm/s",
+    "radius": "mm",
+    "programmed_radius": "mm",
+    "angle": "rad",
+    "seconds": "s",
+}
+UNTOLD = ("type", "line", "n", "count", "start", "rapid")
+INDENT = 27  # of what a block's line goes on with
+
+
+def _block_lines(value: dict[str, Any]) -> str:
+    """One canonical block for people, in 80 columns."""
     head = f"{value['line']:>6} N{value['n']:<6} {value['type']:<10}"
     rest = []
     for key, item in value.items():
-        if key in ("type", "line", "n", "count", "start", "rapid"):
+        if key in UNTOLD or item is None:
             continue
         if isinstance(item, dict):
-            rest.append(" ".join(f"{k}{_numbers(v)}" for k, v in item.items()))
+            places = " ".join(f"{k}{_numbers(v)}" for k, v in item.items())
+            rest.append(places if key == "end" else f"{key} {places}")
         else:
-            rest.append(
-                f"{key} {item:.6g}"
-                if isinstance(item, float)
-                else f"{key} {item}"
-            )
-    return head + "  " + ", ".join(rest)
+            text = number(item) if isinstance(item, float) else str(item)
+            rest.append(f"{key} {text} {BLOCK_UNITS.get(key, '')}".rstrip())
+    line = head + "  " + ", ".join(rest)
+    if len(line) <= COLUMNS:
+        return line
+    return textwrap.fill(line, COLUMNS, subsequent_indent=" " * INDENT)
 
 
 def _numbers(value: float | list[float]) -> str:
     return (
         f"{value:.4f}"
         if isinstance(value, float)
-        else "(" + " ".join(f"{v:.6g}" for v in value) + ")"
+        else "(" + " ".join(map(number, value)) + ")"
     )
 
 
@@ -360,4 +375,6 @@ def optimize(
     if as_json:
         emit(value)
         return
+    for warning in value.pop("warnings"):
+        say_error(f"warning: {warning}")
     say_figures(str(target), value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
@@ -11,6 +12,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from hli import layout
+from hli.owners import unit_of_path
 
 from .console import COLUMNS, out, say_causes
 
@@ -109,6 +111,53 @@ def _joined(item: Any, unit: str) -> list[str]:
         parts.append(f"{name} {_with_unit(one, own)}")
     ending = f" {unit}" if unit else ""
     return [", ".join(parts) + ending] if parts else []
+
+
+# ------------------------------------------------------------------------------------------------
+# values
+SHOWN = 60  # characters of a value
+TENTH_UM, TENTHS_A_MM = "0.1 um", 10_000.0
+
+
+def value_lines(values: dict[str, Any], indent: int = 0) -> Iterator[str]:
+    """A line a value with its unit, members below their structure."""
+    for path, value in values.items():
+        yield from _value(path, path, value, indent)
+
+
+def _value(path: str, name: str, value: Any, indent: int) -> Iterator[str]:
+    edge = " " * indent
+    if isinstance(value, dict):
+        yield f"{edge}{name}"
+        for member, item in value.items():
+            yield from _value(f"{path}.{member}", member, item, indent + 2)
+        return
+    text = f"{name} = {_with_millimetres(value, unit_of_path(path))}".rstrip()
+    yield from textwrap.wrap(
+        text,
+        COLUMNS,
+        initial_indent=edge,
+        subsequent_indent=f"{edge}    ",
+    )
+
+
+def _with_millimetres(value: Any, unit: str) -> str:
+    """A value with its unit; millimetres beside 0.1 um."""
+    if unit == TENTH_UM and isinstance(value, (int, float)):
+        return f"{value:.0f} {unit} ({number(value / TENTHS_A_MM)} mm)"
+    return f"{_text(value)} {unit}"
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).upper()
+    if isinstance(value, float):
+        return number(value)
+    if isinstance(value, list):
+        inner = ", ".join(map(_text, value))
+        return f"[{inner}]" if len(inner) <= SHOWN else f"[{inner[:SHOWN]}..]"
+    text = str(value)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}.."
 
 
 # ------------------------------------------------------------------------------------------------

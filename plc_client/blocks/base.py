@@ -33,6 +33,8 @@ class FunctionBlock:
     """
 
     state: Enum
+    refused = 0
+    """Scans whose inputs were out of range, so that nothing was sent."""
 
     def __init__(self) -> None:
         self.done = self.busy = self.error = False

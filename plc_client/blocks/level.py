@@ -177,6 +177,7 @@ class _Levels(FunctionBlock):
 
     def _refuse(self) -> None:
         """An input is not usable: error 1, the units keep what they have."""
+        self.refused += 1
         self.error, self.error_id, self.state = (
             True,
             ERROR_INPUT,

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer
+from typer.testing import CliRunner
 
-from cnc_core.commands.tables import number
+from cnc_core.cli import app
+from cnc_core.commands.tables import number, value_lines
 from support.command_line import T1, Outcome
 
 Cli = Callable[..., Outcome]
@@ -39,11 +43,12 @@ def test_numbers_have_four_digits(value: float, text: str) -> None:
     "arguments",
     [
         ("plan",),
+        ("blocks",),
         ("run", "--watch", WATCHED),
         ("lookahead", "--index", "0"),
         ("lookahead", "--distance", "0", "500000"),
     ],
-    ids=["plan", "run", "index", "distance"],
+    ids=["plan", "blocks", "run", "index", "distance"],
 )
 def test_tables_are_for_people(
     cli: Cli, program: Write, arguments: tuple[str, ...]
@@ -98,6 +103,47 @@ def test_an_error_comes_last_and_without_zeros(
     driven = cli("run", program("N10 G1 X1 F1000\nN20 T7 D7\nM30\n"))
     assert "error" in driven.out
     assert driven.err.splitlines()[-1].strip() == "N20 T7 D7"
+
+
+def test_every_command_explains_itself_in_80_columns() -> None:
+    """Its help, with an example, at the width of a plain terminal."""
+    names = [name for name, _ in commands(typer.main.get_command(app))]
+    assert len(names) > 18
+    for name in names:
+        shown = CliRunner().invoke(
+            app, [*name.split(), "-h"], env={"COLUMNS": "80"}, prog_name="h"
+        )
+        assert shown.exit_code == 0, name
+        assert max(map(len, shown.output.splitlines())) <= 80, name
+        assert "Example:" in shown.output, name
+
+
+def commands(group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Every command by its full name; groups are unfolded."""
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from commands(command, f"{prefix}{name} ")
+        else:
+            yield prefix + name, command
+
+
+def test_values_have_units_and_few_digits() -> None:
+    """Of the HLI and of tasks; millimetres beside 0.1 um, long texts cut."""
+    place = "gpCh[0]^.bahn_state.dist_prog_start"
+    unit = "HLI_Global_Variables.gpCh[0]^.bahn_mc_control.override.command_w"
+    given = {place: 123456.789, unit: 500, "T.x": 1 / 3, "T.on": True}
+    lines = list(
+        value_lines(given | {"T.text": "x" * 200, "T.list": [0.1] * 99})
+    )
+    assert lines[:4] == [
+        f"{place} = 123457 0.1 um (12.35 mm)",
+        f"{unit} = 500 0.1 %",
+        "T.x = 0.3333",
+        "T.on = TRUE",
+    ]
+    assert max(map(len, lines)) <= 80
+    nested = list(value_lines({"gpCh[0].bahn_state": {"override_r": 1000}}, 2))
+    assert nested == ["  gpCh[0].bahn_state", "    override_r = 1000 0.1 %"]
 
 
 def test_usual_options(cli: Cli) -> None:

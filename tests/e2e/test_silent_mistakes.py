@@ -18,6 +18,7 @@ Write = Callable[..., Path]
 PART = "G1 F6000 X5\nM30\n"
 PLC = """
 import time
+import plc_client
 from plc_client import task
 
 @task(interval={interval})
@@ -63,6 +64,13 @@ def run(
             "the CNC writes it in each cycle",
         ),
         ({"setup": OVERRIDE}, "an override above 200 %"),
+        (
+            {
+                "setup": "self.ov = plc_client.Override(self.ch)",
+                "cyclic": "self.ov(path=250.0)",
+            },
+            "ov (Override) got an input out of range",
+        ),
     ],
 )
 def test_a_mistake_is_told_with_its_mend(
