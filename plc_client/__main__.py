@@ -229,6 +229,7 @@ class Process:
                             "args": args.args,
                             "inputs": args.inputs,
                             "force": args.force,
+                            "st": args.st,
                         },
                         "memory": memory_of(hli),
                     },

@@ -13,7 +13,7 @@ from rich.table import Table as Rows
 
 from ..errors import CncError, Place
 from .console import app, emit, one_of, out, say_error
-from .options import Json
+from .options import Json, StOptions, expanded
 
 ROWS_ABREAST = 4
 RecordingFile = Annotated[
@@ -197,8 +197,10 @@ def _print_comparison(value: dict[str, Any]) -> None:
 
 
 @app.command()
+@expanded
 def replay(
     file: RecordingFile,
+    st: StOptions,
     plc: Annotated[
         str,
         typer.Option(
@@ -212,7 +214,7 @@ def replay(
 
     Example: hli-cosim replay run.parquet --plc new.py
     """
-    from plc_client.task import PlcError  # noqa: PLC0415
+    from plc_client.task import PlcError, is_st  # noqa: PLC0415
 
     from ..recording.reading import Recording  # noqa: PLC0415
     from ..recording.replay import programs_of  # noqa: PLC0415
@@ -221,11 +223,14 @@ def replay(
     if not plc.startswith("builtin:") and not Path(plc).exists():
         raise CncError(901001, "PLC program not found", Place(plc))
     recording = Recording(file)
-    args = recording.meta.get("plc", {}).get("args")
+    about = recording.meta.get("plc", {})
+    words = st.words() or (about.get("st", ()) if is_st(plc) else ())
     try:
         # what the program prints goes where a PLC process sends it
         with contextlib.redirect_stdout(sys.stderr):
-            found = run_again(recording, programs_of(plc, args))
+            found = run_again(
+                recording, programs_of(plc, about.get("args"), words)
+            )
     except PlcError as error:
         raise CncError(905003, str(error)) from None
     if as_json:

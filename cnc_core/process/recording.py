@@ -50,7 +50,8 @@ def losses(lost: dict[str, int], problem: str) -> list[str]:
 class SoleRecording:
     """The recording of a CNC process that nobody has launched.
 
-    A context manager: behind it the file is written, whatever ended the process.
+    A context manager: behind it the file is written, whatever ended the process;
+    a process that did not start leaves the file as it was.
     ``told``: what somebody should know.  CncError: it cannot be written there.
     """
 
@@ -74,6 +75,9 @@ class SoleRecording:
         return self
 
     def __exit__(self, *_: object) -> None:
+        if not self._parts.cnc.exists():  # the process did not start
+            self._parts.drop()
+            return
         try:
             report = json.loads(self._report.read_text())
         except (OSError, ValueError):

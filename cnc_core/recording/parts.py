@@ -101,8 +101,12 @@ class Parts:
                 f"recording {self.target}: {why};"
                 f" what was recorded is in {self.folder}",
             ) from None
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self.drop()
         return source.rows("cycles")
+
+    def drop(self) -> None:
+        """Remove the folder."""
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 def source_of_parts(folder: Path, live: bool = False) -> JoinedSource:

@@ -54,7 +54,10 @@ class Scan(NamedTuple):
 
 
 def scans_of(recording: Recording) -> Iterator[Scan]:
-    """All scans in order, ``setup()`` first; memory for a chunk of the tables."""
+    """All scans in order, ``setup()`` first; memory for a chunk of the tables.
+
+    Of a recording that was cut, the scans whose changes are whole.
+    """
     changes = _changes(recording)
     key, part = next(changes, _END)
     for number, cycle, time_s, *watched in _times(recording):
@@ -62,6 +65,8 @@ def scans_of(recording: Recording) -> Iterator[Scan]:
         while key >> 1 <= number:
             found[key & 1].append(part)
             key, part = next(changes, _END)
+        if part is None and not recording.complete:
+            return
         yield Scan(number, cycle, time_s, *found, tuple(watched))
 
 
@@ -114,6 +119,16 @@ def _changes(recording: Recording) -> Iterator[tuple[int, Changes]]:
             begin = end
 
 
+def no_scans(recording: Recording) -> CncError:
+    """The error for a recording without a PLC."""
+    return CncError(
+        901002,
+        f"{recording.path}: it holds no scans of a PLC to replay"
+        " (recorded without a PLC, without the table exchange, or by"
+        " an older version)",
+    )
+
+
 class RecordedCnc:
     """The segment of a recorded run.  A context manager; ``close()`` removes it.
 
@@ -123,12 +138,7 @@ class RecordedCnc:
     def __init__(self, recording: Recording) -> None:
         about = recording.meta.get("memory")
         if not about or "exchange" not in recording.tables:
-            raise CncError(
-                901002,
-                f"{recording.path}: it holds no scans of a PLC to replay"
-                " (recorded without a PLC, without the table exchange, or by"
-                " an older version)",
-            )
+            raise no_scans(recording)
         if about["layout"] != layout_hash().hex():
             raise CncError(
                 901002,

@@ -26,7 +26,7 @@ from plc_client.sources import load_tasks
 
 from .reading import Recording
 from .recorded_answers import Answers
-from .recorded_cnc import RecordedCnc, Scan, scans_of, symbols_of
+from .recorded_cnc import RecordedCnc, Scan, no_scans, scans_of, symbols_of
 
 
 @dataclass
@@ -76,16 +76,18 @@ class Replay:
         }
 
 
-def programs_of(plc: str, args: dict[str, Any] | None = None) -> list[Program]:
-    """The tasks of a file (Python or Structured Text) or of ``builtin:NAME``,
-    which takes ``args``.
+def programs_of(
+    plc: str, args: dict[str, Any] | None = None, words: Sequence[str] = ()
+) -> list[Program]:
+    """The tasks of a file (Python, or Structured Text with its options ``words``)
+    or of ``builtin:NAME``, which takes ``args``.
 
     PlcError: the file is wrong.  ValueError: no such built-in program.
     """
     if plc.startswith("builtin:"):
         name = plc.removeprefix("builtin:")
         return [Program.of(builtin.load(name), args or {}, name=name)]
-    return [Program.of(cls) for cls in load_tasks(plc)]
+    return [Program.of(cls) for cls in load_tasks(plc, words=words)]
 
 
 def replay(recording: Recording, programs: Sequence[Program]) -> Replay:
@@ -125,7 +127,7 @@ class _Run:
         scans = scans_of(self._recording)
         first = next(scans, None)
         if first is None:
-            return
+            raise no_scans(self._recording)
         begun = time.monotonic()
         self._cnc.begin(first)
         guard = Guard()
@@ -248,6 +250,22 @@ class _Run:
     def _warn(self, scanner: Scanner) -> None:
         out = self._out
         out.warnings += [t for p in scanner.programs for t in p.warnings]
+        if not self._recording.complete:
+            out.warnings.append(
+                f"the recording is not complete: {out.scans} scans are replayed"
+            )
+        lost = self._recording.meta.get("lost", {}).get("plc")
+        if lost:
+            out.warnings.append(
+                f"{lost} rows of the PLC were lost when it was recorded: behind"
+                " them the replay differs although the PLC does not"
+            )
+        out.warnings += [
+            f"task {p.name}: {p.overruns} scans are left out; the recorded PLC"
+            " was not scanned then"
+            for p in scanner.programs
+            if p.overruns and self._cnc.lockstep
+        ]
         if not self._cnc.lockstep:
             out.warnings.append(
                 "recorded outside of lockstep: the PLC may have read control"

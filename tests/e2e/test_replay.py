@@ -13,6 +13,7 @@ import pytest
 from cnc_core import Cell, Recording
 from cnc_core.recording.recorded_answers import RecordedContour
 from cnc_core.recording.replay import Replay, programs_of, replay
+from cnc_core.recording.targets import write_target
 from hli import layout
 from hli.view import BLOCK_DTYPE
 from support.command_line import Outcome
@@ -212,6 +213,23 @@ def test_the_command_tells_it_to_people_and_programs(
     wrong = cli("replay", recorded, "--plc", empty, "--json")
     assert wrong.status == 1
     assert json.loads(wrong.out)["errors"][0]["code"] == 905003
+
+
+def test_a_cut_recording_is_replayed_as_far_as_it_goes(
+    recorded: Path, tmp_path: Path
+) -> None:
+    """Cut anywhere: the scans that are whole, without a difference that is none."""
+    whole = tmp_path / "whole.arrow"
+    write_target(Recording(recorded).source, whole)
+    data = whole.read_bytes()
+    cut = tmp_path / "cut.arrow"
+    cut.write_bytes(data[: len(data) - 200])
+    found = again(cut, OVERRIDE)
+    assert found.equal
+    assert any("not complete" in text for text in found.warnings)
+    cut.write_bytes(data[:300_000])
+    with pytest.raises(Exception, match="no scans of a PLC"):
+        again(cut, OVERRIDE)
 
 
 def test_a_recording_without_scans_is_refused(tmp_path: Path) -> None:
