@@ -344,7 +344,9 @@ def test_refused(
 
 def test_a_value_without_a_finite_result_is_left_out(tmp_path: Path) -> None:
     """It changes nothing, a condition of it is not true, and it is counted."""
-    body = "V.E.OUT = 1 / V.RTA.ACS.ACT_POS.Y\n$IF [V.RTA.ACS.ACT_POS.Y + 1] / 0\n"
+    body = (
+        "V.E.OUT = 1 / V.RTA.ACS.ACT_POS.Y\n$IF [V.RTA.ACS.ACT_POS.Y + 1] / 0\n"
+    )
     text = cycle(body + "V.RTG.LOOP.ENABLED = TRUE\n$ENDIF")
     with Inside(
         tmp_path, "V.E.OUT = 5\n" + text + "G1 X1 F6000\n", CELL
