@@ -41,8 +41,9 @@ from .waiting import StandWatch, TimeLimits, Waiting
 
 RECORD_ROWS = 16384
 BAD_COMMANDS = (
-    "the PLC has commanded what is out of range: an override above 200 %"
-    " (command_w 2000) counts as 200 %, a wrong insert_cmd is left out"
+    "the PLC, or a real-time cycle, has commanded what is out of range: an"
+    " override above 200 % (command_w 2000) counts as 200 %, a wrong insert_cmd"
+    " and a value that is no finite number are left out"
 )
 ENDINGS = {
     "completed": "completed",

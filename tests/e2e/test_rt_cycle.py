@@ -340,3 +340,18 @@ def test_refused(
     assert [(e["code"], e["line"]) for e in outcome.json["errors"]][:1] == [
         (code, line)
     ]
+
+
+def test_a_value_without_a_finite_result_is_left_out(tmp_path: Path) -> None:
+    """It changes nothing, a condition of it is not true, and it is counted."""
+    body = (
+        "V.E.OUT = 1 / V.RTA.ACS.ACT_POS.Y\n$IF [V.RTA.ACS.ACT_POS.Y + 1] / 0\n"
+    )
+    text = cycle(body + "V.RTG.LOOP.ENABLED = TRUE\n$ENDIF")
+    with Inside(
+        tmp_path, "V.E.OUT = 5\n" + text + "G1 X1 F6000\n", CELL
+    ) as cnc:
+        cnc.end()
+        assert real(cnc, 2) == 5.0
+        assert cnc.engine.state.bad_commands > 0
+        assert cnc.state.rt_loop_count_r == 0

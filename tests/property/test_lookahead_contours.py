@@ -1,7 +1,7 @@
 """The look-ahead tells the programmed contour, whatever drives it: random
 programs against an independent geometry, and smoothed ones against plain ones.
 
-``HLI_COSIM_CONTOURS`` is how many programs each property takes (default 12).
+``HLI_COSIM_CONTOURS`` is how many programs each property takes (default 4).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from support.osai_programs import SETUP_3
 
 pytestmark = pytest.mark.sanitize("engine")
 
-COUNT = int(os.environ.get("HLI_COSIM_CONTOURS", "12"))
+COUNT = int(os.environ.get("HLI_COSIM_CONTOURS", "4"))
 CELL = parse_config(
     """
 [axes.X]

@@ -308,9 +308,9 @@ static void store(struct engine *engine, const engine_rt_op *op, double value) {
     }
 }
 
-/* A condition is true from 0.5 on, as of $IF. */
+/* A condition is true from 0.5 on, as of $IF, if it has a finite value. */
 static bool truth(double value) {
-    return fabs(value) >= 0.5;
+    return isfinite(value) && fabs(value) >= 0.5;
 }
 
 static void run_through(struct engine *engine,

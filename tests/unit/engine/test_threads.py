@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import time
 from pathlib import Path
 
@@ -14,6 +15,8 @@ import pytest
 
 from cnc_core.engine import Event
 from hli import layout
+from hli.areas import Areas
+from hli.queue import BUSY, Ask, Queue, Told
 from support.inside import Inside
 from support.limits import legal
 
@@ -164,3 +167,49 @@ def test_the_planner_is_away_for_nobody_without_a_deadline(
         (low, planner), (high, geo) = found
         assert low == high == os.SCHED_FIFO
         assert 0 < planner.sched_priority < geo.sched_priority
+
+
+def _asks(areas: Areas, first: int, wrong: list[str]) -> None:
+    """One task of the PLC: 200 requests, each with a tag of its own."""
+    queue = Queue(areas.gpAhead[0])
+    late = time.monotonic() + 60.0
+    for tag in range(first, first + 200):
+        wanted = Ask(10_000.0 * (tag % 50), 50_000.0, tag=tag)
+        while (slot := queue.ask(wanted)) < 0 and time.monotonic() < late:
+            time.sleep(0)
+        while (told := queue.take(slot)) == BUSY and time.monotonic() < late:
+            time.sleep(0)
+        if not isinstance(told, Told):
+            wrong.append(f"{tag}: no answer")
+            return
+        begin = float(told.blocks["start_position"][0])
+        mine = told.facts.start_position == wanted.start_position
+        if told.facts.tag != tag or not mine or begin > wanted.start_position:
+            wrong.append(f"{tag}: {told.facts.tag} from {begin}")
+
+
+def test_tasks_share_the_queue(tmp_path: Path) -> None:
+    """Six tasks on threads of their own ask through four slots while the
+    service's thread answers: everybody gets what he has asked for.
+    """
+    text = "".join(f"N{k} G01 X{k + 1} F1000\n" for k in range(60))
+    with Inside(
+        tmp_path,
+        text,
+        CONFIG % FUNCTIONS,
+        service=layout.HLI_SERVICE_IMMEDIATE,
+    ) as cnc:
+        cnc.engine.serve_start()
+        wrong: list[str] = []
+        tasks = [
+            threading.Thread(
+                target=_asks, args=(Areas(cnc.segment), 1000 * k, wrong)
+            )
+            for k in range(1, 7)
+        ]
+        for task in tasks:
+            task.start()
+        for task in tasks:
+            task.join()
+        cnc.engine.serve_stop()
+        assert wrong == []
