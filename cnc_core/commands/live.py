@@ -41,7 +41,7 @@ def ps(as_json: Json = False) -> None:
     )
 
 
-def _plc(pid: int) -> str:
+def _plc(pid: int | None) -> str:
     return str(pid) if pid else "none"
 
 
