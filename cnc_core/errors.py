@@ -272,6 +272,8 @@ ERRORS: dict[int, str] = {
     909262: "the motion does not become smooth: a singular pose, or a normal along the tool",
     909270: "words without use",
     909271: "the output would overwrite what it is made from",
+    909272: "the output would be slower: the input is kept",
+    909273: "the axes end elsewhere than with the input",
     # our own: kinematics and coordinate systems
     910101: "tool direction cannot be reached by the rotary axes",
     910102: "tool direction can be reached beyond the software limits of the rotary axes only",

@@ -18,6 +18,7 @@ from plc_client.runner import PlcRunner, Tasks
 
 from .cell import Cell
 from .cell.stepping import start_plc
+from .recording.reading import Recording
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -141,18 +142,28 @@ class Golden:
 
     def __call__(
         self,
-        columns: Mapping[str, Any],
+        columns: Mapping[str, Any] | Recording | str | Path,
         name: str = "",
         tolerance: float | Mapping[str, float] = 1e-9,
     ) -> None:
         """Raises GoldenMismatchError; with ``--golden-update`` writes the file
         instead.
-        """
-        check(self.path(name), columns, tolerance, update=self._update)
 
-    def path(self, name: str = "") -> Path:
+        ``columns``: arrays by name, or a recording, of which every table is
+        compared.
+        """
+        if isinstance(columns, Mapping):
+            check(self.path(name), columns, tolerance, update=self._update)
+            return
+        from .recording.golden import check_recording  # noqa: PLC0415
+
+        check_recording(
+            self.path(name, ".parquet"), columns, tolerance, self._update
+        )
+
+    def path(self, name: str = "", suffix: str = ".csv") -> Path:
         """The golden file."""
-        return self._folder / f"{name or self._stem}.csv"
+        return self._folder / f"{name or self._stem}{suffix}"
 
 
 @pytest.fixture

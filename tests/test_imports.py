@@ -33,6 +33,7 @@ from support.paths import ROOT
 
 # top to bottom; the longest prefix names a module's room
 ORDER = [
+    "cnc_core.__main__",
     "cnc_core.cli",
     "cnc_core.pytest_plugin",
     "cnc_core.commands",

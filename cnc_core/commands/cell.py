@@ -20,6 +20,7 @@ from .console import (
     emit,
     err,
     one_of,
+    out,
     progress,
     say_dialect,
     say_error,
@@ -152,6 +153,24 @@ def _print_demo(result: Any) -> None:
     rows.append(["picture", picture])
     title = "hli-cosim demo: CNC and PLC side by side"
     print_table(title, ("what", "value"), rows)
+    out.print("\n".join(_next_steps(result)))
+
+
+def _next_steps(result: Any) -> list[str]:
+    """What to open and to try behind the demo."""
+    folder = result.folder
+    steps = []
+    if result.drawn:
+        steps.append((f"open {folder / 'demo.png'}", result.told))
+    page = folder / "demo.html"
+    steps += [
+        (
+            f"hli-cosim show {folder / 'demo.npz'} -o {page}",
+            "writes a page with curves, cursor and zoom",
+        ),
+        ("hli-cosim new my-cell", "begins a cell of your own"),
+    ]
+    return ["Next:", *(f"  {one}\n    {what}" for one, what in steps)]
 
 
 def _us(values: dict[str, float | None]) -> str:

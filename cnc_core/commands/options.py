@@ -52,6 +52,7 @@ DIALECT = typer.Option(
 Dialect = Annotated[str | None, DIALECT]
 WATCH = typer.Option(
     "--watch",
+    "--symbols",
     metavar="SYMBOL",
     help="record this symbol at every scan; repeatable",
 )

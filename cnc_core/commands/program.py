@@ -375,4 +375,6 @@ def optimize(
     if as_json:
         emit(value)
         return
+    for warning in value.pop("warnings"):
+        say_error(f"warning: {warning}")
     say_figures(str(target), value)

@@ -15,6 +15,7 @@ from ..errors import CncError, Place
 from .console import app, emit, one_of, out, say_error
 from .options import Json
 
+ROWS_ABREAST = 4
 RecordingFile = Annotated[
     Path, typer.Argument(help="a recording: .parquet, .arrow or .npz")
 ]
@@ -33,6 +34,16 @@ def inspect(
             help="the state at time=S, cycle=N, line=N or distance=MM",
         ),
     ] = None,
+    where: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN>X",
+            help="rows of --table that fulfil this (= != < <= > >=); repeatable",
+        ),
+    ] = None,
+    rows: Annotated[
+        int, typer.Option(min=0, help="show so many of the rows themselves")
+    ] = 0,
     as_json: Json = False,
 ) -> None:
     """Show what a recording holds: tables, columns with units, values.
@@ -45,10 +56,18 @@ def inspect(
     recording = Recording(file)
     if table is not None:
         one_of("--table", table, recording.tables)
+    elif where or rows:
+        table = "cycles"
     value = look.summary(recording)
     if table is not None:
+        found = recording.table(table)
+        filters = [look.Filter.of(text, found) for text in where or ()]
+        count, figures = look.statistics(found, filters)
         value["tables"] = {table: value["tables"][table]}
-        value["statistics"] = {table: look.statistics(recording.table(table))}
+        value["statistics"] = {table: figures}
+        value["chosen"] = count
+        if rows:
+            value["rows"] = look.first_rows(found, filters, rows)
     if at is not None:
         value["at"] = look.state_at(recording, *look.parse_at(at))
         if table is not None:
@@ -68,9 +87,14 @@ def _print_inspection(value: dict[str, Any], title: str) -> None:
                 shown.add_row(column, _short(item), units[name].get(column, ""))
             out.print(shown if row else f"{name}: nothing so far")
         return
+    if "rows" in value:
+        ((name, columns),) = units.items()
+        _print_rows(value["rows"], columns)
+        return
     if "statistics" in value:
         for name, columns in value["statistics"].items():
-            shown = Rows("column", "unit", "min", "max", "mean", title=name)
+            title = f"{name}: {value['chosen']} rows"
+            shown = Rows("column", "unit", "min", "max", "mean", title=title)
             for column, figures in columns.items():
                 cells = (_short(figures[k]) for k in ("min", "max", "mean"))
                 shown.add_row(column, units[name][column], *cells)
@@ -82,6 +106,22 @@ def _print_inspection(value: dict[str, Any], title: str) -> None:
         columns = (f"{c} {u}".strip() for c, u in entry["columns"].items())
         shown.add_row(name, str(entry["rows"]), ", ".join(columns))
     out.print(shown)
+
+
+def _print_rows(rows: list[dict[str, Any]], units: dict[str, str]) -> None:
+    """As many rows beside each other as 80 columns hold, a line a column."""
+    for first in range(0, len(rows), ROWS_ABREAST):
+        part = rows[first : first + ROWS_ABREAST]
+        shown = Rows(
+            "column",
+            "unit",
+            *(f"row {first + i + 1}" for i in range(len(part))),
+        )
+        for column, unit in units.items():
+            shown.add_row(column, unit, *(_short(row[column]) for row in part))
+        out.print(shown)
+    if not rows:
+        out.print("no such row")
 
 
 def _short(value: Any) -> str:

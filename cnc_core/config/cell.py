@@ -40,6 +40,9 @@ from .synchronisation import DEFAULT_M_SYNCH
 from .tools import ToolConfig
 from .values import Finite, Table
 
+AXIS_NAME = 15
+"""Characters of an axis name: the HLI shows no more."""
+
 
 def _default_axes() -> dict[str, AxisConfig]:
     return {name: AxisConfig() for name in "XYZ"}
@@ -250,12 +253,14 @@ class CellConfig(Table):
         for name in axes:
             if (
                 not name.isalnum()
+                or not name.isascii()
+                or len(name) > AXIS_NAME
                 or name[0] not in "XYZUVWQABC"
                 or name != name.upper()
             ):
                 raise ValueError(
-                    f"axis name {name!r}: letters and digits, upper case, "
-                    "beginning with one of XYZUVWQABC"
+                    f"axis name {name[:40]!r}: at most {AXIS_NAME} letters and"
+                    " digits, upper case, beginning with one of XYZUVWQABC"
                 )
         return axes
 

@@ -58,6 +58,43 @@ class OutputColumns:
         ]
         return [*spec.linear, *others]
 
+    @staticmethod
+    def to_tip(spec: ProfileSpec) -> bool:
+        """AXI points become CLP: on five axes, and on three where the feed is
+        that of the tip.
+        """
+        return spec.point == "AXI" and (spec.five_axes or spec.feed_on == "CLP")
+
+    def cells(
+        self, spec: ProfileSpec, points: Points
+    ) -> tuple[CellConfig, CellConfig]:
+        """The cells on which input and output are planned.
+
+        Where points of the axes become points of the tip, the axes stand where
+        the profile begins: the way to it is another one along the axes than
+        along the tip, and with another tool than that of OriginLen.
+        """
+        if not self.to_tip(spec) or not len(points):
+            return self._cell, self._cell
+        q = np.array(spec.start, dtype=np.float64)
+        for i, axis in enumerate(spec.axes):
+            q[axis.channel] = points.values[0, i]
+        longer = spec.tool.length - spec.tool.origin_length
+        linear = [spec.axes[i].channel for i in spec.linear]
+        moved = q.copy()
+        kinematics = self.kinematics(spec)
+        if kinematics is None:
+            moved[linear] += longer * np.array(spec.tool.direction)
+        else:
+            # the tip is affine in the linear axes
+            probes = np.tile(q, (4, 1))
+            probes[range(1, 4), linear] += 1.0
+            tip = kinematics.forward(probes, spec.tool.length).tip
+            wanted = kinematics.forward(q[None], spec.tool.origin_length).tip
+            slope = (tip[1:] - tip[0]).T
+            moved[linear] += np.linalg.solve(slope, wanted[0] - tip[0])
+        return _standing(self._cell, q), _standing(self._cell, moved)
+
     def kinematics(self, spec: ProfileSpec) -> Kinematics | None:
         limits = (
             self._cell.axis_values("min_mm"),
@@ -84,6 +121,9 @@ class OutputColumns:
             if spec.point == "AXI":
                 parts[0][:, :3] = pose.tip
             parts.append(pose.direction)
+        elif kinematics is None and self.to_tip(spec):
+            tool = spec.tool
+            parts[0][:, :3] -= tool.origin_length * np.array(tool.direction)
         elif kinematics is not None:
             parts.append(
                 _about_vertical(
@@ -177,3 +217,12 @@ def _about_vertical(d: FloatArray, angle: FloatArray) -> FloatArray:
             d[:, 2],
         ]
     )
+
+
+def _standing(cell: CellConfig, at: FloatArray) -> CellConfig:
+    """The cell with its axes at (axes,) mm and degrees."""
+    axes = {
+        name: axis.model_copy(update={"start_mm": float(place)})
+        for (name, axis), place in zip(cell.axes.items(), at, strict=True)
+    }
+    return cell.model_copy(update={"axes": axes})

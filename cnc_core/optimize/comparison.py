@@ -2,60 +2,74 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
-from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from cnc_core.units import FloatArray
+
 from ..config import CellConfig
 from ..errors import CncError
-from ..planning import plan_program
+from ..planning import Feeder, plan_program
 from ..program import Program
 from .program_text import BEGIN, SETUP_LINE, expanded, middle
+
+
+@dataclass(frozen=True)
+class Planned:
+    """Machining time, s, and where the axes (mm, degrees) stand behind it."""
+
+    time_s: float
+    end: FloatArray
+
+
+def runnable(lines: list[str], setup: str) -> list[str]:
+    """The lines of the input as a program that runs with the setup file
+    ``setup``.
+    """
+    if any(BEGIN.match(line) for line in lines):
+        return [
+            f"(HSM,{setup})",
+            *(line for line in lines if not SETUP_LINE.match(line)),
+        ]
+    first, last = middle(lines)
+    return [
+        *lines[: first or 0],
+        f"(HSM,{setup})",
+        "G61",
+        *lines[first or 0 : last],
+        "G60",
+        *lines[last:],
+    ]
 
 
 def program_before(source: Path, setup: Path, folder: Path) -> Path:
     """The input with this setup as a program that runs."""
     path = folder / "before.osai"
-    lines = expanded(source)
-    (folder / "setup").write_text(
-        setup.read_text(encoding="utf-8"), encoding="utf-8"
-    )
-    if any(BEGIN.match(line) for line in lines):
-        lines = [
-            "(HSM,setup)",
-            *(line for line in lines if not SETUP_LINE.match(line)),
-        ]
-    else:
-        first, last = middle(lines)
-        lines = [
-            *lines[: first or 0],
-            "(HSM,setup)",
-            "G61",
-            *lines[first or 0 : last],
-            "G60",
-            *lines[last:],
-        ]
+    shutil.copyfile(setup, folder / "setup")
+    lines = runnable(expanded(source), "setup")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 
 
-def planned_time(
-    program: Callable[[Path], Path], cell: CellConfig
-) -> float | None:
-    """Machining time, s, of the program that ``program`` puts into a folder;
-    None where it cannot be planned.
-    """
+def planned(path: Path, cell: CellConfig) -> Planned | None:
+    """A program as it is driven; None where it cannot be planned."""
+    end = np.zeros(0)
 
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            return plan_program(
-                Program(program(Path(folder)), cell, "osai")
-            ).motion_time_s
-        except CncError:
-            return None
+    def look(feeder: Feeder) -> None:
+        nonlocal end
+        moved = feeder.batch.rows[feeder.batch.motion]
+        end = moved["end"][-1].copy() if len(moved) else end
+
+    try:
+        result = plan_program(Program(path, cell, "osai"), look=look)
+    except CncError:
+        return None
+    return Planned(result.motion_time_s, end)
 
 
 def compare(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,9 +12,9 @@ import numpy as np
 from ..config import CellConfig
 from ..errors import ERRORS, CncError, Place
 from .columns import OutputColumns
-from .comparison import planned_time, program_before
+from .comparison import Planned, planned, program_before, runnable
 from .program_text import expanded
-from .reading import Profile, ProgramReader
+from .reading import Profile, ProgramReader, Settings
 from .result import OptimizeResult
 from .section import Style
 from .smoothing import Run, Smoother
@@ -22,6 +24,10 @@ from .writing import Writer, setup_of
 STYLES: tuple[Style, ...] = ("free", "fine", "keep")
 FIRST_SHARE = 0.9  # of the progress when the first curves are made
 FASTER = 1.0 - 2e-5
+SAME = 1.0005  # of the input's time: not slower
+SAME_TIP = 1.02  # where the feed of the axes has become that of the tip
+NEAR = 1.1  # of the input's time: beyond it finer curves do not help
+APART = 5.0  # tolerances by which the axes may end elsewhere without a word
 TIMED_POINTS = 200_000  # programs of more points are not planned
 Made = list[list[Run]]
 
@@ -51,17 +57,20 @@ class Optimizer:
         reader.first_look()
         lines = expanded(self.source)
         profiles = reader.profiles(lines)
-        settings = reader.settings()
+        settings = reader.settings(profiles)
         columns = OutputColumns(self.source, self.cell, settings.tolerances)
         writer = Writer(self.out, self.setup, columns)
-        before = planned_time(
-            lambda folder: program_before(self.source, self.setup, folder),
-            self.cell,
-        )
-        best: tuple[OptimizeResult, Made] | None = None
+        tip = columns.to_tip(profiles[0].spec)
+        starts = columns.cells(profiles[0].spec, profiles[0].points)
+        before = self._before(starts[0])
+        far = NEAR * before.time_s if before else np.inf
+        found: list[tuple[OptimizeResult, Made, Planned | None]] = []
         for style in STYLES:
+            if style == "fine" and found and _time(found[0][0]) > far:
+                continue
             result = OptimizeResult(
-                time_before_s=before, setup=str(setup_of(self.out))
+                time_before_s=before.time_s if before else None,
+                setup=str(setup_of(self.out)),
             )
             smoother = Smoother(
                 self.source, self.cell, settings, columns, style, result
@@ -69,16 +78,57 @@ class Optimizer:
             made = self._all_smoothed(smoother, profiles)
             writer.write(lines, profiles, made)
             writer.write_setup(settings.records, profiles)
-            result.time_after_s = after = self._time_after(result)
-            if best is None or _time(result) < _time(best[0]):
-                best = result, made
-            if after is None or before is None or after < before * FASTER:
+            after = self._after(result, starts[1])
+            result.time_after_s = after.time_s if after else None
+            found.append((result, made, after))
+            if before is None or after is None:
                 break
-        assert best is not None
-        if best[0] is not result:
-            writer.write(lines, profiles, best[1])
+            if after.time_s < before.time_s * FASTER:
+                break
+        best, runs, after = min(found, key=lambda one: _time(one[0]))
+        if runs is not made:
+            writer.write(lines, profiles, runs)
+        if before and after:
+            self._kept_if_slower(best, lines, SAME_TIP if tip else SAME)
+        if before and after and not best.input_kept:
+            _compare_ends(best, before, after, settings)
         self.tick(1.0)
-        return best[0]
+        return best
+
+    def _kept_if_slower(
+        self,
+        result: OptimizeResult,
+        lines: list[str],
+        same: float,
+    ) -> None:
+        """The input in place of an output that takes longer."""
+        before, after = result.time_before_s, result.time_after_s
+        assert before is not None
+        assert after is not None
+        if after <= before * same:
+            if after > before * SAME:
+                result.warnings.append(
+                    f"909272: the output takes {after:.4g} s in place of"
+                    f" {before:.4g} s: its feed is that of the tip"
+                )
+            return
+        setup = setup_of(self.out)
+        text = "\n".join(runnable(lines, setup.name)) + "\n"
+        try:
+            self.out.write_text(text, encoding="utf-8")
+            shutil.copyfile(self.setup, setup)
+        except OSError as error:
+            raise CncError(901004, f"{self.out}: {error.strerror}") from None
+        slower = f"{ERRORS[909272]}: {after:.4g} s in place of {before:.4g} s"
+        edges = f"; {result.edges} edges are passed as C0 says"
+        result.warnings.append(
+            f"909272: {slower}{edges if result.edges else ''}"
+        )
+        result.input_kept = True
+        result.polynomials = result.joints = result.points_dropped = 0
+        result.max_deviation_mm = result.max_path_deviation_mm = 0.0
+        result.time_after_s = before
+        result.continuity = {}
 
     def _check_paths(self) -> None:
         """The output replaces neither the program nor its setup."""
@@ -87,11 +137,18 @@ class Optimizer:
             text = f"{ERRORS[909271]}: {self.out}"
             raise CncError(909271, text, Place(str(self.out)))
 
-    def _time_after(self, result: OptimizeResult) -> float | None:
-        """Machining time of the output, s; None where it is not planned."""
+    def _before(self, cell: CellConfig) -> Planned | None:
+        with tempfile.TemporaryDirectory() as folder:
+            program = program_before(self.source, self.setup, Path(folder))
+            return planned(program, cell)
+
+    def _after(
+        self, result: OptimizeResult, cell: CellConfig
+    ) -> Planned | None:
+        """The output as it is driven; None where it is not planned."""
         if result.time_before_s is None or result.points_in > TIMED_POINTS:
             return None
-        return planned_time(lambda folder: self.out, self.cell)
+        return planned(self.out, cell)
 
     def _all_smoothed(
         self, smoother: Smoother, profiles: list[Profile]
@@ -113,3 +170,17 @@ class Optimizer:
 def _time(result: OptimizeResult) -> float:
     """Seconds of the output, infinite if they are not known."""
     return result.time_after_s or np.inf
+
+
+def _compare_ends(
+    result: OptimizeResult, before: Planned, after: Planned, settings: Settings
+) -> None:
+    """Warn if the axes end elsewhere: another tool length, another pose."""
+    if len(before.end) == 0 or len(before.end) != len(after.end):
+        return
+    far = np.abs(after.end - before.end)
+    if far.max() > APART * settings.tolerances.linear:
+        result.warnings.append(
+            f"909273: {ERRORS[909273]}: up to {far.max():.4g} mm or degrees"
+            " (TOL OriginLen, tool length, or another pose of the axes)"
+        )

@@ -11,11 +11,13 @@ import numpy as np
 from ..blocks.profile_columns import BLEND, PASS, STOP, ProfileSpec
 from ..config import CellConfig
 from ..errors import CncError, Place
+from ..frontend.osai.codes import CODES
 from ..frontend.osai.front_end import OsaiFrontEnd
 from ..frontend.osai.setup import Records, SetupFile
 from ..frontend.osai.spec import in_mm
 from ..frontend.port import OfflinePort, Wait
 from ..geometry.profiles.points import Points
+from .columns import OutputColumns
 from .program_text import BEGIN, CALL, middle
 from .types import Tolerances
 
@@ -118,9 +120,10 @@ class ProgramReader:
             reader.close()
         return [Profile(spec, _joined(parts)) for spec, parts in found]
 
-    def settings(self) -> Settings:
+    def settings(self, profiles: list[Profile]) -> Settings:
         """The setup, once the program has been read: it knows its variables."""
         records = self._records()
+        self._check_origin(records, profiles)
         codes = {
             kind: MODES[records.general["SMT"].word(name)]
             for kind, name in EDGE_CODES.items()
@@ -128,6 +131,30 @@ class ProgramReader:
         own_length = records.get("TOL").maybe("Len") is not None
         tolerances = _tolerances(in_mm(records, self.cell.program_machine()))
         return Settings(records, tolerances, codes, own_length)
+
+    def _check_origin(self, records: Records, profiles: list[Profile]) -> None:
+        """AXI points tell of the tip only with the tool length they were made
+        for.
+        """
+        names = [field.name for field in CODES["TOL"]]
+        written = [
+            text
+            for line in SetupFile(self.setup).lines
+            if line.code == "TOL"
+            for name, (text, _) in zip(names, line.fields, strict=False)
+            if name == "OriginLen"
+        ]
+        for profile in profiles:
+            spec = profile.spec
+            known = any(written) or spec.tool.length == 0.0
+            if OutputColumns.to_tip(spec) and not known:
+                raise records.get("TOL").fail(
+                    909204,
+                    "TOL, OriginLen: AXI points become CLP with the tool length"
+                    " that they were made for; it is empty, and the tool's"
+                    f" length is {spec.tool.length:g} mm",
+                    "OriginLen",
+                )
 
     def _records(self) -> Records:
         """The setup with the program's variables."""

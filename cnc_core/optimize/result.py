@@ -25,6 +25,8 @@ class OptimizeResult:
     time_after_s: float | None = None
     continuity: dict[str, float] = field(default_factory=dict)
     setup: str = ""
+    input_kept: bool = False
+    warnings: list[str] = field(default_factory=list)
     comparison: dict[str, Any] | None = None
 
     def as_json(self) -> dict[str, Any]:

@@ -42,6 +42,7 @@ WORTH = 0.0005  # share of the time that more polynomials must save
 SPARSE = (
     4.0  # points per polynomial below which knots at every point are tried too
 )
+FEW = 8  # points of a group that is fitted over one set of knots
 KEPT = 0.1  # share of the tolerance within which the driven curve is kept
 SHORTEST = 1e-6  # mm, of a polynomial at the end of a group
 KEPT_PIECES = (1, 2, 4)
@@ -259,6 +260,8 @@ class SectionFitter:
         if len(points) < SPARSE * len(curve.breaks):
             tried += [(points, True), (finer, True), (finer, False)]
         best, cost = curve, fit.cost(curve)
+        if len(points) <= FEW:
+            tried = [(points, True)]
         if self.style != "free":
             tried, cost = [(_halved(points), True)], np.inf
         for breaks, even in tried:

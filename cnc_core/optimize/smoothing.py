@@ -227,6 +227,7 @@ class Smoother:
             or spec.point == "CCP"
             or spec.tangential is not None
             or self._settings.own_length
+            or self._columns.to_tip(spec)
         ):
             text = "a profile of one point: there is nothing to smooth"
             raise CncError(
@@ -243,6 +244,7 @@ class Smoother:
             and spec.point != "CCP"
             and spec.tangential is None
             and not self._settings.own_length
+            and not self._columns.to_tip(spec)
         ):
             return _nothing(len(self._columns.names(spec))), ends[1:], True
         values = self._columns.values(spec, self._followed(spec, ends, None))

@@ -188,13 +188,13 @@ class Writer:
         )
 
     def write_setup(self, records: Records, profiles: list[Profile]) -> None:
-        """The same setup for polynomials: CLP instead of AXI on five axes,
-        every versor programmed.
+        """The same setup for polynomials: CLP instead of AXI where the tip is
+        smoothed, every versor programmed.
         """
-        five = bool(profiles) and profiles[0].spec.five_axes
+        tip = bool(profiles) and self._columns.to_tip(profiles[0].spec)
         source = SetupFile(self.setup).lines
         lines = [
-            _written(_for_output(r, five), line)
+            _written(_for_output(r, tip), line)
             for r, line in zip(records.order, source, strict=True)
         ]
         try:
@@ -217,12 +217,12 @@ def _written(record: Record, line: SetupLine) -> str:
     return shown.printed()
 
 
-def _for_output(record: Record, five: bool) -> Record:
+def _for_output(record: Record, tip: bool) -> Record:
     values = dict(record.values)
     if record.code == "PNT":
         values["Format"] = "POL"
-        if five and values["Type"] == "AXI":
-            values["Type"] = values["Param"] = "CLP"
+        if tip:
+            values["Type"] = "CLP"
         values["Param"] = values["Type"]
     if record.code == "AXI" and values["Type"] in ("TAN", "TAO"):
         values["Type"] = "OTH"  # its angle is a polynomial

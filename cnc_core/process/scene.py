@@ -31,6 +31,14 @@ MOTION = (
     "the program computes: Ctrl-C ends a loop that does not end",
 )
 
+BLOCK = "the end of a block"
+LOOP = (
+    "the end of a real-time loop",
+    "the PLC sets bahn_mc_control.rt_loop_enable.command_w to FALSE",
+)
+LASTS_WALL_S = 20.0
+"""A block that lasts longer is told, wall time."""
+
 
 def place_now(program: Program) -> tuple[tuple[str, int, int], str]:
     """File, line and N of the block that a program is at, and its text."""
@@ -57,6 +65,7 @@ class RunScene:
         self.phase = ATTACHING
         self.preparation: Preparation | None = None
         self._scans, self._scanned_at = 0, time.monotonic()
+        self._row, self._row_since, self._row_cycle = -1, self._scanned_at, 0
 
     def __call__(self) -> Scene:
         if self.phase == ENDED and not self._options.once:
@@ -100,7 +109,8 @@ class RunScene:
         if preparation and preparation.computes and told:
             return computing(preparation.program)
         if not stands.conditions:
-            return Scene([])
+            return self._lasting()
+        self._row = -1
         found = reasons(stands, self._root, self._cell, plc)
         key = stands.since, stands.line, tuple(what for what, _ in found)
         place, text = self._place(stands)
@@ -114,6 +124,25 @@ class RunScene:
         # a dwell is no wait: it is told by wall time alone
         dwells = stands.conditions & lib.ENGINE_STOP_DWELL
         return Scene(found, place, 0.0 if dwells else cell_s, key)
+
+    def _lasting(self) -> Scene:
+        """The path moves: a block or a loop that lasts for long is told."""
+        program = self.preparation.program if self.preparation else None
+        now, engine = time.monotonic(), self._engine.state
+        cycle, row = int(engine.cycle), int(engine.row_done)
+        if row != self._row:
+            self._row, self._row_since, self._row_cycle = row, now, cycle
+        if program is None or now - self._row_since < LASTS_WALL_S:
+            return Scene([])
+        state = self._root.channel[0].bahn_state
+        speed = f"{state.active_feed_r / 1000.0:.4g} mm/s"
+        goes = (
+            f"it goes on with {speed}, override {state.override_r / 10.0:g} %"
+        )
+        reason = LOOP if state.inside_rt_loop_r else (BLOCK, goes)
+        place = (str(program.path), 0, int(state.block_number_r))
+        cell_s = (cycle - self._row_cycle) * self._cell.cycle_s
+        return Scene([reason], place, cell_s, key=("lasts", row))
 
     def _place(self, stands: Standstill) -> tuple[tuple[str, int, int], str]:
         """File, line and N where the path stands; the text of a block that

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import CncError
 from .reading import Recording, Table
@@ -26,18 +29,113 @@ def summary(recording: Recording) -> dict[str, Any]:
     return {"complete": recording.complete, "tables": tables, "meta": meta}
 
 
-def statistics(table: Table) -> dict[str, dict[str, Any]]:
-    """Smallest, largest and mean value of each column of numbers."""
-    found = {}
-    for name in table.columns:
-        if table.types[name] == "string" or not len(table):
+OPERATORS = {
+    "<=": np.less_equal,
+    ">=": np.greater_equal,
+    "!=": np.not_equal,
+    "=": np.equal,
+    "<": np.less,
+    ">": np.greater,
+}
+
+
+@dataclass(frozen=True)
+class Filter:
+    """Rows whose column compares so with a value."""
+
+    column: str
+    operator: str
+    value: Any
+
+    @classmethod
+    def of(cls, text: str, table: Table) -> Filter:
+        """``v>10``, ``line=9``, ``kind=M``; CncError 902001 otherwise."""
+        for sign in OPERATORS:
+            column, found, value = text.partition(sign)
+            if not found:
+                continue
+            column = column.strip()
+            if column not in table.columns:
+                raise CncError(
+                    902001,
+                    f"--where {text}: {table.name} has no column {column!r}:"
+                    f" {', '.join(table.columns)}",
+                )
+            return cls(column, sign, _value(text, value.strip(), table, column))
+        raise CncError(
+            902001,
+            f"--where {text}: COLUMN, one of {' '.join(OPERATORS)}, value",
+        )
+
+    def holds(self, chunk: Any) -> npt.NDArray[np.bool_]:
+        """Where the rows of a chunk fulfil it (n,)."""
+        values = chunk.column(self.column).to_numpy()
+        return np.asarray(OPERATORS[self.operator](values, self.value), bool)
+
+
+def _value(text: str, value: str, table: Table, column: str) -> Any:
+    kind = table.types[column]
+    if kind == "string":
+        return value
+    if kind == "bool" and value.lower() in ("true", "false"):
+        return value.lower() == "true"
+    try:
+        return float(value)
+    except ValueError:
+        raise CncError(
+            902001, f"--where {text}: {value!r} is no number"
+        ) from None
+
+
+def chosen_rows(table: Table, filters: Sequence[Filter] = ()) -> Iterator[Any]:
+    """The rows that fulfil all filters, in chunks."""
+    for chunk in table.chunks():
+        if not filters:
+            yield chunk
             continue
-        values = table[name]
-        found[name] = {
-            "min": values.min().item(),
-            "max": values.max().item(),
-            "mean": float(np.mean(values)),
-        }
+        holds = np.logical_and.reduce([each.holds(chunk) for each in filters])
+        if holds.any():
+            yield chunk.take(np.flatnonzero(holds))
+
+
+def statistics(
+    table: Table, filters: Sequence[Filter] = ()
+) -> tuple[int, dict[str, dict[str, Any]]]:
+    """How many rows fulfil all filters; smallest, largest and mean value of each
+    column of numbers in them.  Memory for a chunk.
+    """
+    rows = 0
+    found: dict[str, dict[str, Any]] = {}
+    for chunk in chosen_rows(table, filters):
+        rows += len(chunk)
+        for name in table.columns:
+            if table.types[name] != "string":
+                _add_values(found, name, chunk.column(name).to_numpy())
+    for figures in found.values():
+        total = figures.pop("sum")
+        figures["mean"] = total / rows
+    return rows, found
+
+
+def _add_values(
+    found: dict[str, dict[str, Any]], name: str, values: npt.NDArray[Any]
+) -> None:
+    low, high = values.min().item(), values.max().item()
+    total = float(np.sum(values, dtype=np.float64))
+    known = found.setdefault(name, {"min": low, "max": high, "sum": 0.0})
+    known["min"], known["max"] = min(known["min"], low), max(known["max"], high)
+    known["sum"] += total
+
+
+def first_rows(
+    table: Table, filters: Sequence[Filter], count: int
+) -> list[dict[str, Any]]:
+    """The first rows that fulfil all filters."""
+    found: list[dict[str, Any]] = []
+    for chunk in chosen_rows(table, filters):
+        found += chunk.slice(0, count - len(found)).to_pylist()
+        if len(found) >= count:
+            break
     return found
 
 

@@ -90,16 +90,16 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._source = _open(self.path)
-        self.meta: dict[str, Any] = self._source.meta
-        self.complete: bool = self._source.complete
-        self.tables: tuple[str, ...] = tuple(self._source.tables)
+        self.source = _open(self.path)
+        self.meta: dict[str, Any] = self.source.meta
+        self.complete: bool = self.source.complete
+        self.tables: tuple[str, ...] = tuple(self.source.tables)
 
     def table(self, name: str) -> Table:
         """A table by name; KeyError names the tables that there are."""
         if name not in self.tables:
             raise KeyError(f"no table {name!r}: {', '.join(self.tables)}")
-        return Table(self._source, name)
+        return Table(self.source, name)
 
     @property
     def cycles(self) -> Table:

@@ -150,16 +150,21 @@ def _add_symbols(panel: Panel, recording: Recording, label: str) -> None:
     if not names or not len(table):
         return
     t = table["t"]
-    place = _column(recording, "s")
-    s = (
-        np.zeros(len(t))
-        if place is None or not len(place)
-        else np.interp(t, recording.cycles["t"], place)
-    )
+    s = _path_at(recording, t)
     for name in names:
         values = table[name]
         keep = thinned(values)
         panel.curves.append(Curve(name + label, t[keep], s[keep], values[keep]))
+
+
+def _path_at(
+    recording: Recording, times: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """The path, mm, that was driven at these times; 0 where it is not recorded."""
+    place = _column(recording, "s")
+    if place is None or not len(place):
+        return np.zeros(len(times))
+    return np.interp(times, recording.cycles["t"], place)
 
 
 def _marks(recording: Recording) -> list[Mark]:
@@ -167,12 +172,7 @@ def _marks(recording: Recording) -> list[Mark]:
         return []
     table = recording.functions
     times = table["t"]
-    place = _column(recording, "s")
-    s = (
-        np.zeros(len(times))
-        if place is None or not len(place)
-        else np.interp(times, recording.cycles["t"], place)
-    )
+    s = _path_at(recording, times)
     kinds, codes = table["kind"], table["code"]
     return [
         Mark(float(times[i]), float(s[i]), f"{kinds[i]}{codes[i]}")

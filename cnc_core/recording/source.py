@@ -7,6 +7,7 @@ memory than a chunk.
 from __future__ import annotations
 
 import json
+import mmap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Protocol
@@ -20,6 +21,8 @@ from .schema import TABLES
 
 CHUNK_ROWS = 131_072
 """Rows of a chunk that is written; readers take what they find."""
+TOUCHED_BYTES = 1 << 26
+"""Of a mapped file that stay in memory while it is read; the rest is given back."""
 
 
 class Source(Protocol):
@@ -51,7 +54,7 @@ class ArrowSource:
         self._batches = 0
         self._ended = False
         try:
-            schema = self._stream().schema
+            schema = self._open()[0].schema
         except (pa.ArrowInvalid, OSError):
             self.complete = False
             return
@@ -85,10 +88,16 @@ class ArrowSource:
         """Batches up to the first that is not whole."""
         import pyarrow as pa  # noqa: PLC0415
 
-        stream = self._stream()
+        stream, mapped = self._open()
+        touched = 0
         while limit is None or limit > 0:
             try:
-                yield stream.read_next_batch()
+                batch = stream.read_next_batch()
+                yield batch
+                touched += batch.nbytes
+                if mapped is not None and touched > TOUCHED_BYTES:
+                    touched = 0
+                    mapped.madvise(mmap.MADV_DONTNEED)
             except StopIteration:
                 self._ended = self._tail() == END_OF_STREAM
                 return
@@ -96,14 +105,19 @@ class ArrowSource:
                 return
             limit = None if limit is None else limit - 1
 
-    def _stream(self) -> Any:
+    def _open(self) -> tuple[Any, mmap.mmap | None]:
+        """The stream, and the memory that the file is mapped to."""
         import pyarrow as pa  # noqa: PLC0415
 
         if self._path.stat().st_size == 0:
             raise pa.ArrowInvalid("empty")
-        # a file that somebody cuts must not end the reader
-        open_file = pa.OSFile if self._live else pa.memory_map
-        return pa.ipc.open_stream(open_file(str(self._path)))
+        if self._live:
+            # a file that somebody cuts must not end the reader
+            return pa.ipc.open_stream(pa.OSFile(str(self._path))), None
+        with self._path.open("rb") as file:
+            mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        source = pa.BufferReader(pa.py_buffer(mapped))
+        return pa.ipc.open_stream(source), mapped
 
     def _tail(self) -> bytes:
         with self._path.open("rb") as file:
@@ -122,7 +136,7 @@ class ParquetSource:
         import pyarrow.parquet as pq  # noqa: PLC0415
 
         try:
-            self._file = pq.ParquetFile(path, memory_map=True)
+            self._file = pq.ParquetFile(path, memory_map=False)
         except pa.ArrowInvalid as error:
             raise not_a_recording(path, str(error)) from None
         self.meta = meta_of(self._file.schema_arrow.metadata)

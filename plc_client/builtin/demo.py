@@ -39,7 +39,13 @@ COLUMNS = (
     "elements",
     "active_feed",
     "max_dist_prog_start",
+    "cause_start",
+    "cause_end",
+    "cause_radius",
 )
+
+NO_CAUSE = (-1.0, -1.0, 0.0)
+"""Start, end and radius of what lowers the override (0: a corner), 0.1 um."""
 
 
 @task(interval=0.001)
@@ -76,9 +82,9 @@ class Plc:
         self._keep_ahead(distance)
         self._read_log()
         window = self._window(distance)
-        override = self._override(window)
+        override, cause = self._override(distance, window)
         self._feed(override=override)
-        self._record(distance, override, window)
+        self._record(distance, override, window, cause)
 
     def finished(self) -> bool:
         """All that was logged has been read."""
@@ -124,27 +130,37 @@ class Plc:
         reach = distance + float(self._args["window"])
         return self._ahead[self._ahead["start_position"] < reach]
 
-    def _override(self, window: np.ndarray[Any, Any]) -> float:
+    def _override(
+        self, distance: float, window: np.ndarray[Any, Any]
+    ) -> tuple[float, tuple[float, float, float]]:
         """Percent: proportional to the square root of the smallest radius, and
-        to the sharpest tangent.
+        to the sharpest corner ahead; start, end and radius of what decides.
         """
-        circles = window["compensated_radius"][
-            window["block_type"] == layout.HLI_CLAH_CIRCULAR
-        ]
-        radius = float(circles.min()) if len(circles) else self._args["radius"]
-        tangent = (
-            float(window["tangent_variation"].max()) if len(window) else 0.0
+        if not len(window):
+            return 100.0, NO_CAUSE
+        arcs = window["block_type"] == layout.HLI_CLAH_CIRCULAR
+        radii = np.where(arcs, window["compensated_radius"], np.inf)
+        of_radii = np.sqrt(np.maximum(radii, 0.0) / self._args["radius"])
+        # the tangent turns at an element's start: behind it lies no corner
+        ahead = window["start_position"] > distance
+        turns = np.where(ahead, window["tangent_variation"], 0.0)
+        of_turns = 1.0 - np.minimum(turns / self._args["tangent"], 1.0)
+        shares = np.minimum(of_radii, of_turns)
+        k = int(np.argmin(shares))
+        percent = max(min(float(shares[k]), 1.0) * 100.0, self._args["lowest"])
+        radius = float(radii[k]) if of_radii[k] <= of_turns[k] else 0.0
+        start, length = (
+            float(window[name][k]) for name in ("start_position", "length")
         )
-        share = min(
-            (max(radius, 0.0) / self._args["radius"]) ** 0.5,
-            1.0 - min(tangent / self._args["tangent"], 1.0),
-        )
-        return float(
-            round(max(min(share, 1.0) * 100.0, self._args["lowest"]), 1)
-        )
+        cause = (start, start + length, radius)
+        return round(percent, 1), cause if shares[k] < 1.0 else NO_CAUSE
 
     def _record(
-        self, distance: float, override: float, window: np.ndarray[Any, Any]
+        self,
+        distance: float,
+        override: float,
+        window: np.ndarray[Any, Any],
+        cause: tuple[float, float, float],
     ) -> None:
         self._scans += 1
         if self._scans % self._every:
@@ -167,6 +183,7 @@ class Plc:
                 len(window),
                 feed,
                 known,
+                *cause,
             )
         )
         if len(self._rows) >= self._args["records"]:

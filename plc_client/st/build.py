@@ -13,7 +13,7 @@ from typing import Any
 from .errors import REFUSED, Log, Problem, StError
 from .machine import compiler
 from .options import Built, Options
-from .source import files
+from .source import files, library
 
 VERSION = 1
 """Part of every key of the cache; it grows when the compiler's output changes."""
@@ -59,16 +59,6 @@ def sources_of(paths: Sequence[str | Path]) -> Sources:
 
 
 @functools.cache
-def _library() -> dict[str, str]:
-    folder = resources.files(__package__) / "library"
-    found = {}
-    for entry in sorted(folder.iterdir(), key=lambda e: e.name):
-        if entry.name.endswith(".st"):
-            found[f"<library>/{entry.name}"] = entry.read_text()
-    return found
-
-
-@functools.cache
 def _own_hash() -> str:
     """The compiler's own sources: another compiler, another result."""
     folder = Path(str(resources.files(__package__)))
@@ -86,14 +76,16 @@ def check(sources: Sources, options: Options | None = None) -> Checked:
     from .model import collect, hli_types  # noqa: PLC0415
     from .model.collect import Collector  # noqa: PLC0415
     from .model.world import World  # noqa: PLC0415
+    from .syntax.parser import parse  # noqa: PLC0415
 
     options = options or Options()
     log = Log()
-    world = World(log, options.short_circuit)
+    world = World(log, options.short_circuit, offered=library.names())
     collector = Collector(world)
     protected = hli_types.declare(world)
     collector.library = True
-    _take(collector, _library(), log, options)
+    for unit in library.units_for(sources.values()):
+        collector.take(unit, assembled(unit, parse, log))
     collector.library, collector.protected = False, protected
     _take(collector, sources, log, options)
     collect.connect(world)
@@ -140,13 +132,13 @@ def build(sources: Sources, options: Options | None = None) -> Built:
     options = options or Options()
     folder = compiler.cache_folder()
     key = _key(sources, options)
-    library, notes = folder / f"{key}.so", folder / f"{key}.json"
-    if library.exists() and notes.exists():
-        library.touch()
+    program, notes = folder / f"{key}.so", folder / f"{key}.json"
+    if program.exists() and notes.exists():
+        program.touch()
         description = json.loads(notes.read_text())
         warnings = [Problem(**w) for w in description["warnings"]]
-        return Built(library, description, warnings)
-    return _built(sources, options, library, notes)
+        return Built(program, description, warnings)
+    return _built(sources, options, program, notes)
 
 
 def _key(sources: Sources, options: Options) -> str:
@@ -156,7 +148,7 @@ def _key(sources: Sources, options: Options) -> str:
 
 
 def _built(
-    sources: Sources, options: Options, library: Path, notes: Path
+    sources: Sources, options: Options, program: Path, notes: Path
 ) -> Built:
     from .machine.describe import describe  # noqa: PLC0415
 
@@ -166,8 +158,8 @@ def _built(
     objects = compiler.Objects()
     description = describe(found.world, found.program, options)
     description["warnings"] = [vars(w) for w in found.log.warnings]
-    objects.build(found.program.texts, library)
+    objects.build(found.program.texts, program)
     part = notes.with_suffix(f".{id(objects)}.part")
     part.write_text(json.dumps(description))
     part.replace(notes)
-    return Built(library, description, found.log.warnings, objects.compiled)
+    return Built(program, description, found.log.warnings, objects.compiled)

@@ -5,16 +5,20 @@ The browser is Debian's chromium.  Without it the tests of the DOM are skipped.
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 
 from cnc_core import Cell
 from support.command_line import Outcome
+from support.paths import ROOT
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
@@ -28,6 +32,8 @@ CELL = """[axes.X]
 """
 POSITION = "gpCh[0]^.bahn_state.dist_prog_start"
 CHROMIUM = shutil.which("chromium")
+SHOT = "1200,860"
+PICTURE = ROOT / "docs" / "images" / "recording_page.png"
 
 
 @pytest.fixture
@@ -40,8 +46,8 @@ def recording(program: Write, tmp_path: Path) -> Path:
     return target
 
 
-def dom_of(page: Path) -> str:
-    """The document behind its script."""
+def browser(page: Path, *options: str) -> str:
+    """What the browser prints."""
     assert CHROMIUM is not None
     done = subprocess.run(
         [
@@ -49,7 +55,7 @@ def dom_of(page: Path) -> str:
             "--headless",
             "--no-sandbox",
             "--disable-gpu",
-            "--dump-dom",
+            *options,
             f"--user-data-dir={page.parent / 'browser'}",
             page.as_uri(),
         ],
@@ -59,6 +65,11 @@ def dom_of(page: Path) -> str:
         check=True,
     )
     return done.stdout
+
+
+def dom_of(page: Path) -> str:
+    """The document behind its script."""
+    return browser(page, "--dump-dom")
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
@@ -84,6 +95,16 @@ def test_the_page_draws_what_was_recorded(recording: Path, cli: Cli) -> None:
     heights = {point.split(",")[1] for point in speed[1].split()}
     assert len(heights) > 20  # it accelerates: no straight line
     assert "G2 X60 Y30" in dom
+    shot = page.with_suffix(".png")
+    browser(page, f"--screenshot={shot}", f"--window-size={SHOT}")
+    if os.environ.get("HLI_COSIM_GOLDEN") == "write":
+        shutil.copy(shot, PICTURE)
+    # the picture of the docs: same size, and the curves' colours are in it
+    for picture in (shot, PICTURE):
+        pixels = (plt.imread(picture)[:, :, :3] * 255).round().astype(int)
+        assert pixels.shape[:2] == (860, 1200)
+        blue = np.abs(pixels - (0x00, 0x72, 0xB2)).sum(axis=2) < 120
+        assert blue.sum() > 1000
 
 
 def test_the_page_needs_no_network(recording: Path, cli: Cli) -> None:

@@ -29,6 +29,7 @@ from support.contour_oracle import (
 )
 from support.contour_programs import Contours
 from support.inside import Inside
+from support.osai_programs import SETUP_3
 
 pytestmark = pytest.mark.sanitize("engine")
 
@@ -47,12 +48,8 @@ contour_lookahead_log_max = 1000
 radius_mm = 2.0
 """
 )
-SUFFIX = {"isg": "nc", "iso": "ngc", "isons": "isons"}
-CASES = [
-    (dialect, seed)
-    for seed in range(COUNT)
-    for dialect in ("isg", "iso", "isons")
-]
+SUFFIX = {"isg": "nc", "iso": "ngc", "isons": "isons", "osai": "osai"}
+CASES = [(dialect, seed) for seed in range(COUNT) for dialect in SUFFIX]
 EVERYTHING = 1e12
 
 
@@ -72,6 +69,7 @@ class Machine(Inside):
             if immediate
             else layout.HLI_SERVICE_CYCLIC
         )
+        (folder / "CONFIG1").write_text(SETUP_3)
         super().__init__(
             folder,
             text,
@@ -119,8 +117,14 @@ class Machine(Inside):
 
 
 def _oracle(path: Path, dialect: str) -> Contour:
+    (path.parent / "CONFIG1").write_text(SETUP_3)
     program = Program(path, CELL, dialect, programmed=True)
-    return Oracle(CELL.axis_values("start_mm")).follow(program.batches())
+    try:
+        return Oracle(CELL.axis_values("start_mm")).follow(program.batches())
+    finally:
+        close = getattr(program.reader, "close", None)
+        if close:
+            close()
 
 
 def _first(contour: Contour, enabled: bool) -> list[Facts]:
@@ -164,6 +168,9 @@ def test_every_member_is_what_geometry_says(
     immediate = service == "immediate"
     levels = {"rt_loop_enable": enabled}
     with Machine(tmp_path, program.text, dialect, levels, immediate) as cnc:
+        if dialect == "osai":  # whose setups and profiles wait for the path
+            _tell_everything(cnc, due)
+            return
         assert differences(cnc.ahead(), _first(due, enabled)) == []
         assert differences(cnc.log(), due.log) == []
         for _ in range(6):
@@ -177,6 +184,23 @@ def test_every_member_is_what_geometry_says(
         cnc.end()
         assert differences(cnc.log(), due.log) == []
         _is_a_stretch(cnc.ahead(), due)
+
+
+def _tell_everything(cnc: Machine, due: Contour) -> None:
+    """All elements are told ahead of where the path is, backward too."""
+    told = set()
+    for step in range(20_000):
+        if cnc.state.program_end_r:
+            break
+        answer = cnc.ahead()
+        _is_a_stretch(answer, due)
+        told |= {(e["block_count_r"], e["start_position"]) for e in answer}
+        cnc.run(100)
+        if step == 8:
+            _turn_back(cnc)
+            _is_a_stretch(cnc.ahead(), due)
+            cnc.level(cnc.bahn.backward_motion, False)
+    assert len(told) == len(due.elements)
 
 
 def _is_a_stretch(answer: list[Facts], due: Contour) -> None:

@@ -23,6 +23,14 @@ SMOOTH = {
     ],
     "iso": [("G64 P0.04", "G61")],
     "isons": [],
+    "osai": [],
+}
+MARKED = ("isg", "isons")  # dialects with marks of the look-ahead
+HEAD = {
+    "isg": "G17 G90 G01 F3000",
+    "iso": "G21 G90 G17 G61 F3000",
+    "isons": "G60 G63 F50",
+    "osai": "(HSM,CONFIG1)\nG90 G01 F3000",
 }
 
 
@@ -84,6 +92,8 @@ class Contours:
         self._go(code, self._near(step))
 
     def _arc(self) -> None:
+        if self.dialect == "osai":  # which has none
+            return
         first, second = PLANES[self.plane]
         radius = self.rng.choice([0.3, 2.0, 10.0])
         begin = self.rng.uniform(-math.pi, math.pi)
@@ -126,6 +136,28 @@ class Contours:
             self._go("G01", to)
         self.lines.append("#SPLINE OFF")
 
+    def _profile(self) -> None:
+        """A profile: points that a curve goes through, straight stretches and
+        edges between them.
+        """
+        if self.dialect != "osai":
+            return
+        self.lines.append(self.rng.choice(["G61", "G61 P3", "G61 P5"]))
+        turn = self.rng.choice([0.1, 0.4, 1.0])
+        at, course = list(self.at), self.rng.uniform(-3, 3)
+        for k in range(self.rng.randint(6, 30)):
+            if k:
+                step = self.rng.choice([0.3, 2.0, 8.0])
+                at[0] += step * math.cos(course)
+                at[1] += step * math.sin(course)
+                at[2] += self.rng.uniform(-0.1, 0.1) * step
+                course += self.rng.uniform(-turn, turn)
+                course += 1.5 * (self.rng.random() < 0.1)
+            words = zip("XYZ", at, strict=True)
+            self._block(" ".join(f"{a}{self._number(v)}" for a, v in words))
+        self.lines.append("G60")
+        self.at = [float(self._number(v)) for v in at]
+
     def _motions(self, count: int) -> None:
         for _ in range(count):
             self.rng.choice([self._line, self._line, self._arc, self._wave])()
@@ -154,13 +186,13 @@ class Contours:
         self.lines.append("#RT ENDWHILE")
 
     def _switch_plane(self) -> None:
-        if self.dialect == "isons":
+        if self.dialect in ("isons", "osai"):
             return
         self.plane = self.rng.choice(list(PLANES))
         self.lines.append(self.plane)
 
     def _reset(self) -> None:
-        if self.resets and self.dialect != "iso":
+        if self.resets and self.dialect in MARKED:
             self.lines.append("#DISTANCE PROG START CLEAR")
 
     def _compensated(self) -> None:
@@ -177,18 +209,18 @@ class Contours:
         self._go("G40 G01", [self.at[0] - 30, self.at[1], z])
 
     def _param(self) -> None:
-        if self.dialect != "iso":
+        if self.dialect in MARKED:
             self.lines.append(
                 f"#CONTOUR LOOKAHEAD LOG [PARAM={self.rng.uniform(0, 9):.3f}]"
             )
 
     def _make(self) -> None:
-        head = {"isg": "G17 G90 G01 F3000", "iso": "G21 G90 G17 G61 F3000"}
-        self.lines.append(head.get(self.dialect, "G60 G63 F50"))
+        marked = self.dialect in MARKED
+        self.lines += HEAD[self.dialect].splitlines()
         if self.dialect == "iso":
             self.lines.append("G1")
         self._motions(1)
-        if self.dialect != "iso":
+        if marked:
             self.lines.append(f"{ON} [PARAM=1]")
         kinds = [
             self._smoothed,
@@ -201,11 +233,13 @@ class Contours:
             self._param,
             lambda: self._motions(2),
         ]
+        if self.dialect == "osai":
+            kinds += [self._profile] * 6
         for _ in range(self.sections):
             self.rng.choice(kinds)()
         self._smoothed()
         self._motions(1)
-        if self.dialect != "iso":
+        if marked:
             self.lines.append(f"{OFF} [PARAM=2]")
         self._motions(1)
         self.lines.append("M30")

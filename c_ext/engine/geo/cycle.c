@@ -122,6 +122,7 @@ void geo_rehearse(struct engine *engine) {
     if (engine->hli.segment) {
         publish_again(engine);
     }
+    record_rehearse(engine);
 }
 
 void engine_rehearse(struct engine *engine) {

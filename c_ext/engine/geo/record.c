@@ -65,6 +65,13 @@ void record_cycle(struct engine *engine) {
     record_put(&recording->samples);
 }
 
+void record_rehearse(struct engine *engine) {
+    struct engine_sample *sample = record_room(&engine->recording.samples);
+    if (sample) {
+        fill_sample(engine, sample);
+    }
+}
+
 int64_t engine_sample_bytes(const struct engine *engine) {
     return (int64_t)(sizeof(struct engine_sample)
                      + sizeof(double) * (size_t)engine->cfg.axis_count);

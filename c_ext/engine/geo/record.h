@@ -4,5 +4,8 @@
 #include "engine/state/state.h"
 
 void record_cycle(struct engine *engine);
+/* Write the next row without handing it out, so that its cache lines are there
+ * when the cycle comes. */
+void record_rehearse(struct engine *engine);
 
 #endif

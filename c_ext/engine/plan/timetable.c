@@ -74,12 +74,22 @@ static bool is_between(const HLI_AHEAD_KNOT *knot) {
                   < SAME_RATE * fmax(1.0, fabs(knot->speed));
 }
 
+/* It stands where the one before it does, with another rate or not. */
+static bool same_time(const HLI_AHEAD_KNOT *knot) {
+    return knot->motion_time - knot[-1].motion_time < SAME_TIME;
+}
+
+/* Two phases meet in one knot; they may differ in the last bits. */
+static bool is_same(const HLI_AHEAD_KNOT *a, const HLI_AHEAD_KNOT *b) {
+    return fabs(b->motion_time - a->motion_time) < SAME_TIME
+           && fabs(b->distance - a->distance) < SAME_PLACE
+           && fabs(b->rate - a->rate) < SAME_RATE * fmax(1.0, fabs(a->rate))
+           && fabs(b->speed - a->speed) < SAME_RATE * fmax(1.0, fabs(a->speed));
+}
+
 static void add_knot(struct timetable *table, HLI_AHEAD_KNOT knot) {
-    if (table->count) {
-        const HLI_AHEAD_KNOT *last = &table->knot[table->count - 1];
-        if (memcmp(last, &knot, sizeof knot) == 0) {
-            return;
-        }
+    if (table->count && is_same(&table->knot[table->count - 1], &knot)) {
+        return;
     }
     if (table->count == KNOTS) {
         table->full = true;
@@ -136,7 +146,7 @@ void timetable_add(struct engine *engine,
 /* Change of the speed between two knots, 1 um/s in a us. */
 static double speed_change(const HLI_AHEAD_KNOT *to) {
     double time = to->motion_time - to[-1].motion_time;
-    return time < SAME_TIME ? 0.0 : (to->speed - to[-1].speed) / time;
+    return same_time(to) ? 0.0 : (to->speed - to[-1].speed) / time;
 }
 
 /* A plan that does not reach the end of what comes brakes for its own end. The
@@ -145,8 +155,9 @@ static double speed_change(const HLI_AHEAD_KNOT *to) {
 static void cut_own_brake(struct timetable *table) {
     uint32_t last = table->count - 1;
     while (last > 0
-           && table->knot[last - 1].speed
-                  > table->knot[last].speed * (1.0 + SAME_RATE)) {
+           && (same_time(&table->knot[last])
+               || table->knot[last - 1].speed
+                      > table->knot[last].speed * (1.0 + SAME_RATE))) {
         last--;
     }
     bool cruises =
@@ -155,8 +166,9 @@ static void cut_own_brake(struct timetable *table) {
                <= SAME_RATE * table->knot[last].speed;
     if (!cruises) {
         while (last > 1
-               && speed_change(&table->knot[last - 1])
-                      >= speed_change(&table->knot[last])) {
+               && (same_time(&table->knot[last - 1])
+                   || speed_change(&table->knot[last - 1])
+                          >= speed_change(&table->knot[last]))) {
             last--;
         }
         last -= last > 0;

@@ -25,15 +25,19 @@ bool record_full(const struct recording *recording) {
            || ring_full(&recording->requests);
 }
 
-void *record_next(struct record_ring *ring) {
-    if (!ring->rows) {
-        return NULL;
-    }
-    if (ring_full(ring)) {
-        ATOMIC_SET(ring->lost, ring->lost + 1);
+void *record_room(struct record_ring *ring) {
+    if (!ring->rows || ring_full(ring)) {
         return NULL;
     }
     return ring->rows + (size_t)(ring->head % ring->size) * ring->bytes;
+}
+
+void *record_next(struct record_ring *ring) {
+    void *row = record_room(ring);
+    if (!row && ring->rows) {
+        ATOMIC_SET(ring->lost, ring->lost + 1);
+    }
+    return row;
 }
 
 void record_put(struct record_ring *ring) {

@@ -120,7 +120,7 @@ def _broad(context: Context, key: str, pos: Position) -> Entity | None:
 def _known(context: Context) -> list[str]:
     world = context.world
     names = [*world.globals, *world.functions, *world.lists]
-    names += [*world.enumerators, *builtins.names()]
+    names += [*world.enumerators, *builtins.names(), *world.offered]
     if context.routine is not None:
         names += context.routine.variables
     if context.cls is not None:

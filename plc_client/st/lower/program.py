@@ -176,7 +176,7 @@ class Lowering:
             digest = hashlib.sha256(key.encode()).digest()
             name = f"g{int.from_bytes(digest[:4], 'big') % count}"
             if key in self._of_library:
-                name = "library"
+                name = f"library_{key}"
             groups.setdefault(name, []).append(self._texts[key])
         return groups
 

@@ -48,6 +48,7 @@ class World:
     globals: dict[str, Variable] = field(default_factory=dict)
     enumerators: dict[str, str] = field(default_factory=dict)
     configurations: list[tree.Configuration] = field(default_factory=list)
+    offered: frozenset[str] = frozenset()
     resolve_type: Callable[[tree.TypeDef], Type] | None = None
     declare: Callable[[Class | Routine], None] | None = None
     library_names: frozenset[str] = frozenset(
@@ -72,7 +73,7 @@ class World:
         found = self.find_type(key, pos)
         if found is None:
             known = [*types.ELEMENTARY, *self.typedefs, *self.classes]
-            known += self.types
+            known += [*self.types, *self.offered]
             raise unknown("type", name, known, pos)
         return found
 

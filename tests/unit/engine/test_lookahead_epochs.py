@@ -290,6 +290,25 @@ def test_arc_line_arc_as_foreseen(tmp_path: Path, jerk: bool) -> None:
         assert speed < 0.01
 
 
+def test_a_zigzag_as_foreseen(tmp_path: Path) -> None:
+    """A plan that brakes for its own end over several pieces is shown up to
+    that brake only: place and speed are right to 1 %.
+    """
+    rng, x, text = random.Random(0), 0.0, "G01 F6000\n"
+    for _ in range(60):
+        x += rng.uniform(0.3, 6)
+        text += f"X{x:.4f} Y{rng.uniform(-3, 3):.4f}\n"
+    with Inside(tmp_path, text) as cnc:
+        cnc.run(1900)
+        noted = Noted(cnc, (0.02, 0.1))
+        for _ in range(350):
+            noted.cycle()
+        place, speed, compared = noted.wrong()
+        assert compared > 120
+        assert place < 0.01
+        assert speed < 0.01
+
+
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
 def test_elements_are_reached_when_and_as_fast_as_told(
     tmp_path: Path, jerk: bool

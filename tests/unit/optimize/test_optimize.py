@@ -183,10 +183,15 @@ def test_edges(bench, mode, stops):
     within the tolerance.
     """
     points = corner()
-    result = bench.run(
-        words(points), changed(SETUP_3, CRV=None) + SMT.format(mode)
+    marked = changed(
+        SETUP_3,
+        CRV=None,
+        EDG=f"(EDG,30,0,{mode},1)",
+        THR="(THR,0.01,0.0001,0,0.001,0.005)",
     )
+    result = bench.run(words(points), marked + SMT.format(mode))
     assert result.edges == 1
+    assert not result.input_kept
     made = bench.made()
     assert sum(bool(row["flags"] & 2) for _, _, row in made[:-1]) == stops
     assert far(points, made).max() <= 0.02

@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 from cnc_core.recording.compare import compare
-from cnc_core.recording.inspect import state_at, statistics, summary
+from cnc_core.recording.golden import check_recording
+from cnc_core.recording.inspect import Filter, state_at, statistics, summary
 from cnc_core.recording.parts import Parts
 from cnc_core.recording.reading import Recording
 from hli.part_file import PartFile
+from plc_client.golden import GoldenMismatchError
 from support.command_line import Outcome
 
 Cli = Callable[..., Outcome]
@@ -146,7 +148,7 @@ def test_inspect_tells_tables_units_and_places(tmp_path: Path) -> None:
     assert value["complete"]
     assert value["tables"]["cycles"]["rows"] == ROWS
     assert value["tables"]["cycles"]["columns"]["v"] == "mm/s"
-    assert statistics(recording.cycles)["cycle"]["max"] == ROWS
+    assert statistics(recording.cycles)[1]["cycle"]["max"] == ROWS
     for key, place, cycle in (
         ("time", 0.5, 500),
         ("cycle", 200_000, 200_000),
@@ -161,6 +163,52 @@ def test_inspect_tells_tables_units_and_places(tmp_path: Path) -> None:
     assert early["functions"] is None
     with pytest.raises(Exception, match="nothing is recorded there"):
         state_at(recording, "line", 1e9)
+
+
+def test_inspect_chooses_rows(cli: Cli, tmp_path: Path) -> None:
+    """Filters choose rows of a table; their statistics are those of numpy."""
+    recording = recorded(tmp_path / "a.parquet", motion(ROWS, 100.0))
+    filters = [
+        Filter.of(text, recording.cycles)
+        for text in ("X>=500", "X < 2000", "line!=700")
+    ]
+    rows, found = statistics(recording.cycles, filters)
+    x, line = recording.cycles["X"], recording.cycles["line"]
+    kept = (x >= 500) & (x < 2000) & (line != 700)
+    assert rows == kept.sum()
+    assert found["X"]["min"] == x[kept].min()
+    assert found["t"]["mean"] == pytest.approx(
+        recording.cycles["t"][kept].mean()
+    )
+    shown = cli("inspect", "a.parquet", "--where", "line=700", "--rows", "3")
+    assert "699" in shown.out
+    assert max(map(len, shown.out.splitlines())) <= 80
+    told = cli(
+        "inspect", "a.parquet", "--where", "line=700", "--rows", "3", "--json"
+    )
+    assert told.json["chosen"] == (line == 700).sum()
+    assert [row["line"] for row in told.json["rows"]] == [700] * 3
+    for wrong in ("speed>3", "v>fast", "v"):
+        with pytest.raises(Exception, match="--where"):
+            Filter.of(wrong, recording.cycles)
+
+
+def test_a_golden_recording_is_compared(tmp_path: Path) -> None:
+    """Written once, equal to itself, and the first difference is told."""
+    golden = tmp_path / "golden" / "a.parquet"
+    a = recorded(tmp_path / "a.arrow", motion(1000, 100.0))
+    with pytest.raises(GoldenMismatchError, match="golden-update"):
+        check_recording(golden, a)
+    check_recording(golden, a, update=True)
+    check_recording(golden, a)
+    check_recording(golden, tmp_path / "a.arrow")
+    near = motion(1000, 100.0)
+    near["v"] = near["v"] + 1e-6
+    b = recorded(tmp_path / "b.arrow", near)
+    with pytest.raises(GoldenMismatchError, match=r"row 0 .line 1.: v: 100.0"):
+        check_recording(golden, b)
+    check_recording(golden, b, tolerance=1e-5)
+    check_recording(golden, b, tolerance={"v": 1e-5})
 
 
 def test_the_commands_tell_it_to_people_and_programs(

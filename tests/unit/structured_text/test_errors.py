@@ -6,6 +6,7 @@ import pytest
 
 from plc_client.st.build import check
 from plc_client.st.errors import REFUSED
+from plc_client.st.source import library
 
 CASES = [
     ("x := nowhere;", "name nowhere is unknown", 6),
@@ -69,3 +70,22 @@ def test_refused_constructs_are_named() -> None:
         "file": "new.st",
         "line": 3,
     }
+
+
+def test_whole_library_is_right() -> None:
+    """Every unit of the library compiles; a name that is nearly one of its
+    units is told.
+    """
+    text = f"// {' '.join(sorted(library.names()))}\n"
+    found = check({"all.st": text + "PROGRAM MAIN\nEND_PROGRAM\n"})
+    assert [str(e) for e in found.log.errors] == []
+    near = check({"m.st": "PROGRAM MAIN\nVAR t : TOOF; END_VAR\nEND_PROGRAM\n"})
+    assert "did you mean TOF?" in str(near.log.errors[0])
+
+
+def test_program_takes_the_units_it_names() -> None:
+    """A timer brings itself alone, a block its base."""
+    timer = library.units_for(["VAR t : ton; END_VAR"])
+    assert ["FUNCTION_BLOCK TON" in u.text for u in timer] == [True]
+    modes = library.units_for(["VAR a : AbortProgram; END_VAR"])
+    assert any("FUNCTION_BLOCK ABSTRACT ExecuteBlock" in u.text for u in modes)

@@ -142,6 +142,8 @@ def test_variables_that_are_none_do_not_show(here: Path) -> None:
             'rotary = ["C", "B"]\ndirections = { X = [-1.0, 0.0, 0.0] }\n',
             "linear",
         ),
+        ("[axes.X" + "1" * 16 + "]\n", "at most 15"),
+        ('[axes."XÄ"]\n', "axis name"),
         ("a = " + "[" * 20_000 + "]" * 20_000, "deeply"),
     ],
 )
