@@ -31,7 +31,8 @@ else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
     def __dir__():
-        return sorted({*globals(), *__all__})
+        hidden = {name for name in globals() if name.startswith("__")}
+        return sorted({*__all__, *hidden})
 
 
 __all__ = [

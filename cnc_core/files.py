@@ -14,7 +14,7 @@ import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 from .errors import ERRORS, CncError, Place
 
@@ -235,6 +235,18 @@ class Quota:
             )
 
 
+class _Wanted(NamedTuple):
+    """A file that a program writes: its path, its place in the run's folder, a
+    descriptor of the folder that holds it, O_APPEND or O_TRUNC, the bytes.
+    """
+
+    path: Path
+    inner: PurePosixPath
+    folder: int
+    how: int
+    data: bytes
+
+
 class RunFolder:
     """The folder of the run; it is made with the first file.
 
@@ -278,7 +290,7 @@ class RunFolder:
             self._make_folders(inner)
             data = text.encode("utf-8", "replace")
             with _parent_of(self._folder, inner.parts) as folder:
-                fd = self._opened(path, inner, folder, how, data)
+                fd = self._opened(_Wanted(path, inner, folder, how, data))
                 if fd is None:
                     self._replace(inner, folder, data)
                     return
@@ -296,36 +308,25 @@ class RunFolder:
                 except FileExistsError:
                     continue
 
-    def _opened(
-        self,
-        path: Path,
-        inner: PurePosixPath,
-        folder: int,
-        how: int,
-        data: bytes,
-    ) -> int | None:
+    def _opened(self, wanted: _Wanted) -> int | None:
         """A descriptor for writing: of a new file, or of one that may grow.
 
         None: the file is there and may be replaced.
         """
         new = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+        name, folder = wanted.inner.name, wanted.folder
         try:
-            fd = os.open(inner.name, new, 0o666, dir_fd=folder)
+            fd = os.open(name, new, 0o666, dir_fd=folder)
         except FileExistsError:
-            return self._again(path, inner, folder, how, data)
+            return self._again(wanted)
         info = os.fstat(fd)
-        self._made[inner] = info.st_dev, info.st_ino
+        self._made[wanted.inner] = info.st_dev, info.st_ino
         return fd
 
-    def _again(
-        self,
-        path: Path,
-        inner: PurePosixPath,
-        folder: int,
-        how: int,
-        data: bytes,
-    ) -> int | None:
-        look = os.open(inner.name, _LOOK, dir_fd=folder)
+    def _again(self, wanted: _Wanted) -> int | None:
+        """As ``_opened``, for a file that is there."""
+        path, inner, how = wanted.path, wanted.inner, wanted.how
+        look = os.open(inner.name, _LOOK, dir_fd=wanted.folder)
         try:
             info = os.fstat(look)
             _refuse_kind(path, info.st_mode)
@@ -333,7 +334,7 @@ class RunFolder:
             foreign = info.st_nlink != 1 or info.st_uid != os.getuid()
             if own or not (foreign or how == os.O_TRUNC):
                 return _reopened(look, os.O_WRONLY | how)
-            if foreign or not _is_like(look, data):
+            if foreign or not _is_like(look, wanted.data):
                 raise CncError(901008, f"{path}: {ERRORS[901008]}")
             return None
         finally:

@@ -25,7 +25,6 @@ from ..engine import Engine, Event
 from ..engine.external import BLOCK_BYTES
 from ..errors import CncError
 from ..frontend.operator import Operator, read_answers
-from ..frontend.port import MESSAGES_KEPT, keep
 from ..program.restart import Restart
 from .identity import CLOCKS, SERVICES, fill_identity, scratch_folder
 from .live_port import LivePort
@@ -34,7 +33,8 @@ from .options import OUT_FOLDER, CncOptions
 from .plc_life import PlcLife
 from .preparation import Preparation
 from .recording import missing_rows, recorder_for
-from .report import KEPT_TEXTS, engine_figures, log_warnings
+from .report import engine_figures
+from .said import Said
 from .scene import ENDED, NOT_STARTED, RUNNING, RunScene
 from .start_units import NO_FUNCTIONS, execution_mode, skip_levels
 from .waiting import StandWatch, TimeLimits, Waiting
@@ -78,11 +78,7 @@ class CncProcess:
         self.driving_since = 0.0
         self.wall_time_s = 0.0
         self.started_with_plc = False
-        self.warnings = list(self.cell.warnings())
-        self.errors: list[CncError] = []
-        self.messages: list[str] = []
-        self.blocks = 0
-        self.dialect: str | None = None
+        self.said = Said(self.cell)
         self.preparation: Preparation | None = None
         self._restarted = False
         self._retained: dict[str, Any] = {}
@@ -199,7 +195,7 @@ class CncProcess:
         if self.driving_since:
             self.wall_time_s = time.monotonic() - self.driving_since
         if int(self.engine.state.bad_commands):
-            keep(self.warnings, BAD_COMMANDS, KEPT_TEXTS)
+            self.said.warn(BAD_COMMANDS)
         if self.recorder:
             self.recorder.close()
         self.engine.set_phase(layout.HLI_PHASE_SHUTDOWN)
@@ -256,7 +252,7 @@ class CncProcess:
         if error is None:
             return True
         self.waiting = self.waits.last
-        self.errors.append(error)
+        self.said.errors.append(error)
         self.end = "error"
         return False
 
@@ -406,7 +402,7 @@ class CncProcess:
         """
         self.engine.post_error(error)
         self._note("warning", error=error)
-        keep(self.warnings, str(error), KEPT_TEXTS)
+        self.said.warn(str(error))
         if not self.options.once:
             print(error, file=sys.stderr, flush=True)
 
@@ -415,26 +411,9 @@ class CncProcess:
         the end.
         """
         preparation, self.preparation = self.preparation, None
-        if preparation is None:
-            return
-        preparation.take_commands()
-        self.blocks += preparation.blocks
-        warned = (
-            [str(warning) for warning in preparation.program.reader.warnings]
-            if preparation.program
-            else []
-        )
-        for text in preparation.port.messages:
-            if text not in warned:
-                keep(self.messages, text, MESSAGES_KEPT)
-        for text in warned:
-            keep(self.warnings, text, KEPT_TEXTS)
-        limit = self.cell.channel.contour_lookahead_log_max
-        self.warnings += log_warnings(self.engine.state, limit)
-        if preparation.program:
-            self.dialect = preparation.program.dialect
-        if preparation.error and preparation.error not in self.errors:
-            self.errors += [preparation.error, *preparation.error.also]
+        if preparation is not None:
+            preparation.take_commands()
+            self.said.collect(preparation, self.engine.state)
 
     def _wait_for_plc(self) -> bool:
         """Until a PLC has attached (at once if none is awaited); False if a
@@ -522,12 +501,9 @@ class CncProcess:
     def _plc_error(self) -> None:
         record = self.engine.take_plc_error()
         if record:
-            self._note("plc error", f"{record[0]}, reaction class {record[1]}")
-            keep(
-                self.messages,
-                f"PLC error {record[0]}, reaction class {record[1]}",
-                MESSAGES_KEPT,
-            )
+            text = f"{record[0]}, reaction class {record[1]}"
+            self._note("plc error", text)
+            self.said.message(f"PLC error {text}")
 
     def _watchdog(self) -> None:
         """The PLC has not shown that it lives: the program ends with an error;
@@ -543,7 +519,7 @@ class CncProcess:
         error = self.preparation.error if self.preparation else None
         if self.watchdog:
             error, self.watchdog = self.watchdog, None
-            self.errors.append(error)
+            self.said.errors.append(error)
         elif error:
             self.engine.post_error(error)
         self.end = (
@@ -581,20 +557,14 @@ class CncProcess:
     # ---------------------------------------------------------------- report
     def report(self) -> dict[str, Any]:
         """Everything the launcher needs, as JSON."""
-        first = self.errors[0] if self.errors else None
         figures = engine_figures(self.engine.state, self.cell.cycle_s)
         return figures | {
             "wall_time_s": self.wall_time_s,
-            "blocks": self.blocks,
             "end": self.end,
             "aborted_by_plc": self.modes.aborted,
-            "messages": self.messages,
-            "warnings": self.warnings,
-            "errors": [error.as_json() for error in self.errors],
+            **self.said.as_json(),
             "waiting": [waiting.as_json() for waiting in self.waiting],
-            "source": first.place.source if first else "",
             "recording": missing_rows(self.recorder),
-            "dialect": self.dialect,
             "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
             / 1024.0,
         }
