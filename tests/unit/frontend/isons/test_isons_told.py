@@ -175,3 +175,10 @@ def test_every_word_has_a_guess(tmp_path, text, meant):
     """Instructions of forms, properties and functions, too."""
     with pytest.raises(CncError, match=f"did you mean {meant}"):
         run(tmp_path, text)
+
+
+@pytest.mark.parametrize("text", ["GLOBAL\n", 'READ_PARMAC "SGLP"\n'])
+def test_a_missing_variable_is_told(tmp_path, text):
+    """The end of the block is named as such."""
+    with pytest.raises(CncError, match="found the end of the block"):
+        run(tmp_path, text)
