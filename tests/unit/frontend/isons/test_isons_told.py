@@ -177,7 +177,7 @@ def test_every_word_has_a_guess(tmp_path, text, meant):
         run(tmp_path, text)
 
 
-@pytest.mark.parametrize("text", ["GLOBAL\n", 'READ_PARMAC "SGLP"\n'])
+@pytest.mark.parametrize("text", ['READ_PARMAC "SGLP"\n'])
 def test_a_missing_variable_is_told(tmp_path, text):
     """The end of the block is named as such."""
     with pytest.raises(CncError, match="found the end of the block"):
