@@ -13,7 +13,16 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from tables import cell, command_line, dialects, errors, members, stub, units
+from tables import (
+    cell,
+    command_line,
+    dialects,
+    errors,
+    members,
+    statements,
+    stub,
+    units,
+)
 
 DOCS = Path(__file__).resolve().parent
 UNITS = DOCS / "reference" / "hli"
@@ -38,6 +47,7 @@ TABLES: dict[str, Callable[[str], str]] = {
     "hli-structure": members.structure_table,
     "hli-aliases": members.hli_aliases,
     "command-line": command_line.command_line,
+    "statements": statements.statement_table,
 }
 
 
@@ -54,6 +64,7 @@ def generated(text: str) -> str:
 def pages() -> list[Path]:
     """Those that are written by hand and hold tables."""
     found = sorted((DOCS / "reference").rglob("*.md"))
+    found.append(DOCS / "measurements" / "statements.md")
     return [page for page in found if page.parent != UNITS]
 
 

@@ -70,6 +70,11 @@ def tokenize(text: str, pattern: re.Pattern[str] = PATTERN) -> list[Token]:
     return [*found, Token(Kind.END, "", len(text.rstrip()))]
 
 
+def shown(text: str) -> str:
+    """A token's text as a message quotes it."""
+    return repr(text) if text else "the end of the block"
+
+
 class TokenStream:
     """A cursor over the tokens of one block."""
 
@@ -151,6 +156,4 @@ class TokenStream:
             self._at += 1
 
     def describe(self) -> str:
-        return (
-            "the end of the block" if self.at_end else repr(self.current.text)
-        )
+        return shown("" if self.at_end else self.current.text)

@@ -14,6 +14,7 @@ from typing import Any
 
 from cnc_core.errors import CncError, Place
 from cnc_core.files import Folders
+from cnc_core.frontend.base.guess import guess
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.codes import CODES, Field
@@ -219,7 +220,9 @@ class SetupFile:
         code = found[1]
         if code not in CODES:
             place.column = found.start(1) + 1
-            raise CncError(909203, f"unknown setup code {code}", place)
+            raise CncError(
+                909203, f"unknown setup code {code}{guess(code, CODES)}", place
+            )
         fields, at = [], found.start(2) + 1
         for part in found[2][1:].split(",") if found[2] else []:
             fields.append(
@@ -307,7 +310,8 @@ def _value(
             raise _error(
                 line,
                 909205,
-                f"{what}: {text[:SHOWN]!r} is none of {', '.join(spec.words)}",
+                f"{what}: {text[:SHOWN]!r} is none of {', '.join(spec.words)}"
+                + guess(text, spec.words),
                 column,
             )
         return text

@@ -28,7 +28,7 @@ from cnc_core.blocks import (
     WAIT,
 )
 from cnc_core.frontend.base.formula import number_of
-from cnc_core.frontend.base.lexer import Kind, fail
+from cnc_core.frontend.base.lexer import Kind, fail, shown
 from cnc_core.frontend.port import Wait
 
 from . import table
@@ -400,7 +400,7 @@ class CommandParser(
             else:
                 raise fail(
                     900010,
-                    f"#DELETE: expected a variable, found {token.text!r}",
+                    f"#DELETE: expected a variable, found {shown(token.text)}",
                     token.offset,
                 )
             if stream.is_op("["):

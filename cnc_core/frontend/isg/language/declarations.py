@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cnc_core.frontend.base.formula import Formula
-from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
+from cnc_core.frontend.base.lexer import (
+    Kind,
+    TokenStream,
+    digits,
+    fail,
+    shown,
+)
 from cnc_core.frontend.base.variables import (
     REAL64,
     TEXT_MAX,
@@ -80,7 +86,9 @@ class DeclarationParser:
             if int(number.text) == 0:
                 raise fail(20400, "P0 is not allowed", offset)
             return "", str(int(number.text))
-        raise fail(900010, f"#VAR: expected a variable, found {text!r}", offset)
+        raise fail(
+            900010, f"#VAR: expected a variable, found {shown(text)}", offset
+        )
 
     def _type(self) -> DataType:
         stream, token = self._stream, self._stream.next()

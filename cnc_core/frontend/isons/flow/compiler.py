@@ -15,6 +15,7 @@ from ..base.text import PATTERN, label_of, parts_of
 from ..base.words import WordBlock
 from ..language.formulas import Formulas
 from ..language.words import VALUES, WordParser
+from ..operator.dialogs import WORDS
 from .instructions import TABLE, Instructions
 from .lookahead import look_ahead_command
 from .program import Program
@@ -64,7 +65,9 @@ class Compiler:
                 text, formulas, parser
             )
         except CncError as error:
-            raise spelt(error, text, (*TABLE, *VALUES)) from None
+            raise spelt(
+                error, text, (*TABLE, *VALUES, *WORDS, *Formulas.functions)
+            ) from None
 
     def _instruction(
         self, stream: TokenStream, formulas: Formulas, parser: WordParser

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from cnc_core.blocks import DWELL
 from cnc_core.errors import ERRORS
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import Kind, TokenStream, fail, shown
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
 
@@ -96,7 +96,7 @@ class Instructions:
         ).startswith("_"):
             raise fail(
                 900010,
-                f"a user variable is expected, found {token.text!r}",
+                f"a user variable is expected, found {shown(token.text)}",
                 token.offset,
             )
         return variable_name(token.text)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 
 from cnc_core.errors import CncError
+from cnc_core.frontend.base.guess import guess
 from cnc_core.frontend.base.lexer import Kind, fail, tokenize
 
 from ..base.text import PATTERN
 
 SHORTEST = 3  # letters of a word that is worth a guess
-NEAR = 0.7
 NOT_READ = (900001, 900002, 900004)
 
 
@@ -35,9 +34,8 @@ def spelt(error: CncError, text: str, known: Iterable[str]) -> CncError:
     name, words = word.text.upper(), sorted(known)
     if name in words:
         return error
-    near = difflib.get_close_matches(name, words, n=1, cutoff=NEAR)
-    if not near and "_" not in name:
+    hint = guess(name, words)
+    if not hint and "_" not in name:
         return error
-    hint = f"; did you mean {near[0]}?" if near else ""
     code = 900002 if error.code == 900002 else 900001
     return fail(code, f"unknown word {name}{hint}", word.offset)

@@ -186,3 +186,13 @@ KNOWN = frozenset(
     }.items()
     for ending in endings
 )
+# every instruction, for guesses
+WORDS = KNOWN | {
+    "LIB_MESSAGE",
+    "LIB_SHOWFORM",
+    "LIB_CLOSEFORM",
+    "LIB_INPUTSETVALUE",
+    "LIB_ADDLABEL",
+    "LIB_ADDBUTTON",
+    "LIB_ADDINPUT",
+}

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from decimal import ROUND_DOWN, Decimal
 
 from cnc_core.errors import ERRORS
+from cnc_core.frontend.base.guess import guess
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.operator import Answer, Question
 from cnc_core.frontend.port import ChannelPort
@@ -158,7 +159,10 @@ class Forms:
         if known is None or kind not in known.kinds:
             raise fail(
                 909150,
-                f"{'an' if kind == INPUT else 'a'} {kind} has no property {name}",
+                f"{'an' if kind == INPUT else 'a'} {kind} has no property {name}"
+                + guess(
+                    name, (k for k, p in PROPERTIES.items() if kind in p.kinds)
+                ),
                 offset,
             )
         return key, known

@@ -161,3 +161,24 @@ def test_parameters_without_effect_are_told_once(tmp_path):
     out = run(tmp_path, text + 'WRITE_PARMAC "FEEDMAX" 2\n')
     assert sum("907042" in one for one in out.port.messages) == 1
     assert np.isfinite(out.reader.channel.parameters["FEEDMAX"])
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("LIB_ADDLABLE L\n", "LIB_ADDLABEL"),
+        ("LIB_ADDLABEL L\nLIB_LABELPROP L VISIBEL 1\n", "VISIBLE"),
+        ("$A=SQRT(4)\n", "SQR"),
+    ],
+)
+def test_every_word_has_a_guess(tmp_path, text, meant):
+    """Instructions of forms, properties and functions, too."""
+    with pytest.raises(CncError, match=f"did you mean {meant}"):
+        run(tmp_path, text)
+
+
+@pytest.mark.parametrize("text", ['READ_PARMAC "SGLP"\n'])
+def test_a_missing_variable_is_told(tmp_path, text):
+    """The end of the block is named as such."""
+    with pytest.raises(CncError, match="found the end of the block"):
+        run(tmp_path, text)
