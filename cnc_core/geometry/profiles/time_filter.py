@@ -43,8 +43,8 @@ ENTITIES_MAX = 10000
 # of the window: rows that last longer are not lowered, their one share says too
 # little of them
 LONG = 0.5
-# in which the times over a spread change settle within 1 % or so
-ROUNDS = 3
+# in which the times over a spread change settle within 1 per mille
+ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -421,26 +421,33 @@ def _spread_section(
     first = np.searchsorted(end, begin - half * share, side="right")
     last = np.searchsorted(begin, end + half * share) - 1
     out = -_painted(np.minimum(first, rows), np.maximum(last, rows), -share)
+    table = _table(-share)
     for _ in range(ROUNDS):
-        out = np.minimum(_mean_of_least(share, at_feed / out, half), share)
+        out = np.minimum(_mean_of_least(table, at_feed / out, half), share)
     return np.asarray(out)
 
 
 def _mean_of_least(
-    share: FloatArray, time: FloatArray, half: float
+    table: list[FloatArray], time: FloatArray, half: float
 ) -> FloatArray:
     """(n,) mean, over ``half`` on either side, of the least share within
-    ``half`` on either side.
+    ``half`` on either side.  ``table``: of the shares' negatives.
+
+    The least share changes where a row comes into reach or leaves it, in the
+    middle of rows, too: so the mean goes on steadily with the times.
     """
     end = np.cumsum(time)
-    begin = end - time
-    rows = np.arange(len(share))
-    first = np.searchsorted(end, begin - half, side="right")
-    last = np.searchsorted(begin, end + half) - 1
-    least = -_largest(-share, np.minimum(first, rows), np.maximum(last, rows))
-    edges = np.concatenate([[-2.0 * half, 0.0], end, [end[-1] + 2.0 * half]])
-    level = np.concatenate([least[:1], least, least[-1:]])
-    total = np.concatenate([[0.0], np.cumsum(level * np.diff(edges))])
+    begin = np.concatenate([[0.0], end[:-1]])
+    into, out_of = begin - half, end + half
+    comes = np.zeros(2 * len(time), np.bool_)
+    comes[np.arange(len(time)) + np.searchsorted(out_of, into)] = True
+    edges = np.empty(len(comes))
+    edges[comes], edges[~comes] = into, out_of
+    came = np.cumsum(comes[:-1])
+    last = came - 1
+    first = np.minimum(np.arange(1, len(comes)) - came, last)
+    least = -_largest(table, first, last)
+    total = np.concatenate([[0.0], np.cumsum(least * np.diff(edges))])
     middle = 0.5 * (begin + end)
     mean = np.interp(middle + half, edges, total) - np.interp(
         middle - half, edges, total
@@ -463,15 +470,16 @@ def _table(values: FloatArray) -> list[FloatArray]:
 
 
 def _largest(
-    values: FloatArray, low: npt.NDArray[np.intp], high: npt.NDArray[np.intp]
+    table: list[FloatArray],
+    low: npt.NDArray[np.intp],
+    high: npt.NDArray[np.intp],
 ) -> FloatArray:
-    """Largest of values[low..high], both ends inclusive (sparse table)."""
-    table = _table(values)
-    level = np.floor(np.log2(high - low + 1)).astype(np.intp)
+    """Largest value from low to high, both inclusive; ``table``: ``_table``."""
+    level = np.frexp(high - low + 1)[1] - 1
     out = np.empty(len(low))
-    for k in np.unique(level):
-        at = level == k
+    for k in range(int(level.min()), int(level.max()) + 1):
+        at = np.flatnonzero(level == k)
         out[at] = np.maximum(
-            table[k][low[at]], table[k][high[at] + 1 - (1 << int(k))]
+            table[k][low[at]], table[k][high[at] + 1 - (1 << k)]
         )
     return out

@@ -17,6 +17,7 @@ from support.osai_programs import (
     curves,
 )
 from support.programs import planned
+from support.seeds import few
 
 BENDS = {
     "CRV": None,
@@ -114,9 +115,12 @@ def test_changes_of_speed_are_spread(shop):
     assert speeds[0] < speeds[1] < speeds[2]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", few([106, 249, 170, 7, *range(100)], 4))
 def test_spread_shares(seed):
-    """Never above the shares, and no step is steeper than its height over Tintgr."""
+    """Never above the shares, and no change is steeper than the highest step over
+    Tintgr.  The first seeds are those with the steepest changes where the least
+    share is taken row by row.
+    """
     rng = np.random.default_rng(seed)
     n = 400
     share, time, merge = (
@@ -130,7 +134,7 @@ def test_spread_shares(seed):
     steepest = np.abs(np.diff(share)).max() / merge
     driven = time * share / made
     between = 0.5 * (driven[1:] + driven[:-1])
-    assert (np.abs(np.diff(made)) / between).max() <= steepest * 1.01
+    assert (np.abs(np.diff(made)) / between).max() <= steepest * 1.001
 
 
 def test_entities_start_together(shop):
