@@ -16,7 +16,7 @@ from cnc_core.blocks import (
     S,
     T,
 )
-from cnc_core.config import load_config
+from cnc_core.config import load_config, parse_config
 from cnc_core.errors import CncError
 from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
@@ -79,10 +79,10 @@ def program(seed):
     return "\n".join(lines) + "\n"
 
 
-def read_from(path, restart=None, start=None):
+def read_from(path, restart=None, start=None, cell=exact_cell):
     port = OfflinePort(np.zeros(4))
     reader = Program(
-        path, exact_cell(CONFIG), "isons", port, restart=restart, start=start
+        path, cell(CONFIG), "isons", port, restart=restart, start=start
     )
     rows = [row.copy() for batch in reader.batches() for row in batch.rows]
     return rows, reader.reader, port
@@ -135,6 +135,48 @@ def test_restart_at_any_line(tmp_path, seed):
             for row in again[:3]
         ]
         assert functions == [(T, 1, 0), (S, 0, 500), (M, 3, 0)]
+
+
+def common_rest(moves, whole):
+    """How many motions at the end of both are the same."""
+    pairs = zip(reversed(moves), reversed(whole), strict=False)
+    return next(
+        (
+            i
+            for i, (mine, theirs) in enumerate(pairs)
+            if told(mine) != pytest.approx(told(theirs), abs=1e-7)
+        ),
+        min(len(moves), len(whole)),
+    )
+
+
+@pytest.mark.parametrize("seed", few(range(40), 3))
+def test_restart_under_g60_with_its_tolerance(tmp_path, seed):
+    """With the default TOL_G60 it begins at the programmed place: the PLC sees the
+    same motions, and no curve behind the second of them is another one.
+    """
+    path = tmp_path / "part.isons"
+    path.write_text(program(seed))
+    rng = random.Random(seed + 200)
+    start = np.array([rng.uniform(-50, 50) for _ in range(4)])
+    programmed = motions(read_from(path, start=start)[0])
+    rows, reader, port = read_from(path, start=start, cell=parse_config)
+    whole = driven(rows)
+    for k in rng.sample(range(1, len(programmed)), min(3, len(programmed) - 1)):
+        line = int(programmed[k]["line"])
+        passes = sum(int(row["line"]) == line for row in programmed[: k + 1])
+        again, other, ports = read_from(
+            path, Restart(line, passes), start, parse_config
+        )
+        moves = driven(again)
+        place = programmed[k - 1]["end"][:4]
+        assert moves[0]["end"][:4] == pytest.approx(place)
+        blocks = [int(row["count"]) for row in programmed[k:]]
+        assert [block for block, _ in elements(again)[1:]] == blocks
+        others = moves[1 : len(moves) - common_rest(moves[1:], whole)]
+        assert {int(row["count"]) for row in others} <= set(blocks[:2])
+        assert other.store.scope.values == reader.store.scope.values
+        assert ports._external == port._external
 
 
 @pytest.mark.parametrize("seed", range(6))
