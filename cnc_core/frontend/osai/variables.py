@@ -11,13 +11,14 @@ from cnc_core.frontend.base.lexer import Kind, Token, TokenStream, fail
 
 PATTERN = re.compile(
     r"""(?P<NUMBER>[0-9]+(?:\.[0-9]*)?|\.[0-9]+)
-      | (?P<VARIABLE>[EL][0-9]+|JRS(?![A-Za-z_]))
+      | (?P<VARIABLE>[EL][0-9]+|JRS(?![A-Za-z_])|XW03(?![0-9]))
       | (?P<NAME>[A-Za-z_]+)
       | (?P<OP>\S)""",
     re.X,
 )
 FIELD = re.compile(r"([+-]?)([EL])([0-9]+)$")  # a variable in place of a number
 JERK_SCALE = "JRS"
+MOVEMENT = "XW03"  # the type of movement that the machine logic reads
 NUMBER_MAX = 100_000
 VALUES_MAX = 1e30
 
@@ -35,6 +36,16 @@ def variable_number(digits: str, letter: str, offset: int) -> int:
             offset,
         )
     return int(plain)
+
+
+def no_movement(offset: int) -> Exception:
+    """What a program that names XW03 is told."""
+    return fail(
+        900003,
+        f"{MOVEMENT} is not supported: the values of the type of movement "
+        "are not published",
+        offset,
+    )
 
 
 class Variables:
@@ -167,5 +178,7 @@ def _named(token: Token) -> tuple[str, int]:
     """Letter and number of a variable; JRS has the number 0."""
     if token.text == JERK_SCALE:
         return JERK_SCALE, 0
+    if token.text == MOVEMENT:
+        raise no_movement(token.offset)
     letter = token.text[0]
     return letter, variable_number(token.text[1:], letter, token.offset)

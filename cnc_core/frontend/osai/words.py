@@ -9,7 +9,12 @@ from dataclasses import dataclass, field
 
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
-from cnc_core.frontend.osai.variables import Variables, variable_number
+from cnc_core.frontend.osai.variables import (
+    MOVEMENT,
+    Variables,
+    no_movement,
+    variable_number,
+)
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(
@@ -18,6 +23,7 @@ WORD = re.compile(
 N_MAX = 2**31 - 1
 EXPRESSION_VALUE = re.compile(r"[+-]?\s*(?:[EL]?\s*\(|[EL][0-9]+\s*\()")
 EXPRESSION = re.compile(rf"[A-Za-z]\s*({EXPRESSION_VALUE.pattern})")
+LOGIC = re.compile(rf"(?:[A-Za-z]\s*)?({MOVEMENT})(?![0-9])")
 SHOWN = 24
 VALUE_MAX = 1e9  # of a word: beyond that no axis, feed or knot makes sense
 
@@ -79,6 +85,9 @@ def shortened(text: str) -> str:
 
 def _malformed(text: str, at: int) -> Exception:
     offset = at + len(text[at:]) - len(text[at:].lstrip())
+    logic = LOGIC.match(text, offset)
+    if logic:
+        return no_movement(logic.start(1))
     expression = EXPRESSION.match(text, offset)
     if expression:
         return fail(909227, ERRORS[909227], expression.start(1))

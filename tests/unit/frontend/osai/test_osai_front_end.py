@@ -206,12 +206,27 @@ def test_check_reports_the_same(shop):
         ("G95\n", (900003, 1, 1)),
         ("(ROT,30)\n", (900003, 1, 1)),
         ("X1 Q5\n", (909226, 1, 4)),
+        ("XW03=1\n", (900003, 1, 1)),
+        ("N10 XW03 = 1\n", (900003, 1, 5)),
+        ("E1=2*XW03\n", (900003, 1, 6)),
+        ("G1 XXW03\n", (900003, 1, 5)),
+        ("XW031=1\n", (900004, 1, 1)),
         ("(HSM,CONFIG1)\nG61\nX0Y0Z0F100\nX1\n", (909222, 5, 1)),
     ],
 )
 def test_refused_outside(shop, text, wanted):
     """The main program: states of G61, codes that are not supported."""
     assert refusal(shop.program(text))[:3] == wanted
+
+
+def test_the_word_of_the_machine_logic_is_refused_by_name(shop):
+    """Everywhere with the same words; inside a profile, too."""
+    for text in ("XW03=1\n", "E1=XW03\n", f"G61\n{CUBE}XW03=1\nG60\n"):
+        program = shop.program(f"(HSM,CONFIG1)\n{text}")
+        with pytest.raises(CncError) as caught:
+            list(program.batches())
+        assert caught.value.code == 900003
+        assert "XW03 is not supported" in caught.value.text
 
 
 def test_virtualisation_can_be_switched_off(shop):
