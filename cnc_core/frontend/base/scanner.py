@@ -259,6 +259,10 @@ class Modal:
         """Programmed override of the feed, 1 for 100 %."""
         self._modal.feed_factor = factor
 
+    def set_centre_limit(self, limit_mm: float) -> None:
+        """Largest deviation of a programmed arc centre, mm."""
+        self._modal.centre_limit = limit_mm
+
     def set_feed_limit(self, limit_mm_s: float) -> None:
         """Largest path feed of the rows that follow, mm/s; 0: none."""
         self._modal.feed_limit = limit_mm_s

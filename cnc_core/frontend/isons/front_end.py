@@ -103,12 +103,7 @@ class IsonsFrontEnd(BlockReader):
     ) -> None:
         cell = machine.settings(IsonsCell)
         self.parameters = Parameters(cell.parameters)
-        rules = Rules(
-            RULE_BITS,
-            centre_limit_mm=self.parameters.length("SGLR"),
-            centre_ratio=0.0,
-        )
-        modal = Modal(machine, rules)
+        modal = Modal(machine, Rules(RULE_BITS, centre_ratio=0.0))
         super().__init__(path, modal, port, collect=collect, scan=scan)
         self.port = port
         self.clock = Clock(port)

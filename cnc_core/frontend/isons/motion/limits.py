@@ -26,14 +26,20 @@ class Limits:
         self._secondary: npt.NDArray[np.bool_] = np.zeros(
             (2, count), dtype=bool
         )
-        names = [
-            self._name(end, axis, second)
-            for end in (0, 1)
-            for axis in self._names
-            for second in (False, True)
-        ]
-        self.active = any(parameters.given(name) for name in names)
         self.refresh()
+
+    def stricter(self) -> tuple[FloatArray, FloatArray] | None:
+        """Lowest and highest position of the axes, without bound where the cell's
+        limits, which hold in any case, say the same; None: they all do.
+        """
+        low, high = self._cell
+        tighter = (self.low > low) | (self.high < high)
+        if not tighter.any():
+            return None
+        return (
+            np.where(tighter, self.low, -np.inf),
+            np.where(tighter, self.high, np.inf),
+        )
 
     def _name(self, end: int, axis: str, secondary: bool) -> str:
         return f"{'2ND_' if secondary else ''}LIMITE_{'NP'[end]}_{axis}"

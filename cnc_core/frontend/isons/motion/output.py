@@ -186,11 +186,7 @@ class Output:
         self.limits.refresh()
         slowest = p.speed("FEEDMIN") / 60.0
         fastest = p.speed("FEEDMAX") / 60.0 or math.inf
-        ends = (
-            (self.limits.low, self.limits.high)
-            if self.limits.active and limits
-            else (None, None)
-        )
+        ends = (self.limits.stricter() if limits else None) or (None, None)
         self.bounds = Bounds(slowest, fastest, *ends)
 
     @property

@@ -83,6 +83,7 @@ class ChannelState:
         """Take over parameters that the geometry uses."""
         modal, p = self.modal, self.parameters
         modal.set_feed_factor(p["FEEDRES"])
+        modal.set_centre_limit(p.length("SGLR"))
         if modal.feed == 0.0:
             modal.feed = p.speed("FEEDDEF") / p["FEEDRES"]
         modal.apply(MotionWords(centre_absolute=not p["ARC_REL"]))

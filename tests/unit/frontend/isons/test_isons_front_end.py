@@ -518,8 +518,31 @@ def test_limits_hold_on_arcs(tmp_path):
     """Where an arc passes a limit between its ends."""
     text = "G90G2X10Y0I5J0\n"
     assert len(run(tmp_path, text, "[isons]\nLIMITE_P_Y = 5001\n").moves) == 1
-    with pytest.raises(CncError, match="axis Y would reach 5, in force is"):
+    with pytest.raises(CncError, match="axis Y would reach 5, "):
         run(tmp_path, "X0\n" + text, "[isons]\nLIMITE_P_Y = 4000\n")
+
+
+def test_limits_that_the_program_writes(tmp_path):
+    """They make the cell's limits tighter; those of the cell file are told once."""
+    for text, config in (
+        ('WRITE_PARMAC "LIMITE_P_X" 4000\nG1X5F6\n', ""),
+        ("G1X5F6\n", "[isons]\nLIMITE_P_X = 4000\n"),
+        (
+            'WRITE_PARMAC "LIMITE_P_X" 9000\nG1X5F6\n',
+            "[isons]\nLIMITE_P_X = 4000\n",
+        ),
+    ):
+        errors = run(tmp_path, text, config, collect=True).errors
+        assert [error.code for error in errors] == [903001]
+
+
+def test_tolerance_of_arcs_that_the_program_writes(tmp_path):
+    """SGLR acts from the next arc on: radii 4.9 and 5.1 mm."""
+    arc = "G2X10Y0I4.9J0F6\n"
+    for allowed, codes in ((100, [900007]), (300, [])):
+        text = f'WRITE_PARMAC "SGLR" {allowed}\n{arc}'
+        errors = run(tmp_path, text, collect=True).errors
+        assert [error.code for error in errors] == codes
 
 
 def test_mixed_bits_and_comparisons_warn(tmp_path):
