@@ -226,7 +226,13 @@ POSITIONER: dict[str, Parameter] = {
     "LIMITE_P": Parameter(HUGE, acts="upper limit of the positioner, 0.001 mm"),
 }
 # act where the cell is loaded, not where a program writes them
-AT_START = {"JERK": "the axes take it over when the cell starts"}
+PROGRAM_START = "a program takes it over when it begins"
+AT_START = {
+    "JERK": "the axes take it over when the cell starts",
+    "FEEDDEF": f"{PROGRAM_START}; homing without RZERO_VEL reads it at once",
+    "SPEEDDEF": PROGRAM_START,
+    "USE_G60": PROGRAM_START,
+}
 _AXIS_NAME = re.compile(rf"(.+)_([{AXIS_LETTERS}])")
 _POSITIONER_NAME = re.compile(r"(.+)_P([0-9]+)")
 

@@ -536,6 +536,13 @@ def test_limits_that_the_program_writes(tmp_path):
         assert [error.code for error in errors] == [903001]
 
 
+@pytest.mark.parametrize("name", ["JERK", "FEEDDEF", "SPEEDDEF", "USE_G60"])
+def test_what_has_been_taken_over_is_told(tmp_path, name):
+    """A parameter that acts at a start only: written later, a warning, once."""
+    out = run(tmp_path, f'LOOP 2\nWRITE_PARMAC "{name}" 1\nEND_LOOP\n')
+    assert [warning.code for warning in out.reader.warnings] == [907042]
+
+
 def test_tolerance_of_arcs_that_the_program_writes(tmp_path):
     """SGLR acts from the next arc on: radii 4.9 and 5.1 mm."""
     arc = "G2X10Y0I4.9J0F6\n"
