@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from support.command_line import T1, Outcome
+from support.command_line import T1, Outcome, command
 
 Cli = Callable[..., Outcome]
 HIDING = """
@@ -20,6 +21,23 @@ class Hidden(importlib.abc.MetaPathFinder):
 
 sys.meta_path.insert(0, Hidden())
 """
+
+
+@pytest.fixture
+def cli(tmp_path: Path) -> Cli:
+    """The command in a Python of its own: what is imported counts here."""
+
+    def call(*arguments: object) -> Outcome:
+        done = subprocess.run(
+            command(*arguments),
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return Outcome(done.returncode, done.stdout, done.stderr)
+
+    return call
 
 
 @pytest.fixture
