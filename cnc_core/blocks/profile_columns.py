@@ -20,6 +20,8 @@ from ..units import FloatArray, IntArray
 
 # What happens at the end of a point's curve, or at the end of a polynomial.
 SMOOTH, TANGENT, BLEND, STOP, PASS = 0, 62, 63, 66, 67
+# behind a piece that passes an edge of PASS; code of its row
+PASSED = 68
 POINTS, POLYNOMIALS, CONTROL_POINTS = "points", "polynomials", "control points"
 # tool direction, surface normal, radius application direction
 VERSORS = ("ijk", "mno", "pqd")

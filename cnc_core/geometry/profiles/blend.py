@@ -11,14 +11,17 @@ goes on without a jump of speed.
 
 An edge of transition 67 is passed at the speed that the axes can stand.  A jump
 of velocity keeps no jerk limit.  So the edge gets a quintic that leaves it by no
-more than the fit tolerance (Tol), driven at that speed.  The quintic begins
-where it has the least curvature that this deviation allows.  Without a
-tolerance the edge stays exact.
+more than the fit tolerance (Tol), driven at that speed at most.  The quintic
+begins where it has the least curvature that this deviation allows.  A path that
+slows down under a jerk limit gets an overlapped stop instead: the second curve
+starts while the first one still brakes, as each would at a standstill.  Without
+a tolerance the edge stays exact.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -26,6 +29,7 @@ import numpy as np
 from cnc_core.blocks.profile_columns import (
     BLEND,
     PASS,
+    PASSED,
     POINTS,
     SMOOTH,
     STOP,
@@ -120,6 +124,25 @@ def needed_deviation(
     return max(for_bend, for_change, LEAST)
 
 
+def overlapped_deviation(turn: float, speed: float, jerk: float) -> float:
+    """Deviation from the corner of an overlapped stop that begins and ends at
+    ``speed`` under ``jerk``.
+
+    One axis stops with x = -reach (1 - u)^3, the other starts with y = reach
+    u^3, u = t / T.  The curve is the sum of both.  At its ends the speed is
+    3 reach / T.  Its jerk is 6 reach / T^3 of either side, in turns below 120
+    degrees more of both together.
+    """
+    both = max(1.0, 2.0 * float(np.cos(turn / 2.0)))
+    reach = float((speed / 3.0) ** 1.5 * np.sqrt(6.0 * both / jerk))
+    return max(0.25 * reach * float(np.sin(turn / 2.0)), LEAST)
+
+
+def overlapped_reach(turn: float, deviation: float) -> float:
+    """Distance from the corner at which an overlapped stop begins."""
+    return float(4.0 * deviation / np.sin(turn / 2.0))
+
+
 def round_handle(turn: float) -> float:
     """The same for a piece whose middle is as far off as that of the circle
     with the same tangent length.
@@ -147,6 +170,19 @@ def evaluated(coef: FloatArray, u: float, orders: int = 3) -> FloatArray:
         )
         c = c[:, 1:] * np.arange(1, c.shape[1])
     return np.array(out)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What joins two curves: by how much it may leave the corner and how far
+    off it begins (mm), its speed at the ends over that reach, the share of it
+    that it loses there (a brake) and gains again.
+    """
+
+    deviation: float
+    reach: float
+    handle: float
+    brake: float = 0.0
 
 
 class Blends:
@@ -208,36 +244,29 @@ class Blends:
         b = evaluated(right, 0.0)[1]
         turn = self._turn(a, b)
         passed = whole.after[at] == PASS
-        chord = self.spec.chord
-        if passed:
-            speed = min(
+        rate = self._rate(a, b) if self._by_parameter else 1.0
+        piece = (
+            self._passing(
+                turn,
                 self._edge_speed(a, b),
-                float(whole.feed[at]),
-                float(whole.feed[at + 1]),
+                float(whole.feed[at : at + 2].min()) * rate,
             )
-            enough = (
-                needed_deviation(max(turn, SHARP), speed, *self._limits)
-                if any(self._limits)
-                else np.inf
-            )
-            chord = min(self.spec.tolerance, ENOUGH * enough)
+            if passed
+            else self._rounding(turn)
+        )
         if self._goes_on(left, float(whole.span[at]), right):
             whole.after[at] = SMOOTH
             return whole[:0]
-        if turn > BACK or not chord > 0.0:
+        if turn > BACK or not piece.deviation > 0.0:
             whole.after[at] = STOP
             return whole[:0]
         shorter = min(
             self._chord(left, whole.span[at]),
             self._chord(right, whole.span[at + 1]),
         )
-        wanted = gentle_reach if passed else tangent_length
-        handle = gentle_handle(turn) if passed else round_handle(turn)
-        reach = min(wanted(max(turn, SHARP), chord), 0.5 * shorter)
+        reach = min(piece.reach, 0.5 * shorter)
         for _ in range(SHRINKS):
-            made = self._made(
-                left, float(whole.span[at]), right, handle, reach, chord
-            )
+            made = self._made(left, float(whole.span[at]), right, piece, reach)
             if made is not None:
                 break
             reach *= 0.7
@@ -249,23 +278,51 @@ class Blends:
         whole.span[at], whole.after[at] = u0, SMOOTH
         whole.coef[at + 1] = shifted(right, u1)
         whole.span[at + 1] -= u1
-        piece = whole[at : at + 1]
         feed = np.minimum(
             whole.feed[at : at + 1],
             whole.feed[at + 1 : at + 2],
         )
         if passed:
-            rate = self._rate(a, b) if self._by_parameter else 1.0
             feed = np.minimum(feed, self._edge_speed(a, b) / rate)
-        none = np.array([SMOOTH])
+        after = np.array([PASSED if passed else SMOOTH])
         return Intervals(
             coef[None],
             np.array([span]),
             feed,
-            none,
-            piece.rapid.copy(),
-            piece.line,
-            piece.number,
+            after,
+            whole.rapid[at : at + 1].copy(),
+            whole.line[at : at + 1],
+            whole.number[at : at + 1],
+        )
+
+    def _rounding(self, turn: float) -> Piece:
+        """The connecting piece of 63."""
+        deviation = self.spec.chord
+        return Piece(
+            deviation,
+            tangent_length(max(turn, SHARP), deviation),
+            round_handle(turn),
+        )
+
+    def _passing(self, turn: float, edge: float, feed: float) -> Piece:
+        """The piece of 67: at an even speed if the feed (mm/s) needs no braking."""
+        turn, tolerance = max(turn, SHARP), self.spec.tolerance
+        speed = min(edge, feed)
+        acceleration, jerk = self._limits
+        enough = (
+            needed_deviation(turn, speed, acceleration, jerk)
+            if any(self._limits)
+            else np.inf
+        )
+        if jerk > 0.0 and (edge < feed or enough > tolerance):
+            deviation = min(tolerance, overlapped_deviation(turn, speed, jerk))
+            reach = overlapped_reach(turn, deviation)
+            if self._by_parameter:  # C2 in it: no brake, the middle as far off
+                return Piece(deviation, reach, 2.4)
+            return Piece(deviation, reach, 3.0, brake=2.0)
+        deviation = min(tolerance, ENOUGH * enough)
+        return Piece(
+            deviation, gentle_reach(turn, deviation), gentle_handle(turn)
         )
 
     def _rate(self, a: FloatArray, b: FloatArray) -> float:
@@ -313,9 +370,8 @@ class Blends:
         left: FloatArray,
         span: float,
         right: FloatArray,
-        handle: float,
+        piece: Piece,
         reach: float,
-        chord: float,
     ) -> tuple[FloatArray, float, float, float] | None:
         """(coefficients, span, cut of the left curve, cut of the right one);
         None if it is too far off the corner.
@@ -329,7 +385,8 @@ class Blends:
             return None
         start, end = evaluated(left, u0), evaluated(right, u1)
         if self._by_parameter:
-            length = handle * reach / max(self._rate(start[1], end[1]), 1e-300)
+            rate = max(self._rate(start[1], end[1]), 1e-300)
+            length = piece.handle * reach / rate
             coef = spline.quintic(
                 start[:1],
                 end[:1],
@@ -339,15 +396,18 @@ class Blends:
             )[0]
         else:
             length = 1.0
-            coef = joining(start, end, self._linear, handle * reach)
+            coef = joining(
+                start, end, self._linear, piece.handle * reach, piece.brake
+            )
         points = np.einsum(
             "ck,kg->gc", coef, (length * GRID) ** np.arange(6)[:, None]
         )
+        most = piece.deviation * (1.0 + 1e-6)
         near = np.linalg.norm(
             (points - corner)[:, self._linear],
             axis=1,
         ).min()
-        return (coef, length, u0, u1) if near <= chord * (1.0 + 1e-6) else None
+        return (coef, length, u0, u1) if near <= most else None
 
     def _end_of(self, coef: FloatArray, reach: float) -> float:
         speed = float(np.linalg.norm(coef[self._linear, 1]))
@@ -382,27 +442,26 @@ class Blends:
 
 
 def joining(
-    start: FloatArray, end: FloatArray, linear: list[int], speed: float
+    start: FloatArray,
+    end: FloatArray,
+    linear: list[int],
+    speed: float,
+    brake: float = 0.0,
 ) -> FloatArray:
     """(columns, 6) quintic over 0..1 between two states (3, columns) of other
     parameters, C2 by arc length.
 
-    ``speed``: of the linear axes at both ends.
+    ``speed``: of the linear axes at both ends.  ``brake``: what it loses behind
+    the start and gains ahead of the end, as a share of it.
     """
     states = []
-    for state in (start, end):
+    for state, gain in ((start, -brake), (end, brake)):
         rate = speed / max(
             float(np.linalg.norm(state[1][linear])),
             1e-300,
         )
-        states.append(
-            np.stack(
-                [
-                    state[1] * rate,
-                    state[2] * rate * rate,
-                ]
-            )
-        )
+        slope = state[1] * rate
+        states.append(np.stack([slope, state[2] * rate * rate + gain * slope]))
     one = np.array([1.0])
     return np.asarray(
         spline.quintic(

@@ -8,7 +8,8 @@ time: a rise goes as high as lasts for a whole window, or is not begun. What
 changes of speed are left are spread into the constant stretches beside them: a
 low share goes on for half of Tintgr on either side, and the mean over Tintgr of
 that is nowhere above the share itself. Times are those that are driven then.
-Sections end where the axes stand.  Programmed feeds are not filtered, only what
+Sections end where the axes stand and on both sides of an edge that is passed;
+its piece is not filtered.  Programmed feeds are not filtered, only what
 limits make of them.
 """
 
@@ -32,6 +33,7 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.pool import coefficients, joined
+from cnc_core.blocks.profile_columns import PASSED
 from cnc_core.units import FloatArray
 
 from ..shapes.polynomial import derivative, normalised
@@ -182,8 +184,10 @@ class ProfileFilter:
             rows = batch.rows.copy()
             part = rows[driven]
             time = caps.time.reshape(-1, PARTS).sum(axis=1)
-            feed = (part["flags"] & RAPID == 0) & (
-                time <= LONG * max(filter_.window_s, filter_.merge_s)
+            feed = (
+                (part["flags"] & RAPID == 0)
+                & (part["code"] != PASSED)
+                & (time <= LONG * max(filter_.window_s, filter_.merge_s))
             )
             part["feed"][feed] *= _mean(share[first:last].reshape(-1, PARTS))[
                 feed
@@ -257,7 +261,9 @@ def _caps(
     )
     time[rapid] = 0.0
     ends = np.zeros((len(rows), PARTS), np.bool_)
-    ends[:, -1] = rapid | (rows["flags"] & EXACT_STOP != 0)
+    edge = rows["code"] == PASSED
+    ends[:, -1] = rapid | (rows["flags"] & EXACT_STOP != 0) | edge
+    ends[:-1, -1] |= edge[1:]
     return _Caps(share.ravel(), time.ravel(), ends.ravel())
 
 

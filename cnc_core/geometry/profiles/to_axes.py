@@ -16,7 +16,7 @@ from math import comb
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks.profile_columns import POINTS, SMOOTH, ProfileSpec
+from cnc_core.blocks.profile_columns import PASSED, POINTS, SMOOTH, ProfileSpec
 from cnc_core.kinematics.machine import Kinematics
 from cnc_core.units import FloatArray
 
@@ -341,8 +341,8 @@ class ToAxes:
         slope = change.max(axis=1)
         most = TOGETHER * (np.abs(a[:, 1]).max(axis=1) + 1e-9)
         same = near & (slope <= most)
-        same &= (index[1:] == index[:-1]) | (
-            intervals.after[index[:-1]] == SMOOTH
+        same &= (index[1:] == index[:-1]) | np.isin(
+            intervals.after[index[:-1]], (SMOOTH, PASSED)
         )
         middle = 0.5 * (a[same] + b[same])
         ends[:-1, 1][same] = middle

@@ -27,6 +27,7 @@ from cnc_core.blocks.coordinates import Coordinates
 from cnc_core.blocks.pool import joined
 from cnc_core.blocks.profile_columns import (
     CONTROL_POINTS,
+    PASSED,
     POINTS,
     STOP,
     ProfileChunk,
@@ -326,6 +327,7 @@ class Profiles:
         rows = batch.rows
         last = np.append(np.diff(index) != 0, True)
         rows["flags"][last & (intervals.after[index] == STOP)] |= EXACT_STOP
+        rows["code"][intervals.after[index] == PASSED] = PASSED
         straight = intervals.rapid[index]
         rows["flags"][straight] = RAPID | EXACT_STOP
         rows["type"][straight] = LINEAR
