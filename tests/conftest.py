@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -75,6 +76,23 @@ def nothing_left_in_shared_memory() -> Iterator[None]:
     yield
     left = _left_since(before, begin)
     assert not left, f"left in shared memory: {left}"
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(
+    config: pytest.Config, items: list[pytest.Item]
+) -> None:
+    """HLI_COSIM_EVERY=N: of the cases of one test the first, and every Nth."""
+    every = int(os.environ.get("HLI_COSIM_EVERY", "1"))
+    seen: Counter[str] = Counter()
+    kept, left = [], []
+    for item in items:
+        name = item.nodeid.partition("[")[0]
+        (left if seen[name] % every else kept).append(item)
+        seen[name] += 1
+    if left:
+        items[:] = kept
+        config.hook.pytest_deselected(items=left)
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
