@@ -123,7 +123,7 @@ void run_cut(struct engine *engine, uint64_t head) {
     engine->dispatch.dropped_stop = false;
     engine->commit.fed_anew |= engine->commit.v > 0.0;
     engine->planner->cut(engine, head);
-    engine->run.head = head;
+    ATOMIC_SET(engine->run.head, head);
     engine->dispatch.has_motion = engine->dispatch.stop = engine->dispatch.m01 =
         false;
     for (uint64_t i = head;
