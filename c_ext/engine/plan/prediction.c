@@ -354,7 +354,7 @@ static void publish_feed_block(struct engine *engine,
             at = fmin(at, forecast->marks[i]);
         }
     }
-    bool known = at < NEVER && !engine->program.end;
+    bool known = at < NEVER && !ATOMIC_GET(engine->program.end);
     show_f64(&bahn_state->eta_time_r, known ? (at - now) * SECOND_US : 0.0);
     show_u8(&bahn_state->eta_valid_r, known);
 }
@@ -457,7 +457,7 @@ static void publish_speeds(struct engine *engine,
                            const struct forecast *forecast) {
     for (int i = 0; i < ENGINE_ESA_TIMES; i++) {
         double ahead = engine->prediction->times[i],
-               v = ahead > 0.0 && !engine->program.end
+               v = ahead > 0.0 && !ATOMIC_GET(engine->program.end)
                        ? speed_at(engine, forecast, ahead)
                        : -1.0;
         show_f64(&bahn_state->esa_vb[i], v < 0.0 ? -1.0 : v * 1000.0);

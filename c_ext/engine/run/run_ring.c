@@ -24,7 +24,7 @@ struct piece *run_copy(struct run_ring *run, const struct piece *from) {
 }
 
 void run_publish(struct run_ring *run) {
-    run->head++;
+    ATOMIC_SET(run->head, run->head + 1);
 }
 
 static struct piece *run_gate(struct engine *engine,

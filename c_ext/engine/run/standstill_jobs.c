@@ -123,7 +123,8 @@ static void begin_run(struct engine *engine, place at) {
     if (!stands_in_piece) {
         stand_at(&engine->run, at);
     }
-    engine->commit.piece = engine->dispatch.run = ++engine->run.head;
+    ATOMIC_SET(engine->run.head, engine->run.head + 1);
+    engine->commit.piece = engine->dispatch.run = engine->run.head;
     engine->commit.s = engine->commit.v = 0.0;
     engine->planner->begin_run(engine);
     engine->dispatch.has_motion = engine->dispatch.stop = engine->dispatch.m01 =
