@@ -39,7 +39,7 @@ from ..recording.recorder import check_columns
 from ..recording.schema import PLC_TABLES
 from .child import Child, Job
 from .judgement import be_strict, judge
-from .kept import keep_recording
+from .kept import keep_recording, recorded_aside
 from .plc_choice import PlcChoice, tables_of
 from .result import RunInterrupted, RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
@@ -110,12 +110,23 @@ class Cell:
         A stop that waits for "continue" then ends the run with an error.
         ``chosen``: members of ``RunOptions``, among them ``clock``, ``dialect``,
         ``out``, ``record``, ``watch``, ``force`` and ``start_line``.
+        ``record=True`` records without a file of yours.
 
-        The symbols of ``watch`` are in ``result.plc["watch"]``.
+        What was recorded and watched is in ``result.columns``.
         CncError: something is wrong before the start (files, names).
         Later errors are in the result.
         """
-        return self.run_with(self._options(chosen), program, plc, plc_args)
+        if chosen.get("record") is not True:
+            return self.run_with(
+                self._options(chosen), program, plc, plc_args, warm=True
+            )
+
+        def run(target: Path) -> RunResult:
+            named: RunKeywords = {**chosen, "record": target}
+            options = self._options(named)
+            return self.run_with(options, program, plc, plc_args, warm=True)
+
+        return recorded_aside(run)
 
     def run_with(
         self,
@@ -124,10 +135,12 @@ class Cell:
         plc: Any = None,
         plc_args: dict[str, Any] | None = None,
         look: Callable[[str], None] = lambda _: None,
+        warm: bool = False,
     ) -> RunResult:
         """As ``run``, with options that are complete.
 
         ``look``: called with the segment's name again and again.
+        ``warm``: further runs may follow; a worker makes the processes.
         """
         refuse_cell_start()
         program = Path(program)
@@ -141,7 +154,7 @@ class Cell:
         sweep_folders()
         folder = options.out or OUT_FOLDER
         before = files_below(folder)
-        self._job = job = self._start(program, choice, options)
+        self._job = job = self._start(program, choice, options, warm)
 
         def collected(*, judged: bool) -> RunResult:
             result = self._collect(job, options, judged=judged)
@@ -196,7 +209,11 @@ class Cell:
         Restart.of(*options.checked().place)
 
     def _start(
-        self, program: Path, choice: PlcChoice, options: RunOptions
+        self,
+        program: Path,
+        choice: PlcChoice,
+        options: RunOptions,
+        warm: bool,
     ) -> Job:
         if options.name:
             _refuse_living(options.name)
@@ -226,7 +243,7 @@ class Cell:
         only = options.record_only
         tables = [name for name in PLC_TABLES if not only or name in only]
         record = (parts.plc, tables) if parts and tables else None
-        worker = worker_for_run()
+        worker = worker_for_run() if warm else None
         cnc = Child.of_cnc(chosen, folder, worker)
         plc = (
             None
