@@ -75,8 +75,7 @@ def test_a_terminal_sees_how_far_the_optimizer_is(tmp_path: Path) -> None:
     file, setup = tmp_path / "in.osai", tmp_path / "SETUP"
     file.write_text("\n".join(["G1 F6000", "X0 Y0 Z0", *points, "M30"]) + "\n")
     setup.write_text(
-        changed(SETUP_3, CRV=None)
-        + "(SMT,0.02,0.02,0.002,1,1,1,G66,G66,G66)\n"
+        changed(SETUP_3, CRV=None) + "(SMT,0.02,0.02,0.002,1,1,1,G66,G66,G66)\n"
     )
     status, shown = on_terminal("optimize", file, setup, tmp_path / "out.osai")
     assert status == 0
