@@ -31,15 +31,15 @@ from ..process.options import (
     CncOptions,
     RunKeywords,
     RunOptions,
+    names_of,
     takes_run_options,
 )
 from ..program.restart import Restart
 from ..recording.parts import Parts
 from ..recording.recorder import check_columns
-from ..recording.schema import PLC_TABLES
 from .child import Child, Job
 from .judgement import be_strict, judge
-from .kept import keep_recording, recorded_aside
+from .kept import keep_recording, plc_part, recorded_aside
 from .plc_choice import PlcChoice, tables_of
 from .result import RunInterrupted, RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
@@ -187,12 +187,8 @@ class Cell:
         for name in ("out", "record", "answers"):
             if given.get(name):
                 given[name] = Path(given[name])
-        watch = given.get("watch", ())
-        given["watch"] = (watch,) if isinstance(watch, str) else tuple(watch)
-        only = given.get("record_only", ())
-        given["record_only"] = (only,) if isinstance(only, str) else tuple(only)
-        words = given.get("st", ())
-        given["st"] = (words,) if isinstance(words, str) else tuple(words)
+        for name in ("watch", "record_only", "st"):
+            given[name] = names_of(given.get(name, ()))
         given["force"] = given.get("force") or {}
         given["inputs"] = tables_of(given.get("inputs"))
         given["clock"] = given.get("clock") or self.clock
@@ -240,9 +236,7 @@ class Cell:
             terminal=sys.stdin is not None and sys.stdin.isatty(),
         )
         started = time.monotonic()
-        only = options.record_only
-        tables = [name for name in PLC_TABLES if not only or name in only]
-        record = (parts.plc, tables) if parts and tables else None
+        record = plc_part(parts, options.record_only)
         worker = worker_for_run() if warm else None
         cnc = Child.of_cnc(chosen, folder, worker)
         plc = (

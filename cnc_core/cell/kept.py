@@ -12,8 +12,20 @@ from ..errors import CncError
 from ..process.recording import losses
 from ..recording.parts import Parts
 from ..recording.reading import SOURCES, Recording
+from ..recording.schema import PLC_TABLES
 from .result import RunInterrupted, RunResult
 from .scratch import scratch_folder
+
+
+def plc_part(
+    parts: Parts | None, only: tuple[str, ...]
+) -> tuple[Path, list[str]] | None:
+    """File and tables of the PLC's part; None if there is nothing of a PLC.
+
+    ``only``: tables and columns that are recorded; none: all.
+    """
+    tables = [name for name in PLC_TABLES if not only or name in only]
+    return (parts.plc, tables) if parts and tables else None
 
 
 def keep_recording(

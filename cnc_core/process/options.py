@@ -189,6 +189,11 @@ def options_adapter() -> Any:
     return TypeAdapter(CncOptions)
 
 
+def names_of(given: Any) -> tuple[str, ...]:
+    """One name, or several."""
+    return (given,) if isinstance(given, str) else tuple(given)
+
+
 def _not_negative(name: str, value: float, unit: str = "s") -> None:
     if not (math.isfinite(value) and value >= 0.0):
         raise CncError(
