@@ -128,6 +128,7 @@ SYNC_SOURCES = [
     "hli/bench.c",
     "hli/scans.c",
     "hli/trace.c",
+    "hli/replay.c",
 ]
 ENGINE_HEADERS = [
     "rows/nc_block.h",
@@ -154,6 +155,7 @@ def engine_sources() -> list[str]:
             "hli/guard.c",
             "hli/scans.c",
             "hli/trace.c",
+            "hli/replay.c",
             "_engine.c",
             "_sync.c",
         }
@@ -169,6 +171,7 @@ sync_ffi = module(
         "hli/bench.h",
         "hli/scans.h",
         "hli/trace.h",
+        "hli/replay.h",
     ],
     SYNC_SOURCES,
 )

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from hli._sync import lib
 
 from hli.members import Member, member_at
 from hli.symbol import Symbol, SymbolError
@@ -26,7 +27,8 @@ from plc_client.sources import load_tasks
 
 from .reading import Recording
 from .recorded_answers import Answers
-from .recorded_cnc import RecordedCnc, Scan, no_scans, scans_of, symbols_of
+from .recorded_cnc import RecordedCnc, no_scans
+from .recorded_scans import Batch, Scan, batches_of, symbols_of
 
 
 @dataclass
@@ -121,13 +123,17 @@ class _Run:
         self._values: tuple[Any, ...] = ()
         self._paths: list[str] = []  # of the members that differ
         self._symbols: list[tuple[int, str, Symbol]] = []
+        self._begun_s = 0.0
 
     def all(self) -> None:
         """Every scan of the recording."""
-        scans = scans_of(self._recording)
-        first = next(scans, None)
-        if first is None:
+        batches = batches_of(self._recording)
+        batch = next(batches, None)
+        if batch is None:
             raise no_scans(self._recording)
+        first = batch.scan(0)
+        self._begun_s = first.time_s
+        self._out.scans = -1  # setup() is none
         begun = time.monotonic()
         self._cnc.begin(first)
         guard = Guard()
@@ -144,18 +150,55 @@ class _Run:
                 scanner.start()
                 self._end(first)
                 self._watch(scanner)
-                for scan in scans:
-                    self._begin(scan)
-                    self._scan(scanner, scan)
-                    self._end(scan)
-                    self._compare_symbols(scan)
-                    self._out.scans += 1
-                    self._out.time_s = scan.time_s - first.time_s
+                self._batch(scanner, batch, 1)
+                for batch in batches:
+                    self._batch(scanner, batch, 0)
             finally:
                 scanner.close()
                 guard.close()
         self._out.wall_s = time.monotonic() - begun
         self._warn(scanner)
+
+    def _batch(self, scanner: Scanner, batch: Batch, at: int) -> None:
+        """The scans of a batch from this one on."""
+        while at < len(batch):
+            if self._in_c(scanner):
+                at = self._batch_in_c(scanner, batch, at)
+            else:
+                scan = batch.scan(at)
+                self._begin(scan)
+                self._scan(scanner, scan)
+                self._end(scan)
+                self._compare_symbols(scan)
+                at += 1
+        self._out.scans += len(batch)
+        self._out.time_s = float(batch.times[-1]) - self._begun_s
+
+    def _in_c(self, scanner: Scanner) -> bool:
+        """Whether nothing of the next scan needs Python."""
+        return (
+            scanner.compiled
+            and self._cnc.lockstep
+            and not self._symbols
+            and not self._differing
+        )
+
+    def _batch_in_c(self, scanner: Scanner, batch: Batch, at: int) -> int:
+        """Scans in C up to the batch's end or the first that leaves something
+        otherwise; number of the next one.
+        """
+        row = self._cnc.in_c(batch, at)
+
+        def loop(scans: Any) -> int:
+            row.scans = scans
+            result: int = lib.hs_replay_scans(row)
+            return result
+
+        scanner.scan_by(loop)
+        if row.differing:
+            self._differing = list(row.found[0 : row.differing])
+            self._note(batch.scan(row.next - 1))
+        return int(row.next)
 
     def _begin(self, scan: Scan) -> None:
         differing = self._differing

@@ -1,0 +1,62 @@
+/* The replay loop of compiled tasks (see replay.h). */
+#include <stddef.h>
+#include "hli/replay.h"
+
+#include "hli/sync.h"
+#include "hli/trace.h"
+
+/* The recorded words up to `end`; `memory` NULL: those of the recorded PLC. */
+static void apply(hs_replay *replay, uint64_t *memory, uint32_t end) {
+    uint32_t first = replay->row;
+    hs_trace_apply(memory,
+                   replay->recorded,
+                   replay->at + first,
+                   replay->values + first,
+                   end - first);
+    replay->row = end;
+}
+
+static int is_due(const hs_scans *scans, uint64_t cycle) {
+    for (uint32_t i = 0; i < scans->count; i++) {
+        if (scans->tasks[i].due <= cycle) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* 0, or -1: a task was stopped. */
+static int scan(hs_replay *replay, uint64_t cycle, int64_t cell_ns) {
+    hs_scans *scans = replay->scans;
+    store_u64_relaxed((void *)scans->cycle_at, cycle);
+    store_u64_relaxed((void *)scans->cell_time_at, (uint64_t)cell_ns);
+    if (!is_due(scans, cycle)) {
+        return 0;
+    }
+    if (hs_tasks_scan(scans, cycle, cell_ns, hs_monotonic_ns()) < 0) {
+        return -1;
+    }
+    hs_scans_count(scans);
+    return 0;
+}
+
+int hs_replay_scans(hs_replay *replay) {
+    while (replay->next < replay->count) {
+        uint32_t i = replay->next++;
+        apply(replay, replay->memory, replay->ends[2 * i]);
+        if (scan(replay, replay->cycles[i], replay->cell_ns[i]) != 0) {
+            return HS_TRAPPED;
+        }
+        apply(replay, NULL, replay->ends[2 * i + 1]);
+        replay->differing = hs_trace_differing(replay->memory,
+                                               replay->recorded,
+                                               replay->masks,
+                                               replay->runs,
+                                               replay->run_count,
+                                               replay->found);
+        if (replay->differing != 0) {
+            return HS_ASIDE;
+        }
+    }
+    return HS_OK;
+}
