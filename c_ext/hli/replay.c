@@ -40,6 +40,23 @@ static int scan(hs_replay *replay, uint64_t cycle, int64_t cell_ns) {
     return 0;
 }
 
+/* The last scan left just what is known to differ. */
+static int is_known(const hs_replay *replay) {
+    if (replay->differing != replay->known_count) {
+        return 0;
+    }
+    for (uint32_t i = 0; i < replay->known_count; i++) {
+        uint32_t at = replay->found[i];
+        uint64_t mask = replay->masks[at];
+        uint64_t old = replay->recorded[at] ^ replay->old[i];
+        uint64_t new_ = replay->memory[at] ^ replay->new_[i];
+        if (at != replay->known[i] || ((old | new_) & mask) != 0) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 int hs_replay_scans(hs_replay *replay) {
     while (replay->next < replay->count) {
         uint32_t i = replay->next++;
@@ -54,9 +71,13 @@ int hs_replay_scans(hs_replay *replay) {
                                                replay->runs,
                                                replay->run_count,
                                                replay->found);
-        if (replay->differing != 0) {
+        if (replay->differing == 0) {
+            continue;
+        }
+        if (!is_known(replay)) {
             return HS_ASIDE;
         }
+        replay->same++;
     }
     return HS_OK;
 }

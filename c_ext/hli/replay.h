@@ -9,9 +9,10 @@
 /* cdef begin */
 /* Recorded scans: cycle, the cell's clock, and where the words end that the CNC
  * changed ahead of it and the PLC changed in it (`ends`, two a scan); words and
- * values of all of them. The rest is what hs_trace_differing() takes.
+ * values of all of them. What hs_trace_differing() takes. Words that are known
+ * to differ, as recorded and as they are now: `known`, `old` and `new_`.
  * `next` and `row`: the scan and the word that come next; `differing` of
- * `found` are the result of the last scan. */
+ * `found` are the result of the last scan; `same` scans left what is known. */
 typedef struct hs_replay {
     hs_scans *scans;
     uint64_t *memory, *recorded;
@@ -22,11 +23,13 @@ typedef struct hs_replay {
     const uint32_t *ends, *at;
     const uint64_t *values;
     uint32_t *found;
-    uint32_t run_count, count, next, row, differing;
+    const uint32_t *known;
+    const uint64_t *old, *new_;
+    uint32_t run_count, count, next, row, differing, known_count, same;
 } hs_replay;
 
 /* Scans from `next` on: HS_OK: all are done; HS_ASIDE: behind one that left
- * something otherwise; HS_TRAPPED: a task was stopped. */
+ * something otherwise than it is known; HS_TRAPPED: a task was stopped. */
 int hs_replay_scans(hs_replay *replay);
 /* cdef end */
 #endif

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import os
 import secrets
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,23 @@ def no_scans(recording: Recording) -> CncError:
         " (recorded without a PLC, without the table exchange, or by"
         " an older version)",
     )
+
+
+class Difference:
+    """Words that differ, as C has them: as recorded and as they are."""
+
+    def __init__(
+        self, words: Sequence[int], old: Sequence[int], new: Sequence[int]
+    ) -> None:
+        self._content = list(words), list(old), list(new)
+        self.words = ffi.new("uint32_t[]", self._content[0])
+        self.old = ffi.new("uint64_t[]", self._content[1])
+        self.new = ffi.new("uint64_t[]", self._content[2])
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Difference) and self._content == other._content
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 class RecordedCnc:
@@ -105,8 +123,10 @@ class RecordedCnc:
         count = _differing(*self._compared)
         return list(self._found[0:count]) if count else []
 
-    def in_c(self, batch: Batch, first: int) -> Any:
-        """``hs_replay`` for the scans of a batch from this one on."""
+    def in_c(self, batch: Batch, first: int, known: Difference) -> Any:
+        """``hs_replay`` for the scans of a batch from this one on; ``known``:
+        what may differ.  The caller keeps ``known``.
+        """
         memory, recorded, masks, runs, run_count, found = self._compared
         return ffi.new(
             "hs_replay *",
@@ -124,14 +144,20 @@ class RecordedCnc:
                 "values": batch.values,
                 "count": len(batch.cycles),
                 "next": first,
+                "known": known.words,
+                "old": known.old,
+                "new_": known.new,
+                "known_count": len(known.words),
                 "row": int(batch.ends[2 * first - 1]) if first else 0,
             },
         )
 
-    def values(self, words: list[int]) -> tuple[Any, ...]:
+    def difference(self, words: list[int]) -> Difference:
         """The words, what was recorded there, and what is there now."""
         old, new = self._recorded, self._memory
-        return words, [old[i] for i in words], [new[i] for i in words]
+        return Difference(
+            words, [old[i] for i in words], [new[i] for i in words]
+        )
 
     @property
     def bytes(self) -> memoryview:

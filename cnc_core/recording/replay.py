@@ -27,7 +27,7 @@ from plc_client.sources import load_tasks
 
 from .reading import Recording
 from .recorded_answers import Answers
-from .recorded_cnc import RecordedCnc, no_scans
+from .recorded_cnc import Difference, RecordedCnc, no_scans
 from .recorded_scans import Batch, Scan, batches_of, symbols_of
 
 
@@ -120,7 +120,7 @@ class _Run:
         self._answers = Answers(cnc.areas, recording)
         self._members: dict[int, list[Member]] = {}
         self._differing: list[int] = []
-        self._values: tuple[Any, ...] = ()
+        self._known = Difference([], [], [])
         self._paths: list[str] = []  # of the members that differ
         self._symbols: list[tuple[int, str, Symbol]] = []
         self._begun_s = 0.0
@@ -180,23 +180,24 @@ class _Run:
             scanner.compiled
             and self._cnc.lockstep
             and not self._symbols
-            and not self._differing
+            and not self._answers.concern(self._differing)
         )
 
     def _batch_in_c(self, scanner: Scanner, batch: Batch, at: int) -> int:
         """Scans in C up to the batch's end or the first that leaves something
-        otherwise; number of the next one.
+        otherwise than the one before; number of the next one.
         """
-        row = self._cnc.in_c(batch, at)
+        row = self._cnc.in_c(batch, at, self._known)
 
         def loop(scans: Any) -> int:
             row.scans = scans
             result: int = lib.hs_replay_scans(row)
             return result
 
-        scanner.scan_by(loop)
-        if row.differing:
-            self._differing = list(row.found[0 : row.differing])
+        result = scanner.scan_by(loop)
+        self._count(row.same)
+        self._differing = list(row.found[0 : row.differing])
+        if result == lib.HS_ASIDE:
             self._note(batch.scan(row.next - 1))
         return int(row.next)
 
@@ -226,13 +227,16 @@ class _Run:
 
     def _note(self, scan: Scan) -> None:
         """Count the members that differ; tell the first of all."""
-        values = self._cnc.values(self._differing)
-        if values != self._values:  # most often they stay as they are
-            self._values = values
+        found = self._cnc.difference(self._differing)
+        if found != self._known:  # most often they stay as they are
+            self._known = found
             self._paths = list(self._told(scan))
+        self._count(1)
+
+    def _count(self, scans: int) -> None:
         counts = self._out.counts
-        for path in self._paths:
-            counts[path] = counts.get(path, 0) + 1
+        for path in self._paths if scans else ():
+            counts[path] = counts.get(path, 0) + scans
 
     def _told(self, scan: Scan) -> Iterator[str]:
         old, new = self._cnc.recorded.data.cast("B"), self._cnc.bytes
