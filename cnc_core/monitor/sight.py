@@ -121,6 +121,10 @@ class Sight:
             round(state.dist_prog_start * MM, 4),
         ]
 
+    def program(self) -> str:
+        """The name of the program that is selected."""
+        return str(self._state.value.prog_name_r.decode("latin-1"))
+
     def motion(self) -> dict[str, Any]:
         """Speed, place, operation mode."""
         state, ahead = self._state.value, self._ahead.value
@@ -130,7 +134,7 @@ class Sight:
         return {
             "cell_s": self.cell_s,
             "cycle": self.cycle,
-            "program": state.prog_name_r.decode("latin-1"),
+            "program": self.program(),
             "mode": MODES.get(mode.mode, str(mode.mode)),
             "state": STATES.get(mode.state, str(mode.state)),
             "v": state.active_feed_r * 1e-3,
@@ -142,7 +146,6 @@ class Sight:
             "to_go": state.dist_to_go_r * MM,
             "n": state.block_number_r,
             "count": state.block_count_r,
-            "epoch": self._epoch(),
             "tool": state.tool_nr_r,
             "stops": [
                 text for bit, text in self._stops.items() if bits >> bit & 1
@@ -164,9 +167,6 @@ class Sight:
             "feedhold": bool(control.feedhold.state_r),
             "single_block": bool(control.single_block.state_r),
         }
-
-    def _epoch(self) -> int:
-        return int(self.areas.gpAhead[0].state.epoch)
 
     def positions(self) -> list[dict[str, Any]]:
         """The axes: position, way to the end of the block."""
