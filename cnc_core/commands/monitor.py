@@ -5,19 +5,31 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
+import select
+import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from hli._sync import lib
 
 from ..errors import CncError
 from .console import app, err, out
 
+if TYPE_CHECKING:
+    from ..monitor.app import Served
+
+MonitorToo = Annotated[
+    bool,
+    typer.Option(
+        "--monitor", help="serve a page in the browser; needs the extra"
+    ),
+]
+PAGE_OPEN = "a page is open"
 EXTRA = "the monitor needs the extra: pip install 'hli-cosim[monitor]'"
 PORT = 8765
 RECORDINGS = (".parquet", ".arrow", ".npz")
@@ -102,6 +114,7 @@ def monitor(
     ] = None,
     recording: Recordings = None,
     keep_forces: KeepForces = False,
+    parent: Annotated[int | None, typer.Option(hidden=True)] = None,
 ) -> None:
     """Serve a page with a running cell: path, scope, symbols, operator panel.
 
@@ -124,6 +137,8 @@ def monitor(
     served = Served(
         token or new_token(), name, recordings=recordings, keep=keep_forces
     )
+    if parent is not None:
+        _belong_to(parent, served)
     if program is not None:
         served.source = Source(program.resolve(), config)
     exactly = port is not None
@@ -140,35 +155,70 @@ def monitor(
     raise typer.Exit(128 + ended_by if ended_by else 1)
 
 
-@contextlib.contextmanager
-def watched(
-    name: str,
-    program: Path,
-    config: Path | None,
-    recording: Path | None = None,
-) -> Iterator[str]:
-    """A monitor in a process of its own beside a cell; gives its address."""
-    need_server()
-    words = ["monitor", name, "--program", str(program.resolve())]
-    words += ["--config", str(config.resolve())] if config else []
-    words += ["--recording", str(recording.resolve())] if recording else []
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cnc_core", *words],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        assert process.stdout is not None
-        address = process.stdout.readline().strip()
+def _belong_to(parent: int, served: Served) -> None:
+    """End with another command, and tell it of the first page."""
+    if lib.hs_die_with_parent(signal.SIGTERM, parent) != 0:
+        raise typer.Exit(1)
+    served.on_first_page = lambda: print(PAGE_OPEN, flush=True)
+
+
+class Beside:
+    """A monitor in a process of its own beside a cell."""
+
+    def __init__(
+        self,
+        name: str,
+        program: Path,
+        config: Path | None,
+        recording: Path | None = None,
+    ) -> None:
+        need_server()
+        words = ["monitor", name, "--program", str(program.resolve())]
+        words += ["--config", str(config.resolve())] if config else []
+        words += ["--recording", str(recording)] if recording else []
+        words += ["--parent", str(os.getpid())]
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "cnc_core.cli", *words],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    def __enter__(self) -> Beside:
+        address = self._line(READY_S)
         if not address:
+            self.__exit__()
             raise CncError(902001, "the monitor did not start")
         err.print(f"monitor: {address}")
-        yield address
-    finally:
-        process.terminate()
-        process.wait(READY_S)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.terminate()
+        self._process.wait(READY_S)
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+
+    def wait_for_page(self, seconds: float) -> None:
+        """Until somebody has opened the page, or so long."""
+        self._line(seconds)
+
+    def _line(self, seconds: float) -> str:
+        """What it says next; empty if it says nothing."""
+        stdout = self._process.stdout
+        assert stdout is not None
+        ready, _, _ = select.select([stdout], [], [], seconds)
+        return stdout.readline().strip() if ready else ""
+
+
+def beside(
+    wanted: bool, name: str | None, program: Path, config: Path | None
+) -> contextlib.AbstractContextManager[Any]:
+    """The monitor beside a cell if it is wanted."""
+    if not wanted:
+        return contextlib.nullcontext()
+    assert name is not None
+    return Beside(name, program, config)
 
 
 def own_name() -> str:

@@ -53,6 +53,7 @@ class Served:
     ``name``: the cell; None: any cell of this user.
     ``source``: the program of the cell, where it is known.
     ``recordings``: files that pages may open.
+    ``on_first_page``: called once.
     ``keep``: forces stay when their page is closed.
     """
 
@@ -61,6 +62,7 @@ class Served:
     source: Source | None = None
     recordings: list[Path] = field(default_factory=list)
     keep: bool = False
+    on_first_page: Callable[[], None] = lambda: None
 
 
 class Monitor:
@@ -72,12 +74,13 @@ class Monitor:
         self._hubs: dict[str, tuple[Hub, asyncio.Task[None]]] = {}
         self._pages: dict[str, tuple[Page, Hub]] = {}
         self._open = 0
+        self._seen = False
         self._measuring = asyncio.Lock()
         self._recorded = Recorded(served.recordings)
-        if served.name is None and len(served.recordings) == 0:
-            self._start_with = "cells"
-        else:
-            self._start_with = "recording" if served.recordings else "cell"
+        self._start_with = (
+            "cell" if served.name else
+            "recording" if served.recordings else "cells"
+        )  # fmt: skip
 
     def app(self, hosts: set[str]) -> App:
         """With every check in front of it."""
@@ -256,6 +259,9 @@ class Monitor:
                 return
             page = Page(socket, hub)
             self._pages[page.id] = page, hub
+            if not self._seen:
+                self._seen = True
+                self._served.on_first_page()
             try:
                 await page.serve()
             finally:

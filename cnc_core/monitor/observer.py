@@ -70,10 +70,12 @@ class Observer:
         try:
             found = segment.observe(self.name)
         except (HliError, OSError) as error:
-            self.problem = str(error)
+            if not self.life:  # else it is told how it went
+                self.problem = str(error)
             return
         if not found.owner_alive():
-            self.problem = f"the CNC of cell {self.name!r} has died"
+            if not self.life:
+                self.problem = f"the CNC of cell {self.name!r} has died"
             found.close()
             return
         self._segment = found

@@ -81,7 +81,7 @@ class Machine {
 
   take(frame) {
     this.at = performance.now();
-    this.age = frame.age_ms || 0;
+    this.age = frame.cell.there ? frame.age_ms || 0 : 1000 * frame.cell.gone_s;
     this.lost = false;
     this.there = frame.cell.there;
     this.problem = frame.cell.problem || "";
@@ -107,6 +107,8 @@ class Machine {
   }
 
   facts(cell) {
+    if (this.wasThere && !cell.there) setTimeout(() => listRecordings(), 1500); // it is being written
+    this.wasThere = cell.there;
     if (!cell.there) { setText(byId("facts"), ""); return; }
     const plc = cell.plc ? `PLC ${cell.plc}` : "no PLC";
     setText(byId("facts"), `${cell.clock}, cycle ${fixed(cell.cycle_s * 1000, 3)} ms, ${cell.phase},`
@@ -173,6 +175,16 @@ async function listCells() {
     return row;
   }));
   setTimeout(() => { if (document.body.dataset.view === "cells") listCells(); }, 1000);
+}
+
+/** Links to the recordings that may be opened now. */
+async function listRecordings() {
+  const { recordings } = await get("start");
+  byId("links").replaceChildren(...recordings.map((name) => {
+    const link = element("a", `recording ${name}`, { href: `#recording=${encodeURIComponent(name)}` });
+    link.addEventListener("click", () => setTimeout(() => location.reload()));
+    return link;
+  }));
 }
 
 async function openRecording(name) {

@@ -100,8 +100,11 @@ export class Player {
 
   story(i) {
     const value = (name, places) => fixed(this.column(name, i), places);
+    const [n, line] = [this.column("n", i), this.column("line", i)];
+    const moves = Math.abs(this.column("v", i)) > 0.001;
+    const place = `${moves ? "drives" : "stands at"} ${n ? `N${n}` : `line ${line}`}`;
     const known = Math.max(0, this.column("max_dist_prog_start", i) - this.column("dist_prog_start", i));
-    setText(byId("story-cnc"), `drives N${this.column("n", i)} with ${value("v", 1)} mm/s`);
+    setText(byId("story-cnc"), `${place} with ${value("v", 1)} mm/s`);
     setText(byId("story-sees"), `${fixed(known, 2)} mm of contour ahead of the tool`);
     setText(byId("story-did"), `override ${value("override", 1)} %`);
     const rows = Object.keys(this.columns).map((name) => [
