@@ -86,7 +86,8 @@ def _soft(word: str, before: str, accessors: bool, configuration: bool) -> str:
     if before in ("VAR_KIND", "QUALIFIER") and word in QUALIFIERS:
         return "QUALIFIER"
     if before in _HEADS and word in MODIFIERS:
-        return "MODIFIER"
+        block = before == "FUNCTION_BLOCK" and word == "OVERRIDE"
+        return "NAME" if block else "MODIFIER"
     if accessors and word in ("GET", "SET") and before != "COLON":
         return word
     if configuration and word in _CONFIGURATION:
