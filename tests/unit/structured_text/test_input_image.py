@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from plc_client import Input, connect
+from plc_client import connect
 from plc_client.image import InputImage
 from plc_client.mock import MockCnc, line
 from plc_client.runner import PlcRunner
@@ -51,11 +51,17 @@ def test_a_scan_sees_what_was_latched() -> None:
         image.close()
 
 
-def test_simulated_inputs_act_on_what_the_cnc_shows(tmp_path: Path) -> None:
-    """A symbol of the channel's state that is given is what the program reads."""
+def test_forced_values_of_the_state_are_what_the_program_reads(
+    tmp_path: Path,
+) -> None:
+    """As in Python, until the force is taken back."""
     path = tmp_path / "logic.st"
     path.write_text(LOGIC)
-    given = {"gpCh[0]^.bahn_state.dist_prog_start": Input(start=77.0)}
-    with PlcRunner.on_mock(path, [line(20)], inputs=given) as plc:
+    symbol = "gpCh[0]^.bahn_state.dist_prog_start"
+    with PlcRunner.on_mock(path, [line(20)]) as plc:
+        plc.force(symbol, 77.0)
         plc.step(3)
         assert plc["MAIN"].place == 77.0
+        plc.unforce(symbol)
+        plc.step(3)
+        assert plc["MAIN"].place == 5000.0
