@@ -5,6 +5,8 @@
 #include "hli/sync.h"
 #include "hli/trace.h"
 
+#define LATCH_TRIES 1000
+
 /* The recorded words up to `end`; `memory` NULL: those of the recorded PLC. */
 static void apply(hs_replay *replay, uint64_t *memory, uint32_t end) {
     uint32_t first = replay->row;
@@ -25,19 +27,22 @@ static int is_due(const hs_scans *scans, uint64_t cycle) {
     return 0;
 }
 
-/* 0, or -1: a task was stopped. */
+/* HS_OK, HS_TIMEOUT: no image is to be had, HS_TRAPPED. */
 static int scan(hs_replay *replay, uint64_t cycle, int64_t cell_ns) {
     hs_scans *scans = replay->scans;
-    store_u64_relaxed((void *)scans->cycle_at, cycle);
-    store_u64_relaxed((void *)scans->cell_time_at, (uint64_t)cell_ns);
+    store_u64_relaxed(replay->cycle_at, cycle);
+    store_u64_relaxed(replay->cell_time_at, (uint64_t)cell_ns);
     if (!is_due(scans, cycle)) {
-        return 0;
+        return HS_OK;
+    }
+    if (hs_image_latch(scans->image, LATCH_TRIES) != HS_OK) {
+        return HS_TIMEOUT;
     }
     if (hs_tasks_scan(scans, cycle, cell_ns, hs_monotonic_ns()) < 0) {
-        return -1;
+        return HS_TRAPPED;
     }
     hs_scans_count(scans);
-    return 0;
+    return HS_OK;
 }
 
 /* The last scan left just what is known to differ. */
@@ -61,8 +66,9 @@ int hs_replay_scans(hs_replay *replay) {
     while (replay->next < replay->count) {
         uint32_t i = replay->next++;
         apply(replay, replay->memory, replay->ends[2 * i]);
-        if (scan(replay, replay->cycles[i], replay->cell_ns[i]) != 0) {
-            return HS_TRAPPED;
+        int result = scan(replay, replay->cycles[i], replay->cell_ns[i]);
+        if (result != HS_OK) {
+            return result;
         }
         apply(replay, NULL, replay->ends[2 * i + 1]);
         replay->differing = hs_trace_differing(replay->memory,

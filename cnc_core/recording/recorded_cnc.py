@@ -128,9 +128,14 @@ class RecordedCnc:
         what may differ.  The caller keeps ``known``.
         """
         memory, recorded, masks, runs, run_count, found = self._compared
+        side = self.areas.sidecar.cnc
         return ffi.new(
             "hs_replay *",
             {
+                "cycle_at": side._pointer(layout.HLI_SIDE_CNC.cycle.offset),
+                "cell_time_at": side._pointer(
+                    layout.HLI_SIDE_CNC.cell_time_ns.offset
+                ),
                 "memory": memory,
                 "recorded": recorded,
                 "masks": masks,

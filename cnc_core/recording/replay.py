@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from hli._sync import lib
 
+from hli.errors import HliTimeout
 from hli.members import Member, member_at
 from hli.symbol import Symbol, SymbolError
 from plc_client import builtin
@@ -195,6 +196,8 @@ class _Run:
             return result
 
         result = scanner.scan_by(loop)
+        if result == lib.HS_TIMEOUT:
+            raise HliTimeout("the recorded memory never stands still")
         self._count(row.same)
         self._differing = list(row.found[0 : row.differing])
         if result == lib.HS_ASIDE:
