@@ -206,7 +206,9 @@ class _Simulated:
             if self.source is not None:
                 check(self.source)
         except SymbolError as error:
-            raise SymbolError(f"input {self.path}: {error}") from None
+            raise SymbolError(
+                f"input {self.path}: {error} (an input of the cell file, or of inputs=)"
+            ) from None
 
     def set(self, value: float) -> None:
         """This value from now on; steps to come still come."""

@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 from rich.console import Console
 from rich.progress import Progress
+from typer.core import TyperCommand
 
+Function = TypeVar("Function", bound=Callable[..., Any])
 SHOWN_ERRORS = 20
 
 
@@ -26,7 +28,31 @@ def _say_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-app = typer.Typer(
+class _Command(TyperCommand):
+    """A command that takes each option once, but for those of lists."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        for param in self.params:
+            if param.multiple or getattr(param, "is_flag", True):
+                continue
+            names = [name for name in param.opts if name.startswith("--")]
+            given = [arg for arg in args if arg.partition("=")[0] in names]
+            if len(given) > 1:
+                raise typer.BadParameter(f"{given[0]} is given twice", ctx)
+        return super().parse_args(ctx, args)
+
+
+class _App(typer.Typer):
+    """Its commands are ``_Command``s."""
+
+    def command(
+        self, *names: Any, **given: Any
+    ) -> Callable[[Function], Function]:
+        """As of typer."""
+        return super().command(*names, **{"cls": _Command, **given})
+
+
+app = _App(
     name="hli-cosim",
     help="Open co-simulation of a CNC and a PLC over an emulated ISG/Beckhoff HLI.",
     no_args_is_help=True,

@@ -23,6 +23,8 @@ from .kinematics import KinematicsConfig
 from .osai import OsaiConfig
 from .tools import ToolConfig
 
+NEAR = 0.6  # of a key: what may have been meant
+
 
 def _known_keys(path: tuple[Any, ...]) -> list[str]:
     tables: dict[str, type[BaseModel]] = {
@@ -56,11 +58,12 @@ def _message(error: Any) -> str:
     if error["type"] != "extra_forbidden":
         text = str(error["msg"]).removeprefix("Value error, ")
         return f"{where}: {text}" if where else text
-    near = difflib.get_close_matches(
-        str(path[-1]), _known_keys(path), n=1, cutoff=0.0
-    )
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    return f"{where}: unknown key{hint}"
+    known = _known_keys(path)
+    near = difflib.get_close_matches(str(path[-1]), known, n=1, cutoff=NEAR)
+    if near:
+        return f"{where}: unknown key; did you mean {near[0]!r}?"
+    keys = f"; known: {', '.join(known)}" if known else ""
+    return f"{where}: unknown key{keys}"
 
 
 def _toml_place(file: str, text: str, message: str) -> Place:

@@ -92,11 +92,10 @@ class RunScene:
         if scans != self._scans or not side.scans_due:
             self._scans, self._scanned_at = scans, now
         options = self._options
-        missing = (
-            "give one by --plc"
-            if options.once
-            else f"hli-cosim plc FILE.py --name {options.name}"
-        )
+        missing = f"hli-cosim plc FILE.py --name {options.name}"
+        if options.once:  # somebody has launched both
+            starting = "its process has not attached yet"
+            missing = starting if options.wait_plc else "give one by --plc"
         silent_s = now - self._scanned_at
         return PlcSight(bool(side.attached), silent_s, missing)
 

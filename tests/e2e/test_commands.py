@@ -49,6 +49,7 @@ def test_help_has_an_example(cli: Cli, name: str) -> None:
         ("lookahead", "x.nc"),
         ("types",),
         ("bench",),
+        ("run", "x.nc", "--plc", "a.py", "--plc=b.py"),
     ],
 )
 def test_wrong_usage_ends_with_status_2(

@@ -34,3 +34,14 @@ def test_same_logical_axis_numbers() -> None:
     """What concerns the whole cell is told without an empty key."""
     with pytest.raises(CncError, match="902001: logical axis numbers"):
         parse_config("[axes.X]\nid = 2\n[axes.Y]\nid = 2\n[axes.Z]\n")
+
+
+def test_an_unknown_key_is_told_with_what_there_is() -> None:
+    """A slip of the pen gets the key that was meant, another word all keys."""
+    part = "[axes.X]\n[axes.Y]\n[axes.Z]\n[inputs.Door.shut]\n"
+    with pytest.raises(
+        CncError, match="stat: unknown key; did you mean 'start"
+    ):
+        parse_config(part + "stat = true\n")
+    with pytest.raises(CncError, match="initial: unknown key; known: start, "):
+        parse_config(part + "initial = true\n")
