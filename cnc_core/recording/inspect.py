@@ -159,7 +159,11 @@ def state_at(
 
     The cycle of the place is found first; the other tables are looked up by it.
     """
-    row = _cycle_row(recording.cycles, key, value)
+    row = (
+        _cycle_row(recording.cycles, key, value)
+        if "cycles" in recording.tables
+        else None
+    )
     if row is None:
         raise CncError(
             902001, f"--at {key}={value:g}: nothing is recorded there"
@@ -180,6 +184,12 @@ def state_at(
     return found
 
 
+def _is_within(values: Any, value: float) -> bool:
+    """Whether a place is none behind all that was recorded."""
+    last = float(np.nanmax(values))
+    return 0.0 <= value <= last + 1e-9 * max(1.0, abs(last))
+
+
 def _cycle_row(cycles: Table, key: str, value: float) -> int | None:
     """Number of the first cycle of the line, or of the last one that is not
     behind the time, cycle or distance.
@@ -188,7 +198,7 @@ def _cycle_row(cycles: Table, key: str, value: float) -> int | None:
     if column not in cycles.columns:
         return None
     values = cycles[column]
-    if not len(values):
+    if not len(values) or not _is_within(values, value):
         return None
     if key == "line":
         same = np.flatnonzero(values == value)

@@ -109,6 +109,11 @@ class Parts:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
+def is_folder_of_parts(folder: Path) -> bool:
+    """Whether somebody records into this folder, or has done so."""
+    return any((folder / name).exists() for name in (OWNER, CNC, PLC))
+
+
 def source_of_parts(folder: Path, live: bool = False) -> JoinedSource:
     """What the folder holds."""
     sources: list[Source] = [

@@ -14,7 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import CncError, Place
-from .parts import folder_of, living_owner, source_of_parts
+from .parts import (
+    folder_of,
+    is_folder_of_parts,
+    living_owner,
+    source_of_parts,
+)
 from .source import (
     ArrowSource,
     NpzSource,
@@ -161,6 +166,8 @@ def dtype_of(arrow_type: str) -> np.dtype[Any]:
 
 def _open(path: Path) -> Source:
     parts = path if path.is_dir() else folder_of(path)
+    if path.is_dir() and not is_folder_of_parts(path):
+        raise not_a_recording(path, "a folder")
     if not path.is_file() and parts.is_dir():
         return source_of_parts(parts, live=bool(living_owner(parts)))
     if not path.is_file():

@@ -73,7 +73,15 @@ class Scene:
 
 
 def scene_of(recordings: Sequence[Recording]) -> Scene:
-    """The panels of several runs over each other."""
+    """The panels of several runs over each other.
+
+    CncError: one of them holds no cycles.
+    """
+    for recording in recordings:
+        if "cycles" not in recording.tables:
+            raise CncError(
+                901002, f"{recording.path}: it holds no cycles to draw"
+            )
     panels = {title: Panel(title, unit) for title, unit, _ in PANELS}
     panels["Look-ahead"] = Panel("Look-ahead", "mm")
     symbols = Panel("PLC symbols", "")

@@ -19,6 +19,7 @@ from hli.part_file import END_OF_STREAM, META
 from ..errors import CncError
 from .schema import TABLES
 
+BEGIN_OF_STREAM = b"\xff\xff\xff\xff"
 CHUNK_ROWS = 131_072
 """Rows of a chunk that is written; readers take what they find."""
 TOUCHED_BYTES = 1 << 26
@@ -56,8 +57,12 @@ class ArrowSource:
         try:
             schema = self._open()[0].schema
         except (pa.ArrowInvalid, OSError):
+            if not _may_be_cut(path):
+                raise not_a_recording(path, "no Arrow stream") from None
             self.complete = False
             return
+        if META not in (schema.metadata or {}):
+            raise not_a_recording(path, "it is not of hli-cosim")
         self.meta = meta_of(schema.metadata)
         self.tables = {
             field.name: {p.name: str(p.type) for p in field.type.value_type}
@@ -125,6 +130,16 @@ class ArrowSource:
             return file.read()
 
 
+def _may_be_cut(path: Path) -> bool:
+    """Whether a file without a schema is the beginning of a stream."""
+    try:
+        with path.open("rb") as file:
+            begin = file.read(len(BEGIN_OF_STREAM))
+    except OSError:
+        return True
+    return BEGIN_OF_STREAM.startswith(begin)
+
+
 class ParquetSource:
     """A Parquet file: a row group belongs to one table, which ``table`` names.
 
@@ -137,8 +152,10 @@ class ParquetSource:
 
         try:
             self._file = pq.ParquetFile(path, memory_map=False)
-        except pa.ArrowInvalid as error:
-            raise not_a_recording(path, str(error)) from None
+        except pa.ArrowInvalid:
+            raise not_a_recording(
+                path, "no Parquet file, or one that was cut"
+            ) from None
         self.meta = meta_of(self._file.schema_arrow.metadata)
         if not self.meta:
             raise not_a_recording(path, "it is not of hli-cosim")
@@ -173,8 +190,10 @@ class NpzSource:
         try:
             self._arrays = np.load(path, allow_pickle=False)
             self.meta = json.loads(str(self._arrays["meta"]))
-        except (zipfile.BadZipFile, KeyError, ValueError) as error:
-            raise not_a_recording(path, str(error)) from None
+        except (zipfile.BadZipFile, EOFError, ValueError):
+            raise not_a_recording(path, "no npz file") from None
+        except KeyError:
+            raise not_a_recording(path, "it is not of hli-cosim") from None
         self.complete = bool(self.meta.get("complete"))
         self.tables = self.meta["types"]
 

@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cnc_core.errors import CncError
 from cnc_core.recording.compare import compare
 from cnc_core.recording.golden import check_recording
 from cnc_core.recording.inspect import Filter, state_at, statistics, summary
 from cnc_core.recording.parts import Parts
 from cnc_core.recording.reading import Recording
+from cnc_core.recording.show import scene_of
 from hli.part_file import PartFile
 from plc_client.golden import GoldenMismatchError
 from support.command_line import Outcome
@@ -260,3 +262,53 @@ def test_the_commands_tell_it_to_people_and_programs(
     wrong = cli("inspect", "c.parquet")
     assert wrong.status == 1
     assert "no recording" in wrong.err
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "text"),
+    [
+        ("a.arrow", b"\x7fELF and more", "no Arrow stream"),
+        ("a.parquet", b"PAR1 and more", "no Parquet file, or one that was cut"),
+        ("a.npz", b"hello", "no npz file"),
+        ("a.npz", b"", "no npz file"),
+        ("a.arrow", None, "a folder"),
+    ],
+)
+def test_what_is_no_recording_is_told(
+    tmp_path: Path, name: str, content: bytes | None, text: str
+) -> None:
+    """Other files and folders are refused by what they are not."""
+    path = tmp_path / name
+    if content is None:
+        path.mkdir()
+    else:
+        path.write_bytes(content)
+    with pytest.raises(CncError, match=f"no recording: {text}"):
+        Recording(path)
+
+
+@pytest.mark.parametrize("length", [0, 3, 100])
+def test_a_file_that_was_cut_in_its_head(tmp_path: Path, length: int) -> None:
+    """It is a recording without tables; nothing can be shown or looked up."""
+    whole = recorded(tmp_path / "a.arrow", motion(10, 100.0))
+    cut = tmp_path / "cut.arrow"
+    cut.write_bytes(whole.path.read_bytes()[:length])
+    found = Recording(cut)
+    assert not found.complete
+    assert found.tables == ()
+    with pytest.raises(CncError, match="nothing is recorded there"):
+        state_at(found, "time", 0.0)
+    with pytest.raises(CncError, match="no cycles to draw"):
+        scene_of([found])
+
+
+@pytest.mark.parametrize(
+    ("key", "place"), [("time", 99.0), ("distance", -1.0), ("cycle", 1e9)]
+)
+def test_no_state_where_nothing_was_recorded(
+    tmp_path: Path, key: str, place: float
+) -> None:
+    """Behind the end and ahead of the start."""
+    recording = recorded(tmp_path / "a.arrow", motion(10, 100.0))
+    with pytest.raises(CncError, match="nothing is recorded there"):
+        state_at(recording, key, place)
