@@ -80,12 +80,16 @@ class Pipeline:
 
     def __init__(self, stages: Sequence[Stage]) -> None:
         self.stages = list(stages)
+        self._drained = False  # nothing has come since
 
     def push(self, batch: BlockBatch) -> BlockBatch:
+        self._drained = False
         return self._from(0, lambda: batch)
 
     def drain(self) -> BlockBatch:
         """What the stages hold, each one's rest pushed through those behind it."""
+        if self._drained:
+            return BlockBatch.empty()
         parts = []
         for i, stage in enumerate(self.stages):
             try:
@@ -96,6 +100,7 @@ class Pipeline:
                     joined([*parts, refused.ahead]),
                     refused.count,
                 ) from None
+        self._drained = True
         return joined(parts)
 
     def _from(self, first: int, source: Callable[[], BlockBatch]) -> BlockBatch:
