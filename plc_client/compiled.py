@@ -13,6 +13,7 @@ from hli import layout
 from hli.handshake import word_pointer
 
 from .client import SLICE_NS, SPIN_NS, Hli
+from .image import InputImage
 from .program import Program
 
 SLICE_OF_SCANS_NS = 2_000_000
@@ -40,6 +41,7 @@ class CompiledScans:
     def __init__(
         self,
         hli: Hli,
+        image: InputImage,
         programs: Sequence[Program],
         entries: Sequence[tuple[int, int]],
     ) -> None:
@@ -49,10 +51,8 @@ class CompiledScans:
             row.guarded = ffi.cast("int32_t (*)(void (*)(void), int64_t)", call)
             row.entry = ffi.cast("void (*)(void)", entry)
         self._scans = ffi.new("hs_scans *")
-        scans, cnc, plc = self._scans, layout.HLI_SIDE_CNC, layout.HLI_SIDE_PLC
-        scans.cycle_at = hli.cnc._pointer(cnc.cycle.offset)
-        scans.cell_time_at = hli.cnc._pointer(cnc.cell_time_ns.offset)
-        scans.phase_at = hli.cnc._pointer(cnc.phase.offset)
+        scans, plc = self._scans, layout.HLI_SIDE_PLC
+        scans.image = image.now
         scans.scans_at = hli.plc._pointer(plc.scans.offset)
         scans.heartbeat_at = hli.plc._pointer(plc.heartbeat.offset)
         scans.mine = word_pointer(hli.root, "plc_turn")

@@ -11,6 +11,7 @@ Control units, semaphores, technology units stay the memory itself.
 from __future__ import annotations
 
 import ctypes
+import mmap
 import time
 from typing import Any
 
@@ -20,7 +21,7 @@ from hli import layout
 from hli.areas import Areas
 from hli.errors import HliTimeout
 from hli.handshake import OK, word_pointer
-from hli.view import spelling, view_class
+from hli.view import root_of, spelling, view_class
 
 _latch = lib.hs_image_latch
 # at once; behind them with pauses, for a CNC that lost its core while it wrote
@@ -30,10 +31,16 @@ _LIMIT_S = 2.0
 
 
 class _Copy:
-    """One stretch of the memory and its private copy."""
+    """One stretch of the memory and its private copy.  The copies of an image
+    lie as far from each other as their stretches: one distance leads from the
+    memory to all of them.
+    """
 
-    def __init__(self, area: Any, offset: int, size: int) -> None:
-        self.bytes = ctypes.create_string_buffer(size)
+    def __init__(
+        self, mirror: mmap.mmap, area: Any, offset: int, size: int
+    ) -> None:
+        place = area._address + offset - root_of(area)._address
+        self.bytes = (ctypes.c_char * size).from_buffer(mirror, place)
         self.source = area._pointer(offset)
         self.target = ffi.cast("void *", ctypes.addressof(self.bytes))
         self.size = size
@@ -56,6 +63,8 @@ class InputImage:
     def __init__(self, hli: Areas) -> None:
         if not isinstance(hli, Areas):
             raise TypeError(f"InputImage: takes hli; not {spelling(hli)}")
+        # pages that hold no copy are never touched
+        self._mirror = mmap.mmap(-1, ctypes.sizeof(layout.HLI_SEGMENT))
         self._replaced: list[tuple[Any, str]] = []
         self._locked: list[_Copy] = []
         self._plain: list[_Copy] = []
@@ -77,7 +86,9 @@ class InputImage:
             layout.HLI_CHANNEL.decoder_state.offset,
             layout.HLI_CHANNEL.bahn_state,
         )
-        both = _Copy(channel, start, status.offset + status.size - start)
+        both = _Copy(
+            self._mirror, channel, start, status.offset + status.size - start
+        )
         self._replace(
             channel, "decoder_state", both.structure(layout.HLI_DECODER_STATE)
         )
@@ -90,7 +101,7 @@ class InputImage:
             channel.contour_lookahead,
             layout.HLI_CONTOUR_LOOKAHEAD.state,
         )
-        ahead = _Copy(unit, state.offset, state.size)
+        ahead = _Copy(self._mirror, unit, state.offset, state.size)
         self._replace(
             unit, "state", ahead.structure(layout.HLI_CONTOUR_LOOKAHEAD_STATE)
         )
@@ -98,13 +109,13 @@ class InputImage:
 
     def _extension(self, area: Any) -> None:
         place = layout.HLI_AHEAD.state
-        copy = _Copy(area, place.offset, place.size)
+        copy = _Copy(self._mirror, area, place.offset, place.size)
         self._replace(area, "state", copy.structure(layout.HLI_AHEAD_STATE))
         self._locked.append(copy)
 
     def _axis(self, axis: Any) -> None:
         place = layout.HLI_AXIS.lr_state
-        copy = _Copy(axis, place.offset, place.size)
+        copy = _Copy(self._mirror, axis, place.offset, place.size)
         self._replace(axis, "lr_state", copy.structure(layout.HLI_LR_STATE))
         self._plain.append(copy)
 

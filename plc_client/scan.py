@@ -158,7 +158,7 @@ class Scanner:
         self._hli.set_present()
         entries = entries_of(self.programs) if self._in_cycles else None
         self._compiled = (
-            CompiledScans(self._hli, self.programs, entries)
+            CompiledScans(self._hli, self._image, self.programs, entries)
             if entries is not None
             else None
         )

@@ -4,6 +4,8 @@
 #include "hli/hli_layout.h"
 #include "hli/sync.h"
 
+#define LATCH_TRIES 1000
+
 /* How far is the period from the interval? */
 static void note_period(hs_task *task, int64_t at_ns) {
     if (task->started_ns >= 0) {
@@ -69,13 +71,16 @@ int hs_scan_tasks(hs_scans *scans) {
     int64_t now_ns = hs_monotonic_ns();
     int64_t end_ns = now_ns + scans->slice_ns;
     while (now_ns < end_ns) {
-        int64_t cell_ns = (int64_t)load_u64_acquire(scans->cell_time_at);
-        uint64_t cycle = load_u64_acquire(scans->cycle_at);
-        uint32_t phase = load_u32_acquire(scans->phase_at);
+        hs_image *image = scans->image;
+        if (hs_image_latch(image, LATCH_TRIES) != HS_OK) {
+            return HS_ASIDE;
+        }
+        uint32_t phase = image->phase;
         if (phase == HLI_PHASE_ENDED || phase == HLI_PHASE_SHUTDOWN) {
             return HS_ASIDE;
         }
-        if (scan(scans, cycle, cell_ns, now_ns) < 0) {
+        if (scan(scans, image->cycle, (int64_t)image->cell_time_ns, now_ns)
+            < 0) {
             return HS_TRAPPED;
         }
         uint64_t count = load_u64_relaxed(scans->scans_at) + 1;

@@ -23,10 +23,11 @@ typedef struct hs_task {
     uint64_t scans, missed;
 } hs_task;
 
-/* The tasks in the order of their priority, and the words of the segment the
- * loop reads and writes. `trapped` is a result: the task that was stopped. */
+/* The tasks in the order of their priority, the image that is latched ahead of
+ * each scan, and the words of the segment the loop reads and writes. `trapped`
+ * is a result: the task that was stopped. */
 typedef struct hs_scans {
-    const void *cycle_at, *cell_time_at, *phase_at;
+    struct hs_image *image;
     void *mine, *others, *scans_at, *heartbeat_at;
     hs_task *tasks;
     uint32_t count, trapped;

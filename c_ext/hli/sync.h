@@ -119,8 +119,6 @@ static inline void seq_end(volatile void *gen) {
 #define TECHNO_BIT_STD 0u
 #define TECHNO_BIT_LATE 20u
 #define TECHNO_BIT_SPINDLE 40u
-/* Count a bell up and wake who sleeps on it. */
-void hs_ring(void *side_word);
 
 /* cdef begin */
 /* Wait results */
@@ -258,6 +256,9 @@ int hs_clah_serve(void *unit,
                   uint32_t count,
                   double *request,
                   int64_t timeout_ns);
+
+/* Count a bell up and wake who sleeps on it. */
+void hs_ring(void *side_word);
 
 /* The queue of the extension (HLI_AHEAD): a word a slot, of which the low byte
  * is its phase and the rest the generation of the PLC that has claimed it. A

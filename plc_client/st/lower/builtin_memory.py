@@ -48,7 +48,8 @@ def _adr(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     )
 
 
-def _address(context: Context, node: tree.Node) -> Value:
+def address(context: Context, node: tree.Node) -> Value:
+    """A pointer, or a number that is one.  StopHere: it is neither."""
     value = context.value(node)
     if isinstance(value.type, types.PointerType):
         return value
@@ -58,7 +59,8 @@ def _address(context: Context, node: tree.Node) -> Value:
     raise StopHere(TYPE, f"an address is needed, not {value.type}", node.pos)
 
 
-def _whole(context: Context, node: tree.Node) -> Value:
+def whole(context: Context, node: tree.Node) -> Value:
+    """A number as LINT.  StopHere: it is none."""
     value = context.value(node)
     base = value.base
     if isinstance(base, types.Elementary) and base.whole:
@@ -77,7 +79,7 @@ def _block(
     """``shape``: a for an address, n for a number."""
     count(nodes, len(shape), len(shape), name, pos)
     values = [
-        _address(context, node) if letter == "a" else _whole(context, node)
+        address(context, node) if letter == "a" else whole(context, node)
         for letter, node in zip(shape, nodes, strict=True)
     ]
     inside = ", ".join(v.text for v in values)

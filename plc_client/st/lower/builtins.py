@@ -7,6 +7,7 @@ import functools
 from ..model import types
 from ..syntax import tree
 from . import (
+    builtin_hli,
     builtin_memory,
     builtin_numbers,
     builtin_selection,
@@ -29,6 +30,7 @@ def table() -> dict[str, tuple[Rule, tuple[str, ...]]]:
         builtin_texts,
         builtin_times,
         builtin_memory,
+        builtin_hli,
     ):
         found |= module.RULES
     return found

@@ -41,6 +41,7 @@ class Context(ABC):
     cls: Class | None = None
     lines: list[str] = field(default_factory=list)
     loops: list[Loop] = field(default_factory=list)
+    marks: list[dict[str, str]] = field(default_factory=list)
     prototypes: dict[str, str] = field(default_factory=dict)
     statics: list[str] = field(default_factory=list)
     declared: list[str] = field(default_factory=list)

@@ -29,6 +29,16 @@ _OLD_NAMES = {
     "FEED_HOLD": "FEEDHOLD",
 }
 _FLAGS = frozenset({"PLEASE_RW", "DONE_W"})
+_LATCHED = frozenset(
+    [
+        ("HLI_CHANNEL", "DECODER_STATE"),
+        ("HLI_CHANNEL", "BAHN_STATE"),
+        ("HLI_CONTOUR_LOOKAHEAD", "STATE"),
+        ("HLI_AHEAD", "STATE"),
+        ("HLI_AXIS", "LR_STATE"),
+    ]
+)
+"""What the input image holds (plc_client/image.py)."""
 _DIRECT = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?$")
 _DIRECT_TYPES = {
     "": types.BOOL,
@@ -174,6 +184,8 @@ def _of_struct(
     if found is None:
         raise unknown(f"member of {type_}:", name, list(type_.members), pos)
     where = address(base.text, found.offset)
+    if type_.foreign and (type_.name.upper(), key) in _LATCHED:
+        where = f"st_latched({where})"
     value = at(found.type, where, base.writable)
     value.calls = base.calls
     value.spelled = f"{base.spelled}.{found.name}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..errors import CONSTANT, RANGE, SYNTAX, TYPE, StopHere, refuse
+from ..errors import CONSTANT, RANGE, SYNTAX, TWICE, TYPE, StopHere, refuse
 from ..model import types
 from ..syntax import tree
 from . import calls, convert, expressions, store
@@ -14,6 +14,7 @@ from .value import PropertyRef, Value, load
 
 def block(context: Context, statements: list[tree.Node]) -> None:
     """Statements in order; an error ends one statement, not the others."""
+    context.marks.append(_marks(context, statements))
     for node in statements:
         keep = context.taken
         try:
@@ -21,6 +22,7 @@ def block(context: Context, statements: list[tree.Node]) -> None:
         except StopHere as stop:
             context.error(stop)
         context.statement_ends(keep)
+    context.marks.pop()
 
 
 def _assign(context: Context, node: tree.Assign) -> None:
@@ -279,8 +281,6 @@ def _leave_unless(context: Context, node: tree.Node, sign: str) -> None:
 
 
 def _leave(context: Context, node: tree.Leave) -> None:
-    if node.word == "JMP":
-        raise refuse("JMP", node.pos, "use IF, EXIT or RETURN")
     if node.word == "RETURN":
         context.jumps_out = True
         context.put("goto st_return;")
@@ -297,6 +297,39 @@ def _leave(context: Context, node: tree.Leave) -> None:
         context.put(f"goto c{loop.number};")
 
 
+# -- JMP
+def _marks(context: Context, statements: list[tree.Node]) -> dict[str, str]:
+    """The labels of a list of statements and their names in C."""
+    found: dict[str, str] = {}
+    for node in statements:
+        if not isinstance(node, tree.Mark):
+            continue
+        if any(node.name.upper() in m for m in (found, *context.marks)):
+            text = f"the label {node.name} stands twice"
+            context.error(StopHere(TWICE, text, node.pos))
+        found[node.name.upper()] = f"m{context.number()}"
+    return found
+
+
+def _mark(context: Context, node: tree.Mark) -> None:
+    context.put(f"{context.marks[-1][node.name.upper()]}: ;")
+
+
+def _jump(context: Context, node: tree.Jump) -> None:
+    """Out of blocks and within one, never into a block."""
+    for marks in reversed(context.marks):
+        name = marks.get(node.name.upper())
+        if name is not None:
+            context.put(f"ST_LOOP({context.here(node.pos)});")
+            context.put(f"goto {name};")
+            return
+    raise refuse(
+        f"JMP to {node.name}, which is not around it",
+        node.pos,
+        "a label stands in the same list of statements or in one around it",
+    )
+
+
 _RULES: dict[type, Callable[..., None]] = {
     tree.Assign: _assign,
     tree.Evaluate: _evaluate,
@@ -305,4 +338,6 @@ _RULES: dict[type, Callable[..., None]] = {
     tree.For: _for,
     tree.While: _while,
     tree.Leave: _leave,
+    tree.Mark: _mark,
+    tree.Jump: _jump,
 }

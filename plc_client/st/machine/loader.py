@@ -11,6 +11,8 @@ from typing import Any
 
 from hli._sync import ffi, lib
 
+from hli import layout
+
 from ...task import PlcError
 from ..options import Built
 from .symbols import ListView, Memory
@@ -29,6 +31,35 @@ class _Trap(ctypes.Structure):
 
 class StTrap(PlcError):  # noqa: N818 (the word of the trade)
     """A program did what it must not: the text names POU, line and values."""
+
+
+_FUNCTIONS = (
+    *("load_u8", "store_u8", "ring", "snapshot"),
+    *("ahead_claim", "ahead_ask", "ahead_take"),
+)
+
+
+class _Services(ctypes.Structure):
+    """``st_services`` of the run time."""
+
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in _FUNCTIONS),
+        ("bell", ctypes.c_void_p),
+        ("generation", ctypes.c_void_p),
+        ("techno_again", ctypes.c_void_p),
+        ("image", ctypes.c_int64),
+    ]
+
+
+def _address_of(name: str) -> int:
+    return int(ffi.cast("uintptr_t", ffi.addressof(lib, f"hs_{name}")))
+
+
+def _image_of(hli: Any) -> int:
+    """How far the input image lies behind the memory; 0: there is none."""
+    channel = hli.gpCh[0]
+    place = channel._address + layout.HLI_CHANNEL.bahn_state.offset
+    return int(channel.bahn_state._address - place)
 
 
 def _bound(trap: _Trap) -> str:
@@ -83,7 +114,7 @@ class StProgram:
         size = self.description["memory"]
         statics = self.description["statics"]
         self.memory = Memory(self.address, size, rows, statics)
-        self._attach(0, 0)
+        self._attach(None)
 
     def entry(self, name: str) -> int:
         """Address of a program's function."""
@@ -95,25 +126,27 @@ class StProgram:
         """Address of the function that calls an entry and catches its traps."""
         return ctypes.cast(self._guarded, ctypes.c_void_p).value or 0
 
-    def _attach(self, address: int, size: int) -> None:
-        functions = [
-            int(ffi.cast("uintptr_t", ffi.addressof(lib, name)))
-            for name in ("hs_load_u8", "hs_store_u8")
-        ]
+    def _attach(self, hli: Any) -> None:
+        """Hand the HLI's memory and the functions of its ordering over."""
+        services = _Services(*map(_address_of, _FUNCTIONS))
+        base = size = 0
+        if hli is not None:
+            base, size = hli.root._address, ctypes.sizeof(hli.root._c)
+            side = hli.root.sidecar
+            services.bell = side.clah_bell._address
+            at = layout.HLI_SIDE_PLC.generation.offset
+            services.generation = side.plc._address + at
+            at = layout.HLI_SIDE_STATS.techno_again.offset
+            services.techno_again = side.stats._address + at
+            services.image = _image_of(hli)
         attach = self.library.st_attach
-        attach.argtypes = [
-            ctypes.c_void_p,
-            ctypes.c_int64,
-            ctypes.c_void_p,
-            ctypes.c_void_p,
-        ]
+        attach.argtypes = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p]
         attach.restype = None
-        attach(address, size, *functions)
+        attach(base, size, ctypes.byref(services))
 
     def connect(self, hli: Any) -> None:
         """Bind the HLI's pointers to a connection."""
-        base, size = hli.root._address, ctypes.sizeof(hli.root._c)
-        self._attach(base, size)
+        self._attach(hli)
         self._hli = hli
 
     def start(self, now_ns: int = 0) -> None:

@@ -273,7 +273,8 @@ class Declarations:
 
     def _anonymous(self, context: Context, node: tree.EnumType) -> types.Type:
         line, column = node.pos
-        name = f"ENUM_{line}_{column}_{abs(hash(context.label)) % 9999}"
+        label = context.label.replace(".", "_").upper()
+        name = f"ENUM_{line}_{column}_{label}"
         definition = tree.TypeDef(node.pos, name, node, None, context.origin)
         self._world.typedefs[name] = definition
         found = self._enumeration(context, definition, node)

@@ -4,6 +4,7 @@
 #define ST_RUNTIME_H
 
 #include <math.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -50,6 +51,7 @@ extern uintptr_t st_deepest ST_HIDDEN;
 extern uintptr_t st_memory_low ST_HIDDEN, st_memory_high ST_HIDDEN;
 extern uintptr_t st_hli_low ST_HIDDEN, st_hli_high ST_HIDDEN;
 extern uintptr_t st_stack_high ST_HIDDEN;
+extern st_i64 st_image ST_HIDDEN; /* from the memory to the input image */
 
 /* -- traps: they do not return */
 ST_COLD void st_trap_bound(const char *pou,
@@ -97,6 +99,10 @@ static inline int st_readable(uintptr_t p, st_i64 size) {
         return 1;
     }
     if (p >= st_hli_low && end <= st_hli_high) {
+        return 1;
+    }
+    uintptr_t shown = p - (uintptr_t)st_image;
+    if (shown >= st_hli_low && shown + (uintptr_t)size <= st_hli_high) {
         return 1;
     }
     return p >= st_deepest && end <= st_stack_high;
@@ -177,14 +183,43 @@ void *st_interface(st_ptr self, const char *interface, int slot) ST_HIDDEN;
 int st_query(st_ptr self, const char *interface, st_ptr target) ST_HIDDEN;
 void st_body(st_ptr self) ST_HIDDEN;
 
-/* -- the HLI's semaphores: the named functions of the memory ordering */
-extern uint8_t (*st_load_u8)(const void *) ST_HIDDEN;
-extern void (*st_store_u8)(void *, uint8_t) ST_HIDDEN;
+/* -- the HLI: the named functions of the memory ordering, two words of the
+ * segment, and how far the input image is behind the memory (0: none) */
+typedef struct {
+    uint8_t (*load_u8)(const void *);
+    void (*store_u8)(void *, uint8_t);
+    void (*ring)(void *);
+    int (*snapshot)(const void *, const void *, void *, size_t, uint32_t);
+    int (*ahead_claim)(void *, uint32_t);
+    void (*ahead_ask)(void *, void *, uint32_t, uint32_t);
+    int (*ahead_take)(void *, uint32_t, uint32_t, void *, void *, void *);
+    void *bell;
+    const uint32_t *generation;
+    const uint64_t *techno_again;
+    int64_t image;
+} st_services;
+
+extern st_services st_hli ST_HIDDEN;
+void st_ring(void) ST_HIDDEN;
+st_u64 st_techno_again(void) ST_HIDDEN;
+int st_snapshot(st_ptr seq, st_ptr from, st_ptr to, st_i64 size) ST_HIDDEN;
+int st_ahead_claim(st_ptr area) ST_HIDDEN;
+void st_ahead_ask(st_ptr area, st_i64 slot) ST_HIDDEN;
+int st_ahead_take(st_ptr area,
+                  st_i64 slot,
+                  st_ptr blocks,
+                  st_ptr details,
+                  st_ptr facts) ST_HIDDEN;
 static inline st_bool st_load_flag(st_ptr p) {
-    return st_load_u8(p) != 0;
+    return st_hli.load_u8(p) != 0;
 }
 static inline void st_store_flag(st_ptr p, int value) {
-    st_store_u8(p, value != 0);
+    st_hli.store_u8(p, value != 0);
+}
+/* Where the input image has what the CNC shows at an address of the memory. */
+static inline st_ptr st_latched(st_ptr p) {
+    uintptr_t at = (uintptr_t)p;
+    return at >= st_hli_low && at < st_hli_high ? p + st_image : p;
 }
 
 /* -- numbers */

@@ -20,8 +20,8 @@ st_i64 st_now;
 int32_t st_turns = TURNS;
 uintptr_t st_deepest, st_memory_low, st_memory_high, st_hli_low, st_hli_high,
     st_stack_high;
-uint8_t (*st_load_u8)(const void *);
-void (*st_store_u8)(void *, uint8_t);
+st_i64 st_image;
+st_services st_hli;
 
 enum {
     TRAP_NONE,
@@ -196,6 +196,47 @@ void st_body(st_ptr self) {
     ((void (*)(st_ptr))cls->body)(self);
 }
 
+/* -- the HLI; the library alone calls these */
+#define TRIES 1000
+#define GENERATIONS 0xFFFFFFu
+
+void st_ring(void) {
+    if (st_hli.bell != 0) {
+        st_hli.ring(st_hli.bell);
+    }
+}
+
+int st_snapshot(st_ptr seq, st_ptr from, st_ptr to, st_i64 size) {
+    return st_hli.snapshot(seq, from, to, (size_t)size, TRIES) == 0;
+}
+
+static uint32_t generation(void) {
+    return *st_hli.generation & GENERATIONS;
+}
+
+st_u64 st_techno_again(void) {
+    return st_hli.techno_again == 0
+               ? 0
+               : __atomic_load_n(st_hli.techno_again, __ATOMIC_RELAXED);
+}
+
+int st_ahead_claim(st_ptr area) {
+    return st_hli.ahead_claim(area, generation());
+}
+
+void st_ahead_ask(st_ptr area, st_i64 slot) {
+    st_hli.ahead_ask(area, st_hli.bell, (uint32_t)slot, generation());
+}
+
+int st_ahead_take(st_ptr area,
+                  st_i64 slot,
+                  st_ptr blocks,
+                  st_ptr details,
+                  st_ptr facts) {
+    return st_hli
+        .ahead_take(area, (uint32_t)slot, generation(), blocks, details, facts);
+}
+
 /* -- pointers */
 /* The object an address lies in: its first byte and the byte behind it. */
 static int object_of(uintptr_t p, uintptr_t *low, uintptr_t *high) {
@@ -286,14 +327,11 @@ static void measure_stack(void) {
     }
 }
 
-ST_API void st_attach(void *hli,
-                      int64_t size,
-                      uint8_t (*load)(const void *),
-                      void (*store)(void *, uint8_t)) {
+ST_API void st_attach(void *hli, int64_t size, const st_services *services) {
     st_hli_low = (uintptr_t)hli;
     st_hli_high = st_hli_low + (uintptr_t)size;
-    st_load_u8 = load;
-    st_store_u8 = store;
+    st_hli = *services;
+    st_image = services->image;
     st_memory_low = (uintptr_t)st_memory;
     st_memory_high = st_memory_low + (uintptr_t)st_memory_size;
 }

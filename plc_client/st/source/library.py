@@ -13,6 +13,7 @@ from . import files
 from .units import Unit
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
+_GLOBAL = re.compile(r"([A-Za-z_]\w*)\s*:")
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,13 @@ def words_of(text: str) -> frozenset[str]:
     return frozenset(map(str.upper, _WORD.findall(text)))
 
 
+def _names_of(text: str) -> frozenset[str]:
+    """What a unit declares, in capitals."""
+    if text.lstrip().startswith("VAR_GLOBAL"):
+        return frozenset(map(str.upper, _GLOBAL.findall(text)))
+    return files.declared_names([text])
+
+
 @functools.cache
 def _entries() -> tuple[_Entry, ...]:
     folder = resources.files(__package__.rpartition(".")[0]) / "library"
@@ -35,8 +43,8 @@ def _entries() -> tuple[_Entry, ...]:
         if file.name.endswith(".st"):
             name = f"<library>/{file.name}"
             for unit in files.units_of(name, file.read_text(), log):
-                names = files.declared_names([unit.text])
-                found.append(_Entry(unit, names, words_of(unit.text)))
+                words = words_of(unit.text)
+                found.append(_Entry(unit, _names_of(unit.text), words))
     if log.errors:
         raise StError(log.errors)
     return tuple(found)

@@ -250,8 +250,11 @@ class StatementBuilder(Transformer[Any, Any]):
     def return_stmt(self, token: Token, _: Token) -> tree.Node:
         return tree.Leave(self.place(token), "RETURN")
 
-    def jump(self, token: Token, *_: Token) -> tree.Node:
-        return tree.Leave(self.place(token), "JMP")
+    def jump(self, token: Token, name: Token, _: Token) -> tree.Node:
+        return tree.Jump(self.place(token), str(name))
+
+    def mark(self, token: Token, _: Token) -> tree.Node:
+        return tree.Mark(self.place(token), str(token))
 
     def guarded(self, token: Token) -> tree.Node:
         raise refuse("__TRY", self.place(token), "check before the access")

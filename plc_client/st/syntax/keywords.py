@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from lark import Token
@@ -48,20 +49,55 @@ _HEADS = frozenset(
         "MODIFIER",
     ]
 )
+_JMP = re.compile(r"\bJMP\b", re.I)
+_COLON = re.compile(r"\s*:(?!=)")
 _CONFIGURATION = frozenset({"TASK", "ON"})
 _NOT_IN_EXPRESSIONS = frozenset(
     {"ACTION", "METHOD", "PROPERTY", "TYPE", "WITH", "RESOURCE"}
 )
 
 
+_DECLARING = {
+    "VAR_KIND": True, "TYPE": True, "CONFIGURATION": True,
+    "END_VAR": False, "END_TYPE": False, "END_CONFIGURATION": False,
+}  # fmt: skip
+
+
+class _Marks:
+    """Finds the labels of JMP: a name ahead of a colon, neither in a declaration
+    nor in CASE.  A text without JMP has none.
+    """
+
+    def __init__(self, text: str) -> None:
+        self._text = text if _JMP.search(text) else ""
+        self._declaring, self._cases = False, 0
+
+    def see(self, kind: str) -> None:
+        """One more token."""
+        self._declaring = _DECLARING.get(kind, self._declaring)
+        self._cases += (kind == "CASE") - (kind == "END_CASE")
+
+    def is_one(self, token: Token, before: str) -> bool:
+        """Whether a name is a label."""
+        if not self._text or self._declaring or self._cases:
+            return False
+        if before in ("METHOD", "PROPERTY", "FUNCTION", "MODIFIER"):
+            return False
+        return _COLON.match(self._text, token.end_pos or 0) is not None
+
+
 class Keywords:
-    """Lark's filter behind the lexer; names are accepted in every state."""
+    """Lark's filter behind the lexer; names are accepted in every state.
+    ``text``: what is parsed.
+    """
 
     always_accept = ("NAME",)
+    text = ""
 
     def process(self, stream: Iterator[Token]) -> Iterator[Token]:
         """Set the type of every name that is a keyword."""
         before, accessors, configuration = "", False, False
+        marks = _Marks(self.text)
         for token in stream:
             kind = token.type
             if kind == "NAME" and before != "DOT":
@@ -69,6 +105,8 @@ class Keywords:
                 kind = KEYWORDS.get(word) or _soft(
                     word, before, accessors, configuration
                 )
+                if kind == "NAME" and marks.is_one(token, before):
+                    kind = "LABEL"
                 if kind != "NAME":
                     token.type = kind
                 if kind == "PROPERTY":
@@ -78,6 +116,7 @@ class Keywords:
                 elif kind == "CONFIGURATION":
                     configuration = True
             before = kind
+            marks.see(kind)
             yield token
 
 
@@ -86,7 +125,8 @@ def _soft(word: str, before: str, accessors: bool, configuration: bool) -> str:
     if before in ("VAR_KIND", "QUALIFIER") and word in QUALIFIERS:
         return "QUALIFIER"
     if before in _HEADS and word in MODIFIERS:
-        return "MODIFIER"
+        block = before == "FUNCTION_BLOCK" and word == "OVERRIDE"
+        return "NAME" if block else "MODIFIER"
     if accessors and word in ("GET", "SET") and before != "COLON":
         return word
     if configuration and word in _CONFIGURATION:

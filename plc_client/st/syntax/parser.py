@@ -36,24 +36,25 @@ _CLOSERS = frozenset(w for w in KEYWORDS if w.startswith("END_"))
 
 
 @functools.cache
-def _parser() -> tuple[Lark, Builder]:
+def _parser() -> tuple[Lark, Builder, Keywords]:
     grammar = resources.files(__package__).joinpath("grammar.lark").read_text()
-    builder = Builder()
+    builder, keywords = Builder(), Keywords()
     lark = Lark(
         grammar,
         parser="lalr",
         lexer="contextual",
         transformer=builder,
-        postlex=Keywords(),
+        postlex=keywords,
         maybe_placeholders=False,
         start=["unit", "head", "body", "accessor"],
     )
-    return lark, builder
+    return lark, builder, keywords
 
 
 def parse(unit: Unit, log: Log) -> Any:
     """The tree of a unit, or None; errors go to the log."""
-    lark, builder = _parser()
+    lark, builder, keywords = _parser()
+    keywords.text = unit.text
     builder.shift(unit.line, unit.column)
     failed = _Recovery(unit.origin, log, builder)
     try:

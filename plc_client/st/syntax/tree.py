@@ -339,9 +339,23 @@ class While(Node):
 
 @dataclass(slots=True)
 class Leave(Node):
-    """``EXIT``, ``CONTINUE``, ``RETURN``, ``JMP``."""
+    """``EXIT``, ``CONTINUE``, ``RETURN``."""
 
     word: str
+
+
+@dataclass(slots=True)
+class Jump(Node):
+    """``JMP name;``."""
+
+    name: str
+
+
+@dataclass(slots=True)
+class Mark(Node):
+    """``name:``."""
+
+    name: str
 
 
 Unit = Pou | Globals | Configuration | list[TypeDef]
