@@ -89,6 +89,7 @@ class Declarations:
         found = types.EnumType(definition.name, base)
         found.strict = "strict" in attributes
         found.qualified = "qualified_only" in attributes
+        found.named = "to_string" in attributes
         self._world.types[definition.name.upper()] = found
         number = 0
         for name, value, pos in node.items:
@@ -516,14 +517,20 @@ class Declarations:
             found.index = int(bit)
 
     # -- globals
-    def globals(self, node: tree.Globals, holder: VariableList) -> None:
+    def globals(
+        self, node: tree.Globals, holder: VariableList, qualified: bool
+    ) -> None:
         """Register one list; types are found later."""
         assert node.origin is not None
         for declaration in node.variables:
-            self._global(declaration, node.origin, holder)
+            self._global(declaration, node.origin, holder, qualified)
 
     def _global(
-        self, declaration: tree.Decl, origin: Origin, holder: VariableList
+        self,
+        declaration: tree.Decl,
+        origin: Origin,
+        holder: VariableList,
+        qualified: bool,
     ) -> None:
         world, key = self._world, declaration.name.upper()
         line = declaration.pos[0]
@@ -539,7 +546,7 @@ class Declarations:
         found.storage, found.namespace = "global", holder.name
         found.pending = lambda: self._settle(context, found)
         holder.variables[key] = found
-        if not holder.qualified:
+        if not qualified:
             if key in world.globals and not holder.library:
                 before = world.globals[key].namespace
                 if before != holder.name:

@@ -255,6 +255,8 @@ class EnumType(Type):
     values: dict[str, int] = field(default_factory=dict)
     qualified: bool = False
     strict: bool = False
+    named: bool = False
+    """Its text is the name (attribute ``to_string``)."""
     default: int = 0
     spelled: dict[str, str] = field(default_factory=dict)
 
