@@ -150,9 +150,7 @@ def to_text(context: Context, value: Value, wide: bool, pos: Position) -> Value:
     return _between_texts(context, found, True) if wide else found
 
 
-def _name_of(
-    context: Context, value: Value, enum: types.EnumType
-) -> Value:
+def _name_of(context: Context, value: Value, enum: types.EnumType) -> Value:
     """The name of an enumeration's value; empty for a value without one."""
     kept, once = context.keep(value)
     text = '((st_ptr)"")'

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 
 from ..errors import (
     CLASS,
@@ -22,6 +21,7 @@ from ..lower.expressions import LoweringContext
 from ..syntax import tree
 from . import types
 from .classes import Class, InterfaceType, Routine, Variable
+from .declaration_rules import broken, check_closed, opening, retained
 from .world import Cascade, LazyPointer, VariableList, World
 
 LARGEST = 1 << 28
@@ -252,7 +252,7 @@ class Declarations:
         named = node.target
         if isinstance(named, tree.NamedType):
             key = named.name.upper()
-            if key in self._world._open or _opening(self._world, key):
+            if key in self._world._open or opening(self._world, key):
                 return LazyPointer(self._world, key, node.reference)
         return types.PointerType(
             self.type_of(context, node.target), node.reference
@@ -307,9 +307,10 @@ class Declarations:
         context = LoweringContext(
             self._world, cls.origin, cls.name, cls.pou.pos[0], None, cls
         )
+        cls.opening = True
         for declaration in cls.pou.variables:
             self._guarded(context, cls, declaration, cls.own)
-        cls.declared = True
+        cls.declared, cls.opening = True, False
         for name, routine in cls.methods.items():
             self._declare_quietly(context, routine)
             if name.startswith(("GET__", "SET__")):
@@ -387,7 +388,7 @@ class Declarations:
                     declaration.section,
                     declaration,
                     storage="constant",
-                    pending=_broken(declaration),
+                    pending=broken(declaration),
                 )
 
     def _variable(
@@ -409,11 +410,13 @@ class Declarations:
                 raise StopHere(TWICE, text, declaration.pos)
         self._inherit_initial(declaration)
         type_ = self.type_of(context, declaration.type)
+        if declaration.section != "VAR_IN_OUT":
+            check_closed(type_, declaration)
         found = Variable(
             declaration.name, type_, declaration.section, declaration
         )
         found.read_only = "CONSTANT" in declaration.qualifiers
-        found.retain = _retained(declaration)
+        found.retain = retained(declaration)
         self._place(context, holder, found)
         into[key] = found
 
@@ -561,32 +564,12 @@ class Declarations:
             self._inherit_initial(declaration)
             found.type = self.type_of(context, declaration.type)
             found.read_only = "CONSTANT" in declaration.qualifiers
-            found.retain = _retained(declaration)
+            found.retain = retained(declaration)
             if found.read_only:
                 found.constant = self._constant(context, found)
             if declaration.address:
                 self._at_address(found, declaration)
         except StopHere as stop:
             context.error(stop)
-            found.pending = _broken(declaration)
+            found.pending = broken(declaration)
             raise Cascade(declaration.pos) from None
-
-
-def _opening(world: World, key: str) -> bool:
-    """Whether the target is a class whose declaration is under way."""
-    cls = world.classes.get(key)
-    return cls is not None and cls.kind != "interface"
-
-
-def _retained(declaration: tree.Decl) -> str:
-    for word in ("PERSISTENT", "RETAIN"):
-        if word in declaration.qualifiers:
-            return word
-    return ""
-
-
-def _broken(declaration: tree.Decl) -> Callable[[], None]:
-    def again() -> None:
-        raise Cascade(declaration.pos)
-
-    return again

@@ -91,7 +91,7 @@ class World:
             return None
         if cls.kind == "interface":
             return self.types.setdefault(key, InterfaceType(cls))
-        if self.declare is not None and not cls.declared:
+        if self.declare is not None and not (cls.declared or cls.opening):
             self.declare(cls)
         return self.types.setdefault(key, ClassType(cls))
 
