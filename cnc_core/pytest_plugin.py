@@ -75,7 +75,9 @@ class PlcFactory:
     ``plc(MyPlc, "part.nc")`` beside the real one.
 
     Both stand until the test steps them; ``config=`` is the cell of the real
-    one, ``inputs=`` are simulated inputs, other options those of ``MockCnc``.
+    one, ``inputs=`` are simulated inputs, ``watch=`` symbols to watch from the
+    first scan on.  ``record=`` is the recording of the real one, which
+    ``close()`` of the runner writes.  Other options are those of ``MockCnc``.
     """
 
     def __init__(self) -> None:
@@ -91,6 +93,9 @@ class PlcFactory:
         dialect: str | None = None,
         autostart: bool = True,
         inputs: Mapping[str, Any] | None = None,
+        watch: str | Sequence[str] = (),
+        record: str | Path | None = None,
+        record_only: str | Sequence[str] = (),
         **mock: Any,
     ) -> PlcRunner:
         """A fresh runner: ``setup()`` done, no scan yet."""
@@ -106,12 +111,18 @@ class PlcFactory:
                 dialect=dialect,
                 autostart=autostart,
                 inputs=inputs,
+                watch=watch,
+                record=record,
+                record_only=record_only,
             )
         else:
+            if record is not None:
+                raise ValueError("plc(): the mock CNC has nothing to record")
             runner = PlcRunner.on_mock(
                 tasks,
                 script or (),
                 inputs=inputs,
+                watch=watch,
                 auto_start=autostart,
                 **mock,
             )

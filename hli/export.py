@@ -8,6 +8,7 @@ its own.
 from __future__ import annotations
 
 import ctypes
+import functools
 import hashlib
 import re
 import uuid
@@ -62,6 +63,7 @@ Modes and states stand in the layout.
 """
 
 
+@functools.cache
 def layout_hash() -> bytes:
     """SHA-256 over ``layout.describe()``: 32 bytes, part of the segment head,
     compared on attach.

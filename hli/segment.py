@@ -67,7 +67,7 @@ class Segment:
         self._identity = identity  # device and inode
         self.owner = owner
         self.memory: mmap.mmap | None = memory
-        self.root: Any = layout.HLI_SEGMENT.from_buffer(memory)
+        self.root: Any = _root_over(memory)
         self.base = ctypes.addressof(self.root)
         lib.hs_guard(self.pointer(0), len(memory))
 
@@ -146,6 +146,21 @@ class Segment:
         self.close()
         if self.owner:
             self.unlink()
+
+
+def _root_over(memory: mmap.mmap) -> Any:
+    """The structure over a mapping; it keeps the mapping alive."""
+    with memoryview(memory) as view:
+        writable = not view.readonly
+    if writable:
+        return layout.HLI_SEGMENT.from_buffer(memory)
+    # ctypes takes no buffer that cannot be written, so it gets the address
+    held = ffi.from_buffer(memory)
+    root: Any = layout.HLI_SEGMENT.from_address(
+        int(ffi.cast("uintptr_t", held))
+    )
+    root.held = held
+    return root
 
 
 def check_name(name: str) -> str:
@@ -339,31 +354,41 @@ def attach(name: str) -> Segment:
     Raises HliNotFound, HliAccessError, HliNotReady, HliVersionError; ValueError
     for a wrong name.
     """
+    return _attached(name, os.O_RDWR)
+
+
+def observe(name: str) -> Segment:
+    """As ``attach``, with a mapping that cannot be written: a store through it
+    ends the process.
+    """
+    return _attached(name, os.O_RDONLY)
+
+
+def _attached(name: str, flags: int) -> Segment:
     check_name(name)
-    fd = access.open_file(name, os.O_RDWR)
+    fd = access.open_file(name, flags)
+    mapping = mmap.ACCESS_WRITE if flags & os.O_RDWR else mmap.ACCESS_READ
     try:
-        return Segment(name, _map_checked(name, fd), False, _identity(fd))
+        memory = _map_checked(name, fd, mapping)
+        return Segment(name, memory, False, _identity(fd))
     finally:
         os.close(fd)
 
 
-def _map_checked(name: str, fd: int) -> mmap.mmap:
+def _map_checked(name: str, fd: int, access_: int) -> mmap.mmap:
     size = os.fstat(fd).st_size
     if size < HEAD_SIZE:
         raise HliNotReady(
             f"segment {name!r} is being created ({size} bytes so far)"
         )
-    memory = mmap.mmap(fd, size)
+    memory = mmap.mmap(fd, size, access=access_)
     try:
-        head = layout.HLI_SEGMENT_HEAD.from_buffer(memory)
-        ready = lib.hs_load_u32(
-            ffi.cast(
-                "void *",
-                ctypes.addressof(head) + layout.HLI_SEGMENT_HEAD.ready.offset,
-            )
-        )
+        with ffi.from_buffer(memory) as held:
+            at = ffi.cast("char *", held) + layout.HLI_SEGMENT_HEAD.ready.offset
+            ready = lib.hs_load_u32(at)
+        # behind the ready word, which was stored last
+        head = layout.HLI_SEGMENT_HEAD.from_buffer_copy(memory)
         problem = _head_problem(name, head, ready, size)
-        del head
         if problem is not None:
             raise problem
     except BaseException:

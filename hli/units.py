@@ -6,28 +6,44 @@ import functools
 
 from .reference import MEMBERS
 
+Said = dict[str, dict[str, tuple[str, str, str]]]
+
 
 @functools.cache
-def units_and_writers() -> dict[str, dict[str, tuple[str, str]]]:
-    """Structure -> member -> (unit, writer), as the reference has them."""
-    found: dict[str, dict[str, tuple[str, str]]] = {}
+def members_told() -> Said:
+    """Structure -> member -> (unit, writer, meaning), as the reference has them."""
+    found: Said = {}
     structures: list[str] = []
-    within = False
+    member = ""
     for line in MEMBERS.splitlines():
-        if not line or line.startswith(" "):
-            continue
-        if "|" not in line:
+        if line.startswith(" ") and member:
+            for structure in structures:
+                unit, writer, said = found[structure][member]
+                said += " " + line.strip()
+                found[structure][member] = unit, writer, said
+        elif line and not line.startswith(" ") and "|" not in line:
             # names go on in the next line until the first member comes
-            structures = line.split() + ([] if within else structures)
-            within = False
-            continue
-        within = True
-        member, unit, writer, _ = (part.strip() for part in line.split("|", 3))
-        for structure in structures:
-            found.setdefault(structure, {})[member] = unit, writer
+            structures = line.split() + ([] if member else structures)
+            member = ""
+        elif "|" in line:
+            member, *told = (part.strip() for part in line.split("|", 3))
+            for structure in structures:
+                unit, writer, said = told
+                found.setdefault(structure, {})[member] = unit, writer, said
     return found
+
+
+def units_and_writers() -> dict[str, dict[str, tuple[str, str]]]:
+    """Structure -> member -> (unit, writer)."""
+    return {
+        structure: {
+            member: (unit, writer)
+            for member, (unit, writer, _) in members.items()
+        }
+        for structure, members in members_told().items()
+    }
 
 
 def unit_of(structure: str, member: str) -> str:
     """The unit of a member, empty if it has none."""
-    return units_and_writers().get(structure, {}).get(member, ("", ""))[0]
+    return members_told().get(structure, {}).get(member, ("", "", ""))[0]

@@ -30,7 +30,7 @@ from .scan_record import TABLES, ScanRecord, memory_of, program_of
 from .sources import load_tasks
 from .task import PlcError
 
-_RETRY_S = 0.05
+_FIRST_RETRY_S, _RETRY_S = 0.001, 0.05
 _FIRST_ATTACH_S = 30.0  # with --once: a CNC that starts at the same time
 
 
@@ -111,13 +111,15 @@ class Process:
 
     def _attach(self) -> Hli | None:
         end = time.monotonic() + _FIRST_ATTACH_S
+        pause = _FIRST_RETRY_S
         while not self.signal:
             try:
                 return connect(self._name, present=False)
             except (HliNotFound, HliNotReady):
                 if self._once and time.monotonic() > end:
                     raise
-                time.sleep(_RETRY_S)
+                time.sleep(pause)
+                pause = min(1.2 * pause, _RETRY_S)
         return None
 
     def _listen(self) -> bool:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import difflib
 import dis
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from types import CodeType
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -443,12 +443,23 @@ class Forces:
 
 class Online:
     """Obeys the orders of other processes (``plc_client.orders``): ``force``,
-    ``unforce``, ``read``, ``list``.
+    ``unforce``, ``read``, ``list``, ``operate``, ``statistics``.
+
+    ``operate``: what the operator's panel does; ``statistics``: what the PLC
+    has measured.
     """
 
-    def __init__(self, table: SymbolTable, forces: Forces) -> None:
+    def __init__(
+        self,
+        table: SymbolTable,
+        forces: Forces,
+        operate: Callable[[str, Any], dict[str, Any]] | None = None,
+        statistics: Callable[[], dict[str, Any]] = dict,
+    ) -> None:
         self._table = table
         self._forces = forces
+        self._operate = operate
+        self._statistics = statistics
 
     def __call__(self, order: dict[str, Any]) -> dict[str, Any]:
         """The answer: always ``forced``, for ``read`` also ``values``.  Raises
@@ -466,10 +477,15 @@ class Online:
             answer["values"] = {
                 path: self._read(str(path)) for path in order["symbols"]
             }
-        elif what != "list":
-            raise ValueError(
-                f"order {what!r} is unknown: force, unforce, read, list"
+        elif what == "operate" and self._operate is not None:
+            answer["panel"] = self._operate(
+                str(order["what"]), order.get("value")
             )
+        elif what == "statistics":
+            answer |= self._statistics()
+        elif what != "list":
+            known = "force, unforce, read, list, operate, statistics"
+            raise ValueError(f"order {what!r} is unknown: {known}")
         return {**answer, "forced": dict(self._forces.items())}
 
     def _symbol(self, path: str) -> Symbol:

@@ -28,6 +28,7 @@ from .online import check, views_of
 from .pace import CyclePacer
 from .program import Program, task_statistics
 from .scan import Scanner
+from .scan_record import ScanRecord, memory_of
 from .sources import load_tasks
 from .task import PlcError
 
@@ -82,6 +83,9 @@ class PlcRunner:
     A fresh runner has done its ``setup()`` and no scan.  ``step()`` runs scans;
     the ``run_to_*`` methods stop before the scan whose inputs first fulfil the
     condition: the task has not seen them yet, the caller has.
+
+    ``watch``: symbols that are recorded from the first scan on.
+    ``record``: file and tables of the PLC's part of a recording.
     """
 
     def __init__(
@@ -91,12 +95,15 @@ class PlcRunner:
         cnc: MockCnc | None = None,
         close: Callable[[], dict[str, Any]] | None = None,
         inputs: Mapping[str, Any] | None = None,
+        watch: str | Sequence[str] = (),
+        record: tuple[Path, Sequence[str]] | None = None,
     ) -> None:
         if hli.cnc.clock != layout.HLI_CLOCK_LOCKSTEP:
             raise PlcError("a PlcRunner needs a CNC in lockstep")
         self.hli = hli
         self.cnc = cnc
         self._close = close
+        self._closed = False
         self.cnc_report: dict[str, Any] = {}  # of a CNC process, after close()
         self._pacer = (
             _MockPacer(hli, cnc) if cnc is not None else CyclePacer(hli)
@@ -111,6 +118,10 @@ class PlcRunner:
             may_finish=False,
             inputs=inputs,
         )
+        for path in [watch] if isinstance(watch, str) else watch:
+            self._scanner.watch.add(path, self._scanner.symbols[path])
+        if record is not None:
+            self._record(hli, programs, *record)
         self.tasks: dict[str, Program] = {
             p.name.rpartition(".")[2]: p for p in programs
         }
@@ -123,6 +134,7 @@ class PlcRunner:
         script: Sequence[Step] | MockCnc = (),
         *,
         inputs: Mapping[str, Any] | None = None,
+        watch: str | Sequence[str] = (),
         **options: Any,
     ) -> PlcRunner:
         """A runner with a mock CNC of its own (``options``: those of ``MockCnc``)."""
@@ -133,18 +145,42 @@ class PlcRunner:
         )
         try:
             hli = connect(cnc.name, present=False)
-            return cls(hli, tasks, cnc, inputs=inputs)
+            return cls(hli, tasks, cnc, inputs=inputs, watch=watch)
         except BaseException:
             cnc.close()
             raise
+
+    def _record(
+        self,
+        hli: Hli,
+        programs: Sequence[Program],
+        part: Path,
+        tables: Sequence[str],
+    ) -> None:
+        """The PLC's part of a recording, with the symbols that are watched now."""
+        names = ", ".join(program.name for program in programs)
+        scanner = self._scanner
+        scanner.watch.record_to(
+            ScanRecord(
+                part,
+                scanner.watch.paths,
+                {"plc": {"file": names}, "memory": memory_of(hli)},
+                scanner.trace() if "exchange" in tables else None,
+            )
+        )
 
     # -- life
     def close(self) -> None:
         """Detach; removes the mock, ends a CNC process that was started for
         this runner.
         """
+        if self._closed:
+            return
+        self._closed = True
         self._scanner.close()
         self._guard.close()
+        if self._scanner.watch.to is not None:
+            self._scanner.watch.to.close()
         self.hli.close()
         if self.cnc is not None:
             self.cnc.close()

@@ -21,7 +21,7 @@ from hli._sync import lib
 
 from hli import layout
 
-from . import advice, clock
+from . import advice, clock, stats
 from .client import Hli
 from .compiled import DUE, NOT_DUE, TRAPPED, CompiledScans, entries_of
 from .guard import Guard, TaskOverrun
@@ -31,6 +31,7 @@ from .memory_trace import MemoryTrace
 from .online import Forces, Online, SymbolTable, Watch
 from .orders import Orders
 from .pace import CyclePacer, Pacer, pacer_of
+from .panel import Panel
 from .program import Program, task_statistics
 from .task import PlcError
 
@@ -98,7 +99,10 @@ class Scanner:
         self.orders = (
             Orders()
         )  # of other processes; a PLC process puts its own here
-        self._online = Online(self.symbols, self.forces)
+        self.panel = Panel(hli, self.symbols, self.forces)
+        self._online = Online(
+            self.symbols, self.forces, self.panel.operate, self._statistics
+        )
 
     def trace(self) -> MemoryTrace:
         """What CNC and PLC change in the memory from now on."""
@@ -220,6 +224,8 @@ class Scanner:
         if self.forces.any:
             self.forces.apply()
         self._logic(self._now.cycle if self._in_cycles else self._pacer.now())
+        if self.panel.any:
+            self.panel.step()
         if self.inputs.any:
             self.inputs.scanned()
         if self.forces.any:
@@ -257,6 +263,7 @@ class Scanner:
             or self.orders.waiting
             or self.inputs.any
             or self.forces.any
+            or self.panel.any
             or self.watch.any
             or self.watch.to is not None
         )
@@ -278,6 +285,14 @@ class Scanner:
         for program in self.programs:
             if program.due <= now:
                 program.scan(now, at_ns, self._end_seen)
+
+    def _statistics(self) -> dict[str, Any]:
+        """What other processes may know of the tasks and the handshake."""
+        return {
+            "tasks": task_statistics(self.programs),
+            "handshake": stats.HANDSHAKES.histogram_us(),
+            "panel": self.panel.state(),
+        }
 
     def _tell_finished(self) -> None:
         """The PLC's wish to end: the program has ended, each task had its scans

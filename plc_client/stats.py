@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 import random
+from bisect import bisect_right
 from typing import Any
 
 RESERVOIR = 20_000
@@ -112,6 +113,23 @@ class Reservoir:
             "p999": rank(0.999),
             "max": self.max,
             "n": self.n,
+        }
+
+    def histogram_us(self) -> dict[str, Any]:
+        """How often which time came, of values in ns: counts of the sample
+        between ``edges`` (us, four a factor of ten), quantiles in us.
+        """
+        edges = [10.0 ** (k / 4) for k in range(-4, 21)]
+        counts = [0] * (len(edges) + 1)
+        for value in self._kept:
+            counts[bisect_right(edges, value / 1e3)] += 1
+        quantiles = self.quantiles()
+        n = quantiles.pop("n")
+        return {
+            "edges": edges,
+            "counts": counts,
+            "n": n,
+            **{name: value / 1e3 for name, value in quantiles.items()},
         }
 
 

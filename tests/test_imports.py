@@ -37,6 +37,7 @@ ORDER = [
     "cnc_core.cli",
     "cnc_core.pytest_plugin",
     "cnc_core.commands",
+    "cnc_core.monitor",
     "cnc_core.benchmarks",
     "cnc_core.optimize",
     "cnc_core.planning",

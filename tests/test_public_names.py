@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from support import public_surface
+from support.command_line import Outcome
 from support.paths import GOLDEN
 
 LISTS: dict[str, Callable[[], list[str]]] = {
@@ -43,6 +44,6 @@ def test_names_stay(name: str) -> None:
     same_as_golden(name, lines)
 
 
-def test_json_keys_stay(tmp_path: Path) -> None:
+def test_json_keys_stay(tmp_path: Path, cli: Callable[..., Outcome]) -> None:
     """Every command prints the same keys with the same kinds of values."""
-    same_as_golden("json", public_surface.json_keys(tmp_path))
+    same_as_golden("json", public_surface.json_keys(tmp_path, cli))

@@ -124,6 +124,12 @@
  * main axes (in and out, 6 numbers in the pool from `pool` on), because its
  * geometry lies in other coordinates than the axes. */
 #define NC_TANGENTS 255
+/* A straight motion with `degree` NC_BENT is a chord of a curve, which goes on
+ * from the motion before; with NC_BENT_FIRST the curve begins there. Direction
+ * of the curve at the end over the main axes: `center`, `radius`, length 1.
+ * Consumed by the smoothing stage, which drives the curve. */
+#define NC_BENT 254
+#define NC_BENT_FIRST 253
 /* An NC_CONTOUR row says how corners are rounded from here on: `plane` 1 on, 0
  * off; `code` NC_CONTOUR_DEV .. AUTO_VEL; `degree` NC_CONTOUR_PRE .. POST,
  * where functions between the blocks go; `flags` NC_CONTOUR_CONST_VEL; `value`

@@ -100,6 +100,8 @@ PTP = 8192  # coordinates: lines of the machine axes
 # motion: the feed counts along its length, whatever the path mode says
 PATH_FEED = 16384
 NO_OVERRIDE = 32768
+BENT = 254  # degree of a straight motion: a chord of a curve
+BENT_FIRST = 253  # the first one of a curve
 TANGENTS = 255  # degree of an element that names its tangents in the pool
 # row["code"] of an event
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4

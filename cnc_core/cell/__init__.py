@@ -31,15 +31,15 @@ from ..process.options import (
     CncOptions,
     RunKeywords,
     RunOptions,
+    names_of,
     takes_run_options,
 )
 from ..program.restart import Restart
 from ..recording.parts import Parts
 from ..recording.recorder import check_columns
-from ..recording.schema import PLC_TABLES
 from .child import Child, Job
 from .judgement import be_strict, judge
-from .kept import keep_recording
+from .kept import keep_recording, plc_part, recorded_aside
 from .plc_choice import PlcChoice, tables_of
 from .result import RunInterrupted, RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
@@ -110,12 +110,23 @@ class Cell:
         A stop that waits for "continue" then ends the run with an error.
         ``chosen``: members of ``RunOptions``, among them ``clock``, ``dialect``,
         ``out``, ``record``, ``watch``, ``force`` and ``start_line``.
+        ``record=True`` records without a file of yours.
 
-        The symbols of ``watch`` are in ``result.plc["watch"]``.
+        What was recorded and watched is in ``result.columns``.
         CncError: something is wrong before the start (files, names).
         Later errors are in the result.
         """
-        return self.run_with(self._options(chosen), program, plc, plc_args)
+        if chosen.get("record") is not True:
+            return self.run_with(
+                self._options(chosen), program, plc, plc_args, warm=True
+            )
+
+        def run(target: Path) -> RunResult:
+            named: RunKeywords = {**chosen, "record": target}
+            options = self._options(named)
+            return self.run_with(options, program, plc, plc_args, warm=True)
+
+        return recorded_aside(run)
 
     def run_with(
         self,
@@ -124,10 +135,12 @@ class Cell:
         plc: Any = None,
         plc_args: dict[str, Any] | None = None,
         look: Callable[[str], None] = lambda _: None,
+        warm: bool = False,
     ) -> RunResult:
         """As ``run``, with options that are complete.
 
         ``look``: called with the segment's name again and again.
+        ``warm``: further runs may follow; a worker makes the processes.
         """
         refuse_cell_start()
         program = Path(program)
@@ -141,7 +154,7 @@ class Cell:
         sweep_folders()
         folder = options.out or OUT_FOLDER
         before = files_below(folder)
-        self._job = job = self._start(program, choice, options)
+        self._job = job = self._start(program, choice, options, warm)
 
         def collected(*, judged: bool) -> RunResult:
             result = self._collect(job, options, judged=judged)
@@ -174,12 +187,8 @@ class Cell:
         for name in ("out", "record", "answers"):
             if given.get(name):
                 given[name] = Path(given[name])
-        watch = given.get("watch", ())
-        given["watch"] = (watch,) if isinstance(watch, str) else tuple(watch)
-        only = given.get("record_only", ())
-        given["record_only"] = (only,) if isinstance(only, str) else tuple(only)
-        words = given.get("st", ())
-        given["st"] = (words,) if isinstance(words, str) else tuple(words)
+        for name in ("watch", "record_only", "st"):
+            given[name] = names_of(given.get(name, ()))
         given["force"] = given.get("force") or {}
         given["inputs"] = tables_of(given.get("inputs"))
         given["clock"] = given.get("clock") or self.clock
@@ -196,7 +205,11 @@ class Cell:
         Restart.of(*options.checked().place)
 
     def _start(
-        self, program: Path, choice: PlcChoice, options: RunOptions
+        self,
+        program: Path,
+        choice: PlcChoice,
+        options: RunOptions,
+        warm: bool,
     ) -> Job:
         if options.name:
             _refuse_living(options.name)
@@ -223,10 +236,8 @@ class Cell:
             terminal=sys.stdin is not None and sys.stdin.isatty(),
         )
         started = time.monotonic()
-        only = options.record_only
-        tables = [name for name in PLC_TABLES if not only or name in only]
-        record = (parts.plc, tables) if parts and tables else None
-        worker = worker_for_run()
+        record = plc_part(parts, options.record_only)
+        worker = worker_for_run() if warm else None
         cnc = Child.of_cnc(chosen, folder, worker)
         plc = (
             None

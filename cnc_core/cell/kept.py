@@ -2,12 +2,30 @@
 
 from __future__ import annotations
 
+import shutil
+import weakref
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from ..errors import CncError
 from ..process.recording import losses
 from ..recording.parts import Parts
-from .result import RunResult
+from ..recording.reading import SOURCES, Recording
+from ..recording.schema import PLC_TABLES
+from .result import RunInterrupted, RunResult
+from .scratch import scratch_folder
+
+
+def plc_part(
+    parts: Parts | None, only: tuple[str, ...]
+) -> tuple[Path, list[str]] | None:
+    """File and tables of the PLC's part; None if there is nothing of a PLC.
+
+    ``only``: tables and columns that are recorded; none: all.
+    """
+    tables = [name for name in PLC_TABLES if not only or name in only]
+    return (parts.plc, tables) if parts and tables else None
 
 
 def keep_recording(
@@ -26,6 +44,34 @@ def keep_recording(
         )
     try:
         result.recorded = parts.finish(end=end, lost=lost)
+        if parts.target.suffix in SOURCES:
+            result.recording = Recording(parts.target)
     except CncError as error:
         result.end = "error"
         result.errors.append(error.as_json())
+
+
+def recorded_aside(run: Callable[[Path], RunResult]) -> RunResult:
+    """A run whose recording has no name: it goes with the last who reads it.
+
+    ``run``: runs and records to this file.
+    """
+    folder = scratch_folder()
+    try:
+        result = run(folder / "run.arrow")
+    except RunInterrupted as stop:
+        _drop_with(stop.result.recording, folder)
+        raise RunInterrupted(stop.result) from None
+    except BaseException:
+        _drop_with(None, folder)
+        raise
+    _drop_with(result.recording, folder)
+    return result
+
+
+def _drop_with(recording: Recording | None, folder: Path) -> None:
+    """Remove the folder when nobody has the recording any more."""
+    if recording is None:
+        shutil.rmtree(folder, ignore_errors=True)
+    else:
+        weakref.finalize(recording.source, shutil.rmtree, folder, True)

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..errors import CncError, Place
+from ..recording.reading import Recording
+from .columns import Columns
 
 # members of the CNC's report that the result takes over
 FROM_CNC = (
@@ -61,6 +61,7 @@ class RunResult:
     dialect: str | None = None
     peak_mb: float = 0.0
     name: str = ""
+    recording: Recording | None = None
 
     @property
     def realtime_factor(self) -> float:
@@ -84,13 +85,14 @@ class RunResult:
         return result
 
     @property
-    def columns(self) -> dict[str, np.ndarray[Any, Any]]:
-        """The watched symbols as arrays, and ``t`` (s); a row for each scan.
+    def columns(self) -> Columns:
+        """Arrays by name: with ``record=`` a row a cycle, ``t`` (s), axes (mm),
+        ``s``, ``v`` and the other columns of ``cycles``, and the watched symbols.
 
-        NaN where a symbol had no value.
+        Without it the watched symbols and ``t``, a row a scan.
+        KeyError names the columns that there are.
         """
-        watched = self.plc.get("watch") or {}
-        return {name: np.array(v, float) for name, v in watched.items()}
+        return Columns(self.plc.get("watch") or {}, self.recording)
 
     def check(self) -> RunResult:
         """This result; CncError with the reason of a run that did not complete."""
@@ -148,7 +150,8 @@ class RunInterrupted(KeyboardInterrupt):
             else f"waits for {w['what']}"
             for w in result.waiting
         ]
-        written = [*result.files, *([str(record)] if result.recorded else [])]
+        recorded = [str(record)] if record and result.recorded else []
+        written = [*result.files, *recorded]
         parts = [
             f"interrupted after {result.sim_time_s:.3f} s of cell time",
             *where,

@@ -12,7 +12,7 @@ import secrets
 import shutil
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +24,12 @@ from plc_client.task import refuse_cell_start
 
 from ..config import load_config
 from ..errors import CncError, Place
-from ..process.options import CncOptions, RunOptions
+from ..process.options import CncOptions, RunOptions, names_of
+from ..recording.parts import Parts
+from ..recording.recorder import check_columns
 from .child import Child
+from .kept import plc_part
+from .worker import worker_for_start
 
 _START_S = 30.0
 _RETRY_S = 0.01
@@ -41,11 +45,17 @@ class _Machine:
         dialect: str | None,
         service: str | None,
         autostart: bool,
+        record: Path | None,
+        only: tuple[str, ...],
     ) -> None:
+        self.parts = Parts(record) if record else None
         self.folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         self.name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         chosen = RunOptions(
-            dialect=dialect, service=service, autostart=autostart
+            dialect=dialect,
+            service=service,
+            autostart=autostart,
+            record_only=only,
         )
         options = CncOptions(
             program,
@@ -53,10 +63,11 @@ class _Machine:
             chosen.checked(),
             config=config,
             report=self.folder / "cnc.json",
+            samples=self.parts.cnc if self.parts else None,
             once=True,
             terminal=False,
         )
-        self.child = Child.of_cnc(options, self.folder)
+        self.child = Child.of_cnc(options, self.folder, worker_for_start())
 
     def connect(self) -> Hli:
         """As soon as its segment is there; CncError with what it said if it
@@ -76,13 +87,20 @@ class _Machine:
                 time.sleep(_RETRY_S)
 
     def end(self) -> dict[str, Any]:
-        """End it, remove everything; its report (empty if it was killed)."""
+        """End it, write the recording, remove everything else; its report
+        (empty if it was killed).
+        """
         if not self.child.ended:
             self.child.process.terminate()
         self.child.end(5.0)
         report = self.child.report()
         segment.remove(self.name)
         shutil.rmtree(self.folder, ignore_errors=True)
+        if self.parts is not None and not self.parts.cnc.exists():
+            self.parts.drop()  # it did not start
+        elif self.parts is not None:
+            lost = report.get("recording", {}).get("lost", {})
+            self.parts.finish(end=report.get("end", "error"), lost=lost)
         return report
 
 
@@ -95,6 +113,9 @@ def start_plc(
     service: str | None = None,
     autostart: bool = True,
     inputs: Mapping[str, Any] | None = None,
+    watch: str | Sequence[str] = (),
+    record: str | Path | None = None,
+    record_only: str | Sequence[str] = (),
 ) -> PlcRunner:
     """A ``PlcRunner`` beside the real CNC in a process of its own, in lockstep:
     nothing runs until ``step()``.
@@ -103,24 +124,39 @@ def start_plc(
     ``close()`` ends the CNC; its report is then in ``cnc_report``.
     ``autostart`` FALSE: the program stands ready, the PLC starts it.
     ``inputs``: simulated inputs beside those of the cell file.
+    ``watch``: symbols that are watched from the first scan on.
+    ``record``: file of the recording, which ``close()`` writes; ``record_only``:
+    tables and columns in it.
     CncError: no such file, the CNC did not start.
     """
     refuse_cell_start()
     program = Path(program).resolve()
     if not program.is_file():
         raise CncError(901001, "file not found", Place(str(program)))
-    known = {**load_config(config).simulated_inputs, **(inputs or {})}
+    cell = load_config(config)
+    known = {**cell.simulated_inputs, **(inputs or {})}
+    only = names_of(record_only)
+    check_columns(cell, only)
     machine = _Machine(
         program,
         Path(config).resolve() if config is not None else None,
         dialect,
         service,
         autostart,
+        Path(record) if record else None,
+        only,
     )
     try:
         hli = machine.connect()
         try:
-            return PlcRunner(hli, tasks, close=machine.end, inputs=known)
+            return PlcRunner(
+                hli,
+                tasks,
+                close=machine.end,
+                inputs=known,
+                watch=names_of(watch),
+                record=plc_part(machine.parts, only),
+            )
         except BaseException:
             hli.close()
             raise

@@ -19,7 +19,10 @@ from typing import Any
 
 from hli._sync import lib as sync
 
+from hli.export import layout_hash
+
 from .. import frontend
+from ..process.options import options_adapter
 from .worker import MESSAGE
 
 MODULES = ("cnc_core.process", "plc_client")
@@ -27,7 +30,6 @@ WARM = (
     "plc_client.blocks",
     "plc_client.builtin.acknowledge",
     "plc_client.scan",
-    "pydantic.type_adapter",
 )
 
 
@@ -45,6 +47,8 @@ def serve(number: int, launcher: int) -> int:
     dialects = [f"{frontend.__name__}.{name}" for name in frontend.DIALECTS]
     for name in (*WARM, *dialects):
         importlib.import_module(name)
+    options_adapter()
+    layout_hash()
     gc.freeze()
     connection = socket.socket(fileno=number)
     running: dict[int, int] = {}  # handle -> process id

@@ -1,7 +1,7 @@
 """A warm process that becomes the CNC or the PLC of a run.
 
-Starting Python and reading the packages takes most of a short run.  From the
-second run of a program on, a worker has read them once.  It makes a copy of
+Starting Python and reading the packages takes most of a short run.  With the
+first ``Cell.run`` of a program a worker reads them once.  It makes a copy of
 itself (fork) for each process of a run, so that nothing goes from one run to
 the next.
 
@@ -155,18 +155,23 @@ def _end() -> None:
         worker.close()
 
 
-_state: dict[str, Any] = {"runs": 0, "worker": None}
+_state: dict[str, Any] = {"worker": None, "starts": 0}
 
 
-def worker_for_run() -> Worker | None:
-    """The worker for the processes of one more run; None for the first one,
-    which costs the same without it.
+def worker_for_start() -> Worker | None:
+    """The worker for a CNC process alone; None for the first one, which starts
+    faster without it.
     """
-    _state["runs"] += 1
+    _state["starts"] += 1
+    if _state["worker"] is None and _state["starts"] == 1:
+        return None
+    return worker_for_run()
+
+
+def worker_for_run() -> Worker:
+    """The worker for the processes of one more run."""
     worker: Worker | None = _state["worker"]
-    if worker is not None and worker.usable:
-        return worker
-    _end()
-    _state["worker"] = Worker() if _state["runs"] > 1 else None
-    found: Worker | None = _state["worker"]
-    return found
+    if worker is None or not worker.usable:
+        _end()
+        worker = _state["worker"] = Worker()
+    return worker

@@ -9,6 +9,7 @@ from . import cell
 from . import recordings
 from . import online
 from . import live
+from . import monitor
 from . import export
 from . import explain
 from . import bench
@@ -19,6 +20,7 @@ __all__ = [
     "explain",
     "export",
     "live",
+    "monitor",
     "new",
     "online",
     "program",

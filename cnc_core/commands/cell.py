@@ -28,6 +28,7 @@ from .console import (
     say_run_errors,
     telling_interrupts,
 )
+from .monitor import MonitorToo, beside, own_name
 from .options import (
     CncSideOptions,
     Config,
@@ -44,6 +45,8 @@ from .options import (
 from .progressing import run_bar
 from .tables import number, print_answer, print_run, print_table
 
+DEMO_S, DEMO_SHOWN_S = 10.0, 60.0
+
 
 @app.command()
 @expanded
@@ -59,6 +62,7 @@ def run(
         ),
     ] = None,
     config: Config = None,
+    monitor: MonitorToo = False,
     as_json: Json = False,
 ) -> None:
     """Co-simulate: a CNC process runs the program beside a PLC process.
@@ -69,8 +73,11 @@ def run(
 
     check_choices(options)
     options = replace(options, st=st.words())
+    if monitor:
+        options = replace(options, name=options.name or own_name())
     with (
         telling_interrupts(as_json),
+        beside(monitor, options.name, file, config),
         run_bar(f"running {file.name}", file) as look,
         Cell(config) as cell,
     ):
@@ -89,12 +96,19 @@ def run(
 @app.command()
 def demo(
     seconds: Annotated[
-        float, typer.Option(min=1.0, max=3600.0, help="machine time to show")
-    ] = 10.0,
+        float | None,
+        typer.Option(
+            min=1.0,
+            max=3600.0,
+            help=f"machine time to show; default: {DEMO_S:g}, with --monitor"
+            f" {DEMO_SHOWN_S:g}",
+        ),
+    ] = None,
     out_dir: Annotated[
         Path,
         typer.Option("--out", help="folder for program, recording and picture"),
     ] = Path("hli-cosim-demo"),
+    monitor: MonitorToo = False,
     as_json: Json = False,
 ) -> None:
     """Show the main job: both processes, both look-ahead modes, a PLC that sets
@@ -102,13 +116,16 @@ def demo(
 
     Example: hli-cosim demo --seconds 20 --out demo
     """
-    from .demo_run import run_demo  # noqa: PLC0415
+    from .demo_run import run_demo, show_demo  # noqa: PLC0415
 
+    if monitor:
+        show_demo(seconds or DEMO_SHOWN_S, out_dir)
+        return
     with (
         telling_interrupts(as_json),
         progress("co-simulating the bundled part"),
     ):
-        result = run_demo(seconds, out_dir)
+        result = run_demo(seconds or DEMO_S, out_dir)
     if as_json:
         emit(result.as_json())
     else:
@@ -261,6 +278,7 @@ def cnc(
         ),
     ] = True,
     config: Config = None,
+    monitor: MonitorToo = False,
 ) -> None:
     """Run the CNC side alone; a PLC attaches from another terminal.
 
@@ -286,7 +304,10 @@ def cnc(
     err.print(
         f"CNC on segment {name!r}, {options.clock}; {doing}; Ctrl-C ends it"
     )
-    with recording or contextlib.nullcontext():
+    with (
+        beside(monitor, name, file, config),
+        recording or contextlib.nullcontext(),
+    ):
         status = run_cnc(chosen)
     for text in recording.told if recording else ():
         say_error(f"warning: {text}")

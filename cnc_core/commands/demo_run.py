@@ -19,6 +19,8 @@ from ..planning import plan_program
 from ..planning.demo_picture import demo_picture
 from ..planning.picture import can_draw
 from ..program import Program
+from .console import err
+from .monitor import Beside, own_name, stay
 
 PASS_S = 8.3  # one pass of the part with the PLC's override
 SLOWER = 1.3  # the same, compared with the plan, which knows no PLC
@@ -120,16 +122,46 @@ def timed_program(seconds: float, program: Path, cell: CellConfig) -> None:
     program.write_text(demo_program(int(passes), rest))
 
 
+CONFIG = Path(__file__).parents[1] / "data" / "cell.toml"
+PAGE_S = 120.0  # how long the demo waits for somebody to open its page
+
+
+def show_demo(seconds: float, folder: Path) -> None:
+    """The same in real time with a page in the browser, which stays open."""
+    program, recording = _files(seconds, folder)
+    name = own_name()
+    with Beside(name, program, CONFIG, recording) as page, Cell(CONFIG) as cell:
+        err.print("open it: the machine starts then")
+        page.wait_for_page(PAGE_S)
+        try:
+            cell.run(
+                program,
+                "builtin:demo",
+                record=recording,
+                clock="realtime",
+                name=name,
+            )
+        except KeyboardInterrupt:
+            return
+        stay()
+
+
+def _files(seconds: float, folder: Path) -> tuple[Path, Path]:
+    """The program, which is written, and the recording."""
+    folder.mkdir(parents=True, exist_ok=True)
+    program = folder / "demo.nc"
+    timed_program(seconds, program, load_config(CONFIG))
+    recording = folder / "demo.npz"
+    recording.unlink(missing_ok=True)
+    return program, recording
+
+
 def run_demo(seconds: float, folder: Path) -> DemoResult:
     """Run both processes on the bundled part for about ``seconds`` of machine
     time; writes demo.nc, .npz and .png.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    program = folder / "demo.nc"
-    config = Path(__file__).parents[1] / "data" / "cell.toml"
-    timed_program(seconds, program, load_config(config))
-    recording = folder / "demo.npz"
-    with Cell(config) as cell:
+    program, recording = _files(seconds, folder)
+    with Cell(CONFIG) as cell:
         run = cell.run(program, "builtin:demo", record=recording)
     plc = dict(run.plc.get("result") or {})
     drawn = bool(plc and run.recorded) and can_draw()

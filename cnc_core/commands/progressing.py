@@ -53,10 +53,10 @@ class Bar:
             self._task, completed=self._read, place=place.strip()
         )
 
-    def share(self, done: float) -> None:
-        """The share of the work that is done."""
+    def share(self, done: float, n: int) -> None:
+        """The share of the work that is done, and N."""
         if self.due or done >= 1.0:
-            self.show(done * self._size)
+            self.show(done * self._size, n)
 
     def program(
         self, program: Any, n: int, cell_s: float | None = None

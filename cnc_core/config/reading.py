@@ -15,7 +15,7 @@ from ..errors import CncError, ConfigError, Place
 from ..files import DATA_BYTES, open_regular
 from .axes import AxisConfig, SpindleConfig
 from .cell import CellConfig
-from .channel import ChannelConfig, StartupConfig
+from .channel import ChannelConfig, HscsConfig, StartupConfig
 from .external import ExternalConfig
 from .inputs import InputConfig, StepConfig
 from .isons import IsonsConfig
@@ -40,6 +40,8 @@ def _known_keys(path: tuple[Any, ...]) -> list[str]:
         return list(
             (IsonsConfig if path[0] == "isons" else OsaiConfig).model_fields
         )
+    if path[:2] == ("channel", "hscs") and len(path) == 4:
+        return list(HscsConfig.model_fields)
     one: dict[str, type[BaseModel]] = {
         "channel": ChannelConfig,
         "startup": StartupConfig,

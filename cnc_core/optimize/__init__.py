@@ -8,13 +8,13 @@ file, ``OUT`` with ``.setup`` behind.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from ..blocks.profile_columns import POINTS
 from ..config import CellConfig
 from .comparison import compare
 from .optimizer import Optimizer
+from .progress import Tick
 from .result import OptimizeResult
 
 
@@ -23,11 +23,14 @@ def optimize(
     setup: Path,
     out: Path,
     cell: CellConfig,
-    tick: Callable[[float], None] = lambda share: None,
+    tick: Tick = lambda _share, _n: None,
     *,
     compared: bool = False,
 ) -> OptimizeResult:
-    """Smooth a program of points; ``compared``: plan it before and after."""
+    """Smooth a program of points; ``compared``: plan it before and after.
+
+    ``tick``: called with the share of the work that is done, and N.
+    """
     result = Optimizer(source, setup, out, cell, tick).run()
     if compared:
         result.comparison = compare(source, out, setup, cell)

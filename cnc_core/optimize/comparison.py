@@ -17,6 +17,7 @@ from ..errors import CncError
 from ..planning import Feeder, plan_program
 from ..program import Program
 from .program_text import BEGIN, SETUP_LINE, expanded, middle
+from .progress import Tick
 
 
 @dataclass(frozen=True)
@@ -56,14 +57,16 @@ def program_before(source: Path, setup: Path, folder: Path) -> Path:
     return path
 
 
-def planned(path: Path, cell: CellConfig) -> Planned | None:
+def planned(path: Path, cell: CellConfig, tick: Tick) -> Planned | None:
     """A program as it is driven; None where it cannot be planned."""
     end = np.zeros(0)
+    size = max(path.stat().st_size, 1)
 
     def look(feeder: Feeder) -> None:
         nonlocal end
         moved = feeder.batch.rows[feeder.batch.motion]
         end = moved["end"][-1].copy() if len(moved) else end
+        tick(feeder.program.bytes_read / size, feeder.n)
 
     try:
         result = plan_program(Program(path, cell, "osai"), look=look)

@@ -37,6 +37,7 @@ FASTER, SLOWER = 2.0, -4.0  # largest changes of a weight's logarithm
 END_VERTICES = 14  # that say where a curve begins to go
 SAMPLES = 8  # of each polynomial, for the time
 GAIN = 2e-5  # share of the time that counts as a gain
+AT_FEED = 1e-6  # share of the time that something else costs
 PATIENCE = 8  # turns without one
 SLOW = 0.5  # of the length: the linear axes rest there
 
@@ -56,7 +57,10 @@ class Curve:
 
 
 class Group:
-    """Least squares, deviations and smoothing of one group of vertices."""
+    """Least squares, deviations and smoothing of one group of vertices.
+
+    ``hurried``: smooth enough where the feed alone limits the curve.
+    """
 
     def __init__(
         self,
@@ -64,8 +68,10 @@ class Group:
         reference: Reference,
         state: FloatArray | None,
         ends: bool,
+        hurried: bool = True,
     ) -> None:
         self.demands, self.reference = demands, reference
+        self.hurried = hurried
         self.state, self.ends = state, ends
         self.linear = demands.linear
 
@@ -251,7 +257,7 @@ class Group:
             if np.max(ratios) <= 1.0 and (found := self.cost(curve)) < cost:
                 idle = 0 if found < cost * (1.0 - GAIN) else idle
                 best, cost = curve, found
-            if idle > PATIENCE:
+            if idle > PATIENCE or self.at_feed(best, cost):
                 break
             weight = [
                 w + _change(ratio / AIM, even)
@@ -259,6 +265,13 @@ class Group:
             ]
             breaks, u = self._by_length(curve, feet)
         return best, cost
+
+    def at_feed(self, curve: Curve | None, cost: float) -> bool:
+        """The feed alone limits the curve."""
+        if curve is None or not self.hurried:
+            return False
+        length = float(curve.breaks[-1] - curve.breaks[0])
+        return cost * self.demands.pace.feed <= length * (1.0 + AT_FEED)
 
     def cost(self, curve: Curve) -> float:
         return duration(

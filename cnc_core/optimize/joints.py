@@ -13,13 +13,8 @@ import numpy as np
 from cnc_core.units import FloatArray
 
 from ..blocks.profile_columns import BLEND, SMOOTH, STOP
-from ..geometry.profiles.blend import (
-    evaluated,
-    gentle_handle,
-    gentle_reach,
-    joining,
-    shifted,
-)
+from ..geometry.profiles import spline
+from ..geometry.profiles.blend import evaluated, shifted
 from .types import Fit, FitReport, Tolerances
 
 USED = 0.97  # share of the tolerance that a piece uses
@@ -28,6 +23,8 @@ JOIN_TRIES = 24
 JUMP = 1e-7
 MOST = 0.45  # of a section that a piece may take
 SAMPLES = 65
+# length of a piece over its reach: found by planning corners of 35 to 150 degrees
+HANDLE = 2.2
 
 
 def join_sections(
@@ -81,7 +78,7 @@ def _round(
     reach = _reach(
         before[1], after[1], turn, ahead.kind, versor, linear, tolerances
     )
-    reach = min(reach, gentle_reach(max(turn, SHARP), USED * tolerances.linear))
+    reach = min(reach, _farthest(max(turn, SHARP), USED * tolerances.linear))
     reach = min(reach, MOST * end, MOST * float(behind.span.sum()))
     limits = np.full(ahead.coef.shape[1], tolerances.other)
     limits[versor], limits[linear] = tolerances.versor, tolerances.linear
@@ -95,7 +92,7 @@ def _round(
             evaluated(ahead.coef[left[0]], left[1]),
             evaluated(behind.coef[right[0]], right[1]),
         )
-        coef = joining(*states, linear, gentle_handle(turn) * reach)
+        coef, size = _joining(*states, linear, HANDLE * reach)
         points = np.vstack(
             [
                 ahead.points[ahead.at > end - reach],
@@ -106,11 +103,6 @@ def _round(
         if deviation <= tolerances.linear and others <= 1.0:
             break
         reach *= 0.8
-    size = float(
-        np.linalg.norm(
-            (coef.sum(axis=1) - coef[:, 0])[linear],
-        )
-    )
     _cut_end(ahead, *left)
     _cut_begin(behind, *right)
     scaled = coef / size ** np.arange(6)
@@ -124,6 +116,36 @@ def _round(
             np.array([SMOOTH]),
         )
     )
+
+
+def _farthest(turn: float, deviation: float) -> float:
+    """Distance from the corner at which the piece begins on straight lines: its
+    middle is ``deviation`` off.
+    """
+    return float(
+        16.0 * deviation / ((16.0 - 5.0 * HANDLE) * np.sin(turn / 2.0))
+    )
+
+
+def _joining(
+    start: FloatArray, end: FloatArray, linear: list[int], length: float
+) -> tuple[FloatArray, float]:
+    """(columns, 6) quintic over 0..1 and the parameter's length: C2 in the
+    parameter, in which the polynomials are driven.  A jump of |P'| would be a
+    stop.
+    """
+    rate = 0.5 * sum(
+        float(np.linalg.norm(state[1][linear])) for state in (start, end)
+    )
+    size = length / max(rate, 1e-300)
+    coef = spline.quintic(
+        start[:1],
+        end[:1],
+        start[None, 1:],
+        end[None, 1:],
+        np.array([size]),
+    )[0]
+    return np.asarray(coef * size ** np.arange(6)), size
 
 
 def _reach(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from ..errors import ERRORS, CncError, Place
 from .columns import OutputColumns
 from .comparison import Planned, planned, program_before, runnable
 from .program_text import expanded
+from .progress import Progress, Tick
 from .reading import Profile, ProgramReader, Settings
 from .result import OptimizeResult
 from .section import Style
@@ -22,7 +22,6 @@ from .writing import Writer, setup_of
 
 # the next one where the one before is no faster than the input
 STYLES: tuple[Style, ...] = ("free", "fine", "keep")
-FIRST_SHARE = 0.9  # of the progress when the first curves are made
 FASTER = 1.0 - 2e-5
 SAME = 1.0005  # of the input's time: not slower
 SAME_TIP = 1.02  # where the feed of the axes has become that of the tip
@@ -33,7 +32,7 @@ Made = list[list[Run]]
 
 
 class Optimizer:
-    """Smooths one program.  ``tick``: called with the share done."""
+    """Smooths one program.  ``tick``: called with the share done, and N."""
 
     def __init__(
         self,
@@ -41,11 +40,10 @@ class Optimizer:
         setup: Path,
         out: Path,
         cell: CellConfig,
-        tick: Callable[[float], None],
+        tick: Tick,
     ) -> None:
         self.source, self.setup, self.out = source, setup, out
-        self.cell, self.tick = cell, tick
-        self._done, self._shown = 0, 0.0
+        self.cell, self._progress = cell, Progress(tick)
 
     def run(self) -> OptimizeResult:
         """Reads, smooths, writes.
@@ -56,7 +54,7 @@ class Optimizer:
         reader = ProgramReader(self.source, self.setup, self.cell)
         reader.first_look()
         lines = expanded(self.source)
-        profiles = reader.profiles(lines)
+        profiles = reader.profiles(lines, self._progress.reading)
         settings = reader.settings(profiles)
         columns = OutputColumns(self.source, self.cell, settings.tolerances)
         writer = Writer(self.out, self.setup, columns)
@@ -92,7 +90,7 @@ class Optimizer:
             self._kept_if_slower(best, lines, SAME_TIP if tip else SAME)
         if before and after and not best.input_kept:
             _compare_ends(best, before, after, settings)
-        self.tick(1.0)
+        self._progress.end()
         return best
 
     def _kept_if_slower(
@@ -140,7 +138,7 @@ class Optimizer:
     def _before(self, cell: CellConfig) -> Planned | None:
         with tempfile.TemporaryDirectory() as folder:
             program = program_before(self.source, self.setup, Path(folder))
-            return planned(program, cell)
+            return planned(program, cell, self._progress.timing)
 
     def _after(
         self, result: OptimizeResult, cell: CellConfig
@@ -148,23 +146,16 @@ class Optimizer:
         """The output as it is driven; None where it is not planned."""
         if result.time_before_s is None or result.points_in > TIMED_POINTS:
             return None
-        return planned(self.out, cell)
+        return planned(self.out, cell, self._progress.writing)
 
     def _all_smoothed(
         self, smoother: Smoother, profiles: list[Profile]
     ) -> Made:
-        self._done = 0
-        total = max(1, sum(len(profile.points) for profile in profiles))
+        self._progress.begin_curves(sum(len(p.points) for p in profiles))
         return [
-            smoother.smoothed(profile, lambda n: self._advance(n, total))
+            smoother.smoothed(profile, self._progress.curve)
             for profile in profiles
         ]
-
-    def _advance(self, points: int, total: int) -> None:
-        self._done += points
-        share = FIRST_SHARE * min(self._done / total, 1.0)
-        self._shown = max(self._shown, share)
-        self.tick(self._shown)
 
 
 def _time(result: OptimizeResult) -> float:

@@ -19,6 +19,7 @@ from ..frontend.port import OfflinePort, Wait
 from ..geometry.profiles.points import Points
 from .columns import OutputColumns
 from .program_text import BEGIN, CALL, middle
+from .progress import Tick
 from .types import Tolerances
 
 MODES = {"G63": BLEND, "G66": STOP, "G67": PASS}
@@ -72,11 +73,11 @@ class ProgramReader:
                 909205, "PNT: the Path Optimizer takes points", "Format"
             )
 
-    def profiles(self, lines: list[str]) -> list[Profile]:
+    def profiles(self, lines: list[str], tick: Tick) -> list[Profile]:
         """Every profile of the program; a program without G61 is one."""
         # the reader knows of calls that are left
         if any(BEGIN.match(line) or CALL.match(line) for line in lines):
-            return self._read(self.source, 0)
+            return self._read(self.source, 0, tick)
         first, last = middle(lines)
         if first is None:
             raise CncError(
@@ -94,20 +95,23 @@ class ProgramReader:
                 *lines[last:],
             ]
             path.write_text("\n".join(text) + "\n", encoding="utf-8")
-            return self._read(path, first)
+            return self._read(path, first, tick)
 
-    def _read(self, path: Path, inserted: int) -> list[Profile]:
+    def _read(self, path: Path, inserted: int, tick: Tick) -> list[Profile]:
         machine = self.cell.program_machine()
         reader = OsaiFrontEnd(
             path, machine, OfflinePort(machine.start), setup=self.setup
         )
         self._variables = reader.variables
+        size = max(path.stat().st_size, 1)
         found: list[tuple[ProfileSpec, list[Points]]] = []
         try:
             while (item := reader.read(READ_ROWS)) is not None:
                 if isinstance(item, Wait) or item.profile is None:
                     continue
                 chunk = item.profile
+                last = int(chunk.number[-1]) if len(chunk.number) else 0
+                tick(reader.bytes_read / size, last)
                 if not found or found[-1][0] is not chunk.spec:
                     found.append((chunk.spec, []))
                 found[-1][1].append(Points.of(chunk))

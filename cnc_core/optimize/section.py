@@ -94,11 +94,16 @@ class SectionFitter:
         self.demands = Demands(
             linear, self.kinds, self.limits, self.condition, t, self.pace
         )
+        # parameter of each point, along the whole section
+        self.at = np.zeros(len(values))
+        far = np.linalg.norm((values[-1] - values[0])[linear])
+        self.line = len(values) == 2 and begin is None and bool(far > SHORTEST)
+        if self.line:
+            self.at[1] = far
+            return
         self.driven = driven(values, linear, degree, begin)
         self.reference = reference_of(values, linear, t.linear, self.driven)
         self.vertex = np.flatnonzero(self.reference.given)  # of each point
-        # parameter of each point, along the whole section
-        self.at = np.zeros(len(values))
 
     def fit(
         self, report: FitReport, tick: Callable[[int], None]
@@ -109,6 +114,8 @@ class SectionFitter:
         Where a group that keeps the driven curve does not meet the one before
         within the tolerance, all keep it.
         """
+        if self.line:
+            return self._straight(report, tick)
         own = FitReport()
         made = self._groups(own, tick)
         if (
@@ -123,6 +130,24 @@ class SectionFitter:
         for name in ("polyline_points", "groups", "kept"):
             setattr(report, name, getattr(report, name) + getattr(own, name))
         return made
+
+    def _straight(
+        self, report: FitReport, tick: Callable[[int], None]
+    ) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Two points between edges, as ``fit``."""
+        coef = np.zeros((1, self.values.shape[1], DEGREE + 1))
+        coef[0, :, 0] = self.values[0]
+        coef[0, :, 1] = (self.values[1] - self.values[0]) / self.at[1]
+        cuts = 1
+        if self.tolerances.longest > 0.0:
+            cuts = int(np.ceil(self.at[1] / self.tolerances.longest))
+        report.polyline_points += 2
+        report.groups += 1
+        tick(1)
+        spans = np.full(cuts, self.at[1] / cuts)
+        coef = np.repeat(coef, cuts, axis=0)
+        coef[:, :, 0] += coef[:, :, 1] * (np.arange(cuts) * spans)[:, None]
+        return coef, spans, np.zeros(cuts, np.int64)
 
     def _groups(
         self, report: FitReport, tick: Callable[[int], None]
@@ -186,7 +211,13 @@ class SectionFitter:
         reference.u = reference.u - reference.u[0]
         bends = self._bends(self.values[a : end + 1])
         report.polyline_points += len(bends)
-        fit = Group(self.demands, reference, state, end == len(self.values) - 1)
+        fit = Group(
+            self.demands,
+            reference,
+            state,
+            end == len(self.values) - 1,
+            hurried=self.style == "free",
+        )
         at_cut = reference.u[self.vertex[cut] - self.vertex[a]]
         bent = reference.u[self.vertex[a:][bends] - self.vertex[a]]
         curve = None
@@ -265,6 +296,8 @@ class SectionFitter:
         if self.style != "free":
             tried, cost = [(_halved(points), True)], np.inf
         for breaks, even in tried:
+            if fit.at_feed(best, cost):
+                break
             found, its = fit.relaxed(breaks, u, even)
             if found is not None and its < cost * (1.0 - WORTH):
                 best, cost = found, its

@@ -55,10 +55,10 @@ class Smoother:
         self._columns, self._style, self.result = columns, style, result
 
     def smoothed(
-        self, profile: Profile, tick: Callable[[int], None]
+        self, profile: Profile, tick: Callable[[int, int], None]
     ) -> list[Run]:
         """Runs of the profile: polynomials and their points, or a G00 line of
-        the machine's axes (True).
+        the machine's axes (True).  ``tick``: points of a curve, and its last N.
         """
         spec, result = profile.spec, self.result
         result.profiles += 1
@@ -135,7 +135,7 @@ class Smoother:
         points: Points,
         at: int,
         spec: ProfileSpec,
-        tick: Callable[[int], None],
+        tick: Callable[[int, int], None],
     ) -> Fit:
         """Stages 2 to 6 of the points between two G00 lines; ``at``: number of
         the first one.
@@ -168,7 +168,8 @@ class Smoother:
                 self._pace(spec, section),
                 self._style,
             )
-            coef, span, first = fitter.fit(report, tick)
+            told = _with_number(points[a : b + 1], tick)
+            coef, span, first = fitter.fit(report, told)
             after = np.full(len(span), SMOOTH, np.int64)
             ended = b == len(points) - 1
             after[-1] = STOP if ended else int(points.after[b])
@@ -346,3 +347,17 @@ def _curvature(j: FloatArray) -> FloatArray:
     second = j[:, 2]
     across = second - (second * t).sum(axis=1)[:, None] * t
     return np.asarray(across / speed**2)
+
+
+def _with_number(
+    points: Points, tick: Callable[[int, int], None]
+) -> Callable[[int], None]:
+    """Tells N beside a count of points of this section."""
+    done = 0
+
+    def told(count: int) -> None:
+        nonlocal done
+        done += count
+        tick(count, int(points.number[min(done, len(points) - 1)]))
+
+    return told

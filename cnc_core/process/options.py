@@ -6,6 +6,7 @@ import inspect
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
+from functools import cache
 from pathlib import Path
 from typing import Any, TypedDict, TypeVar
 
@@ -97,7 +98,7 @@ class RunKeywords(TypedDict, total=False):
     dialect: str | None
     lenient: bool
     out: str | Path | None
-    record: str | Path | None
+    record: str | Path | bool | None
     autostart: bool
     hold_start: bool
     watch: Any
@@ -170,21 +171,27 @@ class CncOptions:
 
     def as_json(self) -> str:
         """The options as the process takes them on its command line."""
-        text: bytes = _adapter().dump_json(self)
+        text: bytes = options_adapter().dump_json(self)
         return text.decode()
 
     @classmethod
     def from_json(cls, text: str) -> CncOptions:
         """The options of ``as_json``; ValueError if they are none."""
-        options: CncOptions = _adapter().validate_json(text)
+        options: CncOptions = options_adapter().validate_json(text)
         return options
 
 
-def _adapter() -> Any:
+@cache
+def options_adapter() -> Any:
     """pydantic's reader and writer; imported by the processes that need it."""
     from pydantic import TypeAdapter  # noqa: PLC0415
 
     return TypeAdapter(CncOptions)
+
+
+def names_of(given: Any) -> tuple[str, ...]:
+    """One name, or several."""
+    return (given,) if isinstance(given, str) else tuple(given)
 
 
 def _not_negative(name: str, value: float, unit: str = "s") -> None:

@@ -13,9 +13,20 @@ from ..errors import CncError
 from .reading import Recording, Table
 from .schema import is_wall
 
+Floats = npt.NDArray[np.float64]
 PLACES = {"time": "t", "distance": "s", "line": "line"}
-# along the path: what differs where the speed differs, and the tables that do not
-NOT_ALONG_THE_PATH = ("cycle", "t", "fetched", "acknowledged")
+# along the path: what differs where the speed or the start differs, and the
+# tables that do not; ``start`` of the elements tells the resets that ``epoch``
+# counts since the start of the CNC
+NOT_ALONG_THE_PATH = (
+    "cycle",
+    "t",
+    "fetched",
+    "acknowledged",
+    "epoch",
+    "elements_ahead",
+    "phases_ahead",
+)
 ALONG_THE_PATH = ("cycles", "functions", "elements")
 
 
@@ -221,7 +232,7 @@ def _along(
     allowed: Mapping[str, float],
 ) -> None:
     """The cycles of ``a`` where the path goes on, each against ``b`` at the same
-    place: numbers between two cycles, states of the cycle that comes to it.
+    place: numbers between two cycles, states of one of both.
     """
     a.check(place)
     b.check(place)
@@ -233,6 +244,7 @@ def _along(
         return
     both = (where >= there[0]) & (where <= there[-1])
     lines = a["line"][index] if "line" in a.columns else None
+    beside = _Beside(where, there)
     for column in a.columns:
         if (
             column not in b.columns
@@ -240,30 +252,73 @@ def _along(
             or column in (*NOT_ALONG_THE_PATH, place)
         ):
             continue
-        here, beside = a[column][index], b[column][other]
-        if here.dtype.kind == "f" and place == "s":
-            value = np.interp(where, there, beside)
-        else:
-            value = beside[
-                np.minimum(np.searchsorted(there, where), len(there) - 1)
-            ]
+        here, values = a[column][index], b[column][other]
         bound = _allowed(a.name, column, allowed)
-        if bound == 0.0 and here.dtype.kind == "f":
-            bound = 1e-9 * max(1.0, float(np.abs(here).max()))
-        away = _away(here, value, bound) & both
+        away = (
+            beside.off_the_curve(here, values, bound)
+            if here.dtype.kind == "f" and place == "s"
+            else beside.no_such_state(here, values, bound)
+        )
+        away &= both
         if away.any():
             i = int(np.argmax(away))
             out.add(a.name, column, int(away.sum()))
             line = int(lines[i]) if lines is not None else 0
-            values = here[i].item(), value[i].item()
-            out.note(Difference(a.name, int(index[i]), column, *values, line))
+            pair = here[i].item(), values[beside.at[i]].item()
+            out.note(Difference(a.name, int(index[i]), column, *pair, line))
     _ends(out, a, where, there)
 
 
-def _away(a: Any, b: Any, bound: float) -> npt.NDArray[np.bool_]:
-    if a.dtype.kind == "f":
-        return np.asarray(np.abs(a - b) > bound)
-    return np.asarray(np.abs(a.astype(np.int64) - b.astype(np.int64)) > bound)
+class _Beside:
+    """Places of one run among those of another one.
+
+    ``at``: the cycle that comes to a place or beyond it; ``before``: the one
+    before, or the same where a cycle ends at this very place.
+    """
+
+    def __init__(self, where: Floats, there: Floats) -> None:
+        found = np.searchsorted(there, where)
+        self.at = np.minimum(found, len(there) - 1)
+        very = there[self.at] == where
+        self.before = np.where(very, self.at, np.maximum(self.at - 1, 0))
+        begin, end = there[self.before], there[self.at]
+        self._way, self._left = where - begin, end - where
+        self._length = np.where(self.at > self.before, end - begin, 1.0)
+        self._step = np.diff(there)
+
+    def off_the_curve(
+        self, here: Floats, values: Floats, bound: float
+    ) -> npt.NDArray[np.bool_]:
+        """Where a number is not between its neighbours, but for ``bound`` and
+        rounding.
+
+        Between two cycles the slope may change as much as to the next ones: a
+        bend of the path at any place between them, a step, an arc.
+        """
+        first, last = values[self.before], values[self.at]
+        line = first + (last - first) * (self._way / self._length)
+        bound = max(bound, 1e-9 * max(1.0, float(np.abs(here).max())))
+        off = np.abs(here - line)
+        away = np.asarray(off > bound)
+        if away.any() and len(values) > 2:
+            turn = np.abs(np.diff(np.diff(values) / self._step))
+            turn = np.concatenate([[0.0], turn, [0.0]])
+            bend = np.maximum(turn[self.before], turn[self.at])
+            room = 2.0 * bend * self._way * self._left / self._length
+            away &= off > bound + np.maximum(room, 0.0)
+        return away
+
+    def no_such_state(
+        self, here: Any, values: Any, bound: float
+    ) -> npt.NDArray[np.bool_]:
+        """Where a state is none of those that the other run goes through."""
+        first, last = values[self.before], values[self.at]
+        if here.dtype.kind != "f":
+            here, first, last = (
+                side.astype(np.int64) for side in (here, first, last)
+            )
+        low, high = np.minimum(first, last), np.maximum(first, last)
+        return np.asarray((here < low - bound) | (here > high + bound))
 
 
 def _places(

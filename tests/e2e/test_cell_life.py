@@ -12,9 +12,11 @@ from pathlib import Path
 import pytest
 
 from support.command_line import Outcome, command, wait_for_segment
+from support.warm_commands import Server
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
+Start = Callable[..., "subprocess.Popen[str]"]
 LONG = "G1 F600 X1000\nM30\n"
 SHORT = "G1 F6000 X1\nM30\n"
 PLC = """
@@ -30,9 +32,15 @@ class Counting:
 """
 
 
-def started(*arguments: object) -> subprocess.Popen[str]:
+@pytest.fixture(scope="module")
+def start(warm_commands: Server) -> Start:
+    """A command that goes on beside the test."""
+    return lambda *arguments: started(warm_commands.command(*arguments))
+
+
+def started(command: list[str]) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        command(*arguments),
+        command,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -49,13 +57,17 @@ def told(process: subprocess.Popen[str], text: str) -> str:
     raise AssertionError(f"ended without {text!r}")
 
 
-@pytest.fixture
-def cell(program: Write) -> Iterator[str]:
+@pytest.fixture(scope="module")
+def cell(
+    start: Start, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[str]:
     """The name of a cell that runs in real time, with a PLC that counts."""
     name = f"t{os.getpid()}-life"
-    plc = program(PLC, "counting.py")
-    process = started(
-        *("run", program(LONG, "long.nc"), "--plc", plc),
+    folder = tmp_path_factory.mktemp("cell")
+    (plc := folder / "counting.py").write_text(PLC)
+    (part := folder / "long.nc").write_text(LONG)
+    process = start(
+        *("run", part, "--plc", plc),
         *("--clock", "realtime", "--name", name),
     )
     wait_for_segment(process, name)
@@ -99,9 +111,9 @@ def test_watch_shows_a_structure_with_units(cli: Cli, cell: str) -> None:
     assert row["gpCh[0].bahn_state"]["command_feed_r"] == 10000
 
 
-def test_watch_ends_by_ctrl_c(cell: str) -> None:
+def test_watch_ends_by_ctrl_c(start: Start, cell: str) -> None:
     """Status 130, no traceback."""
-    process = started(
+    process = start(
         *("watch", "gpCh[0].bahn_state.override_r", "--name", cell),
         *("--interval", 0.05, "--json"),
     )
@@ -133,15 +145,15 @@ def test_the_cnc_tells_of_its_plc(program: Write) -> None:
     """Attached, started, completed, lost, came back: each with its times."""
     name = f"t{os.getpid()}-told"
     plc = program(PLC, "counting.py")
-    cnc = started("cnc", program(SHORT), "--name", name)
-    first = started("plc", plc, "--name", name)
+    cnc = started(command("cnc", program(SHORT), "--name", name))
+    first = started(command("plc", plc, "--name", name))
     for text in ("PLC attached", "part.nc started", "program completed"):
         assert " s  " in told(cnc, text)
     assert name in told(first, "attached")
     os.killpg(first.pid, signal.SIGKILL)
     first.communicate(timeout=60)
     told(cnc, "PLC lost")
-    second = started("plc", plc, "--name", name)
+    second = started(command("plc", plc, "--name", name))
     told(cnc, "PLC came back")
     os.killpg(cnc.pid, signal.SIGINT)
     cnc.communicate(timeout=60)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cnc_core import Cell, CellConfig, CncError
+from cnc_core import Cell, CellConfig, CncError, Recording
 from cnc_core.cell import worker
 from cnc_core.config import load_config
 from cnc_core.config.reading import config_of, config_text
@@ -30,7 +30,7 @@ def part(tmp_path: Path) -> Path:
 
 
 def test_runs_of_a_worker_are_those_of_new_processes(part: Path) -> None:
-    """The first run starts processes anew, the others come from the worker."""
+    """All come from the worker."""
     results = []
     for _ in range(4):
         with Cell() as cell:
@@ -129,3 +129,41 @@ def test_check_raises_with_the_reason(part: Path) -> None:
         result.check()
     assert f"{part}:2:5: 900004" in str(error.value)
     assert "N20 FOO" in str(error.value)
+
+
+def test_columns_of_a_recorded_run(part: Path) -> None:
+    """A row a cycle; a watched symbol is that of the last scan; the recording
+    goes with its last reader.
+    """
+    with Cell() as cell:
+        result = cell.run(part, record=True, watch=DISTANCE).check()
+    columns = result.columns
+    assert len({len(column) for column in columns.values()}) == 1
+    assert columns["X"][-1] == pytest.approx(2.0)
+    assert columns["v"].max() == pytest.approx(1000.0 / 60.0)
+    seen, shown = columns[DISTANCE], columns["dist_prog_start"]
+    assert np.array_equal(seen[1:], shown[1:])
+    assert result.recording is not None
+    folder = result.recording.path.parent
+    assert folder.is_dir()
+    del result, columns
+    assert not folder.exists()
+
+
+def test_columns_of_a_named_recording(part: Path, tmp_path: Path) -> None:
+    """The same from a file; an export that nobody reads has none."""
+    target = tmp_path / "run.npz"
+    with Cell() as cell:
+        result = cell.run(part, "none", record=target).check()
+        export = cell.run(part, "none", record=tmp_path / "run.csv").check()
+    assert np.array_equal(result.columns["X"], Recording(target).cycles["X"])
+    assert target.exists()
+    assert not export.columns
+
+
+def test_an_unknown_column_is_told(part: Path) -> None:
+    """With the columns that there are, and how to get the others."""
+    with Cell() as cell:
+        result = cell.run(part, watch=DISTANCE).check()
+    with pytest.raises(KeyError, match=r"'v'; there are: t, gpCh.*record=True"):
+        result.columns["v"]

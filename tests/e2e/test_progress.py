@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import pty
 import re
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from support.command_line import command
+from support.osai_programs import SETUP_3, changed
 
 Write = Callable[..., Path]
 BLOCKS = 2_000
@@ -62,6 +64,22 @@ def test_a_terminal_sees_how_far_it_is(part: Path, name: str) -> None:
     assert re.search(r" N\d+", shown)
     if name in ("plan", "run"):
         assert re.search(r" N\d+ \d+\.\d s", shown)
+
+
+def test_a_terminal_sees_how_far_the_optimizer_is(tmp_path: Path) -> None:
+    """The same of ``optimize``."""
+    points = [
+        f"N{10 * i} X{0.2 * i:.2f} Y{math.sin(0.02 * i):.4f} Z0"
+        for i in range(1, 200)
+    ]
+    file, setup = tmp_path / "in.osai", tmp_path / "SETUP"
+    file.write_text("\n".join(["G1 F6000", "X0 Y0 Z0", *points, "M30"]) + "\n")
+    setup.write_text(
+        changed(SETUP_3, CRV=None) + "(SMT,0.02,0.02,0.002,1,1,1,G66,G66,G66)\n"
+    )
+    status, shown = on_terminal("optimize", file, setup, tmp_path / "out.osai")
+    assert status == 0
+    assert re.search(r"[1-9]\d*% N\d+", shown)
 
 
 def test_no_terminal_no_progress(

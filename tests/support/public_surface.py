@@ -8,7 +8,6 @@ import hashlib
 import importlib
 import inspect
 import json
-import subprocess
 from collections.abc import Callable, Iterator
 from enum import Enum
 from itertools import pairwise
@@ -17,7 +16,7 @@ from typing import Any, get_args
 
 import typer
 
-from support.command_line import T1, command
+from support.command_line import T1, Outcome
 
 MODULES = ("cnc_core", "hli", "plc_client", "plc_client.blocks")
 PLAIN = (int, float, str, bool, bytes, type(None))
@@ -197,31 +196,22 @@ def _paths(value: Any, path: str = "") -> Iterator[str]:
         yield f"{path}: {'number' if number else type(value).__name__}"
 
 
-def _printed(folder: Path, *arguments: str) -> str:
-    return subprocess.run(
-        command(*arguments, "--json"),
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    ).stdout
-
-
-def json_keys(folder: Path) -> list[str]:
-    """Keys that the commands print; ``types`` as a digest of the whole layout."""
+def json_keys(folder: Path, cli: Callable[..., Outcome]) -> list[str]:
+    """Keys that the commands print in a folder; ``types`` as a digest of the
+    whole layout.
+    """
     (folder / "part.nc").write_text(T1)
     (folder / "wrong.nc").write_text(WRONG)
     lines = []
     for name, arguments in RUNS.items():
         found = {
             path
-            for line in _printed(folder, *arguments).splitlines()
+            for line in cli(*arguments, "--json").out.splitlines()
             for path in _paths(json.loads(line))
         }
         assert found, name
         lines += [f"{name}: {path}" for path in sorted(found)]
-    layout = json.loads(_printed(folder, "types"))
+    layout = cli("types", "--json").json
     text = json.dumps(layout, sort_keys=True).encode()
     return [*lines, f"types: sha256 {hashlib.sha256(text).hexdigest()}"]
 

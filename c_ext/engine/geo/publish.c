@@ -83,10 +83,10 @@ static void publish_bahn(struct engine *engine) {
     show_u32(&bahn_state->command_feed_r, (uint32_t)dint(geo->feed * 1000.0));
     bool external =
         engine->orders.ext_speed < NEVER && motion && piece->dir < 0;
+    double speed = geo_path_speed(engine);
+    engine->recording.path_speed = speed;
     show_u32(&bahn_state->active_feed_r,
-             (uint32_t)dint(
-                 (external ? -geo_path_speed(engine) : geo_path_speed(engine))
-                 * 1000.0));
+             (uint32_t)dint((external ? -speed : speed) * 1000.0));
     engine->recording.stops = stop_conditions(engine);
     show_u32(&bahn_state->stop_condition_r, engine->recording.stops);
     show_u32(&bahn_state->tool_nr_r, (uint32_t)geo->tool);

@@ -49,7 +49,9 @@ void record_cycle(struct engine *engine) {
     if (!recording->samples.rows) {
         return;
     }
-    double speed = geo_path_speed(engine), cycle_s = engine->cfg.cycle_s;
+    double speed = engine->hli.segment ? recording->path_speed
+                                       : geo_path_speed(engine),
+           cycle_s = engine->cfg.cycle_s;
     double acceleration = (speed - recording->speed) / cycle_s;
     double jerk = (acceleration - recording->acceleration) / cycle_s;
     recording->speed = speed;

@@ -29,7 +29,7 @@ void *record_room(struct record_ring *ring) {
     if (!ring->rows || ring_full(ring)) {
         return NULL;
     }
-    return ring->rows + (size_t)(ring->head % ring->size) * ring->bytes;
+    return ring->rows + (size_t)ring->at * ring->bytes;
 }
 
 void *record_next(struct record_ring *ring) {
@@ -41,5 +41,6 @@ void *record_next(struct record_ring *ring) {
 }
 
 void record_put(struct record_ring *ring) {
+    ring->at = ring->at + 1 < ring->size ? ring->at + 1 : 0;
     ATOMIC_SET(ring->head, ring->head + 1);
 }

@@ -489,14 +489,16 @@ typedef struct record_ring {
     char *rows;
     size_t bytes;             /* of a row */
     int64_t size, head, tail; /* rows */
+    int64_t at;               /* place of the row behind `head` */
     uint64_t lost;
 } record_ring;
 
 typedef struct recording {
     struct record_ring samples, functions, requests;
     double speed, acceleration; /* of the sample before */
-    double known;   /* 0.1 um: end of the contour that is shown (published) */
-    uint32_t stops; /* stop_condition_r as published */
+    double known; /* 0.1 um: end of the contour that is shown (published) */
+    double path_speed; /* as published */
+    uint32_t stops;    /* stop_condition_r as published */
 } recording;
 
 typedef struct cycle_timing {

@@ -16,4 +16,23 @@ double scaled_distance(const nc_smooth *smooth,
 
 /* Position on the chord behind node i at the contour parameter t. */
 void on_chord(const nc_smooth *smooth, int i, double t, double *position);
+
+/* bends.c */
+/* The curve over a chord: a cubic with its direction at both ends. */
+typedef struct bend {
+    /* main axes, scaled; directions as long as the derivatives */
+    double from[3], chord[3], into[3], out[3];
+    int count;      /* points that it is made of */
+    double sagitta; /* by which the lines between them leave it */
+} bend;
+
+bool is_bent_row(const nc_block *row);
+/* The curve of a row from the programmed position on; false: it is driven as
+ * the chord. */
+bool bend_of(nc_smooth *smooth, const nc_block *row, bend *out);
+/* The main axes of a point, share 0 to 1. */
+void bend_at(const nc_smooth *smooth,
+             const bend *bend,
+             double share,
+             double *position);
 #endif

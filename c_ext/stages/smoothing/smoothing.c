@@ -19,6 +19,7 @@ void nc_smooth_free(nc_smooth *smooth) {
 
 void nc_smooth_get_stats(const nc_smooth *smooth, nc_smooth_stats *out) {
     *out = smooth->stats;
+    out->deviation += smooth->bulge;
 }
 
 /* The section begins anew at the programmed position. */
@@ -237,12 +238,39 @@ static void arc_points(nc_smooth *smooth, const nc_block *row) {
     }
 }
 
+/* The programmed position gets to the points of a chord's curve. */
+static void curve_points(nc_smooth *smooth,
+                         const nc_block *row,
+                         const struct bend *bend) {
+    double from[NC_AXES];
+    double programmed = smooth->programmed;
+    memcpy(from, smooth->last, sizeof from);
+    for (int k = 1; k <= bend->count; k++) {
+        double share = (double)k / bend->count;
+        for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+            smooth->last[axis] =
+                from[axis]
+                + share * (row->end[axis] * smooth->scale[axis] - from[axis]);
+        }
+        bend_at(smooth, bend, share, smooth->last);
+        smooth->programmed = programmed + share * row->length;
+        if (scaled_distance(smooth, last_node(smooth)->position, smooth->last)
+            > ZERO) {
+            section_point(smooth, row, bend->sagitta);
+        }
+    }
+    if (row->end_speed > 0.0f) {
+        slow_point(smooth, row->end_speed);
+    }
+}
+
 static bool smoothable(const nc_smooth *smooth, const nc_block *row) {
     if (!(smooth->tol > 0.0) || (row->flags & NC_RAPID)
         || row->type == NC_POLYNOMIAL || !(row->feed > 0.0)) {
         return false;
     }
-    if (smooth->longest > 0.0 && row->length > smooth->longest) {
+    if (smooth->longest > 0.0 && row->length > smooth->longest
+        && !is_bent_row(row)) {
         return false;
     }
     if (row->type == NC_CIRCULAR) {
@@ -265,6 +293,7 @@ static void take_motion(nc_smooth *smooth,
                         const nc_block *row,
                         const double *pool) {
     if (!smoothable(smooth, row)) {
+        smooth->is_bent = false;
         exact_motion(smooth, row, pool);
         return;
     }
@@ -275,14 +304,23 @@ static void take_motion(nc_smooth *smooth,
     }
     smooth->feed = row->feed;
     smooth->feed_flags = flags;
-    if (row->type == NC_CIRCULAR) {
+    struct bend bend;
+    bool curved = bend_of(smooth, row, &bend);
+    if (row->type == NC_CIRCULAR || curved) {
         node_here(smooth);
     }
     bool function =
         smooth->has_function && row->count == smooth->function_count;
-    emit_hold(smooth, row, last_node(smooth)->t, true);
+    nc_block seen = *row;
+    if (is_bent_row(row)) {
+        seen.degree = 0;
+        seen.center[0] = seen.center[1] = seen.radius = 0.0;
+    }
+    emit_hold(smooth, &seen, last_node(smooth)->t, true);
     if (row->type == NC_CIRCULAR) {
         arc_points(smooth, row);
+    } else if (curved) {
+        curve_points(smooth, row, &bend);
     } else {
         line_point(smooth, row);
     }

@@ -5,6 +5,7 @@
  * docs/explanation/smoothing.md has the mathematics.  From top to bottom:
  *
  * smoothing.c: rows to points of the contour.
+ * bends.c: chords that stand for a piece of a curve.
  * sections.c: points to sections, which end at corners and on long lines.
  * window.c: one section through a sliding window, and its fallback.
  * knots.c, sites.c, iterate.c: knots, points that pull, weights of a window.

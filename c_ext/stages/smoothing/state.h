@@ -120,6 +120,10 @@ struct nc_smooth {
     bool has_function; /* rows that are not motion came with this block_count
                           last */
     uint32_t function_count;
+    /* direction of the curve where the last chord of one has ended, scaled */
+    double bent[3];
+    bool is_bent;
+    double bulge;            /* largest distance of a curve from its chord */
     double skipped;          /* farthest point left out behind the last node */
     left_out left[LEFT_OUT]; /* these points, or every so many of them */
     int left_n;

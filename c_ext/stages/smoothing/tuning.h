@@ -33,6 +33,15 @@
  * tests/property/test_smoothing.py. */
 #define SAGITTA 0.05
 
+/* A curve that stays so close to its chord is driven as the chord. Unit:
+ * share of the tolerance. Evidence:
+ * tests/unit/frontend/isons/test_isons_bends.py. */
+#define BULGE 0.5
+
+/* A chord whose curve turns away from it by more is a chord only. Unit: cosine.
+ * Evidence: as above. */
+#define BEND_COS 0.25
+
 /* Turn that one knot span may take. Unit: rad. Evidence:
  * bench/test_bench_smoothing.py. */
 #define TURN_PER_SPAN 0.18

@@ -25,6 +25,7 @@ from cnc_core.frontend.base.block_text import (
     read_line,
 )
 from cnc_core.frontend.base.flow import START, Level
+from cnc_core.frontend.base.guess import guess
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.reader import BlockReader
 from cnc_core.frontend.base.scanner import Modal, MotionWords, Row, Rules
@@ -36,7 +37,7 @@ from cnc_core.frontend.osai.profile import Context, PointProfile, Profile
 from cnc_core.frontend.osai.setup import Records, SetupFile
 from cnc_core.frontend.osai.spec import Active, build, check, unused
 from cnc_core.frontend.osai.variables import Variables, assignment
-from cnc_core.frontend.osai.words import Words, parse
+from cnc_core.frontend.osai.words import Words, parse, unknown_word
 from cnc_core.units import FloatArray
 
 from ..port import ChannelPort, Wait
@@ -49,6 +50,7 @@ PROFILES: dict[str, type[Profile]] = {
 CODE = re.compile(
     r"\s*\(\s*([A-Za-z][A-Za-z0-9_]{2})\s*(?:,\s*([^)]*?)\s*)?\)\s*$"
 )
+MEANT_SETUP = re.compile(r"[^(]*\(\s*H[A-Z]*", re.I)
 ASSIGNMENT = re.compile(r"\s*(?:N[0-9]+\s*)?([EL][0-9]+|JRS)\s*=")
 NUMBERED = re.compile(r"\s*N[0-9]+\s*(?=\()")
 END_OR_BEGIN = re.compile(rb"^[ \t]*(?:N[0-9]+[ \t]*)?G6[01]\b", re.M)
@@ -56,6 +58,7 @@ BEGIN = re.compile(r"[ \t]*(?:N[0-9]+[ \t]*)?G61\b")
 DEGREES = (3, 4, 5)
 SUPPORTED_G = {0, 1, 60, 61, 70, 71, 90, 91}
 ARCS = (2, 3)
+NO_MAIN = "PIJKR"  # words of G61 and of arcs
 STANDARD_M = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 30}
 GROUPS = ((0, 1), (70, 71), (90, 91))
 
@@ -86,7 +89,7 @@ class OsaiFrontEnd(BlockReader):
         self._axes = {
             name: i for i, name in enumerate(machine.axes) if len(name) == 1
         }
-        self._letters = "".join(self._axes) + "FSTPIJKR"
+        self._letters = "".join(self._axes) + "FST"
         self._variables = Variables()
         self._given = setup
         self._setup = SetupFile(setup) if setup else None
@@ -167,12 +170,16 @@ class OsaiFrontEnd(BlockReader):
             raise fail(
                 909221, "a polynomial outside G61 .. G60", text.index("<")
             )
-        return self._words(parse(text, self._variables, self._letters), text)
+        return self._words(
+            parse(text, self._variables, self._letters, more=NO_MAIN), text
+        )
 
     def _code(self, text: str, block: BlockText) -> None:
         """A three-letter code."""
         begin = text.index("(")
         found = CODE.match(text)
+        # a setup is meant: that none is open needs no error of its own
+        self._no_setup |= bool(MEANT_SETUP.match(text))
         if not found:
             raise fail(
                 900010, "a three-letter code has the form (CODE,...)", begin
@@ -191,7 +198,8 @@ class OsaiFrontEnd(BlockReader):
         else:
             raise fail(
                 900003 if code.isupper() else 900002,
-                f"({code}) is not supported",
+                f"({code}) is not supported"
+                + guess(code, ("HSM", "CLS", *codes.VIRTUALISATIONS)),
                 begin,
             )
 
@@ -200,7 +208,7 @@ class OsaiFrontEnd(BlockReader):
             raise fail(909201, "(HSM,file) names no setup file", offset)
         path = self._given or self._beside(name, offset)
         if path is None:
-            self._setup, self._no_setup = None, True
+            self._setup = None
             raise fail(909201, f"setup file {name} not found", offset)
         self._setup = SetupFile(path, self._reach(path))
         records, errors = self._setup.resolve(self._variables)
@@ -282,12 +290,10 @@ class OsaiFrontEnd(BlockReader):
         if 60 in words.g:
             raise fail(909221, "G60 without G61", words.g[60])
         unknown = next(
-            (letter for letter in "PIJKR" if letter in words.values), None
+            (letter for letter in NO_MAIN if letter in words.values), None
         )
         if unknown:
-            raise fail(
-                909226, f"unknown word {unknown}", words.offsets[unknown]
-            )
+            raise unknown_word(unknown, self._letters, words.offsets[unknown])
         return self._functions(words) + self._motion(words) + self._stops(words)
 
     def _functions(self, words: Words) -> list[Row | Wait]:

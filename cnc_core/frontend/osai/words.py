@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from cnc_core.errors import ERRORS
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.osai.variables import (
     MOVEMENT,
@@ -44,15 +44,18 @@ def parse(
     variables: Variables,
     letters: str,
     warn_unset: list[str] | None = None,
+    more: str = "",
 ) -> Words:
     """Words made of ``letters``, N, G and M; an axis letter that is none of
     them is an unknown word.
+
+    ``more``: letters that are read, too, but that no error proposes.
     """
     words, at = Words(), 0
     while text[at:].strip():
         found = WORD.match(text, at)
         if not found:
-            raise _malformed(text, at)
+            raise _malformed(text, at, letters, more)
         letter, offset = found[1], found.start(1)
         if found[4]:
             index = variable_number(found[5], found[4], found.start(4))
@@ -69,7 +72,9 @@ def parse(
                 f"{letter}: {shortened(found[0].strip()[1:])} is out of range",
                 offset,
             )
-        _take(words, letter, value, offset, letters)
+        if letter not in letters + more + "GMN":
+            raise unknown_word(letter, letters, offset)
+        _take(words, letter, value, offset)
         at = found.end()
     return words
 
@@ -83,7 +88,7 @@ def shortened(text: str) -> str:
     )
 
 
-def _malformed(text: str, at: int) -> Exception:
+def _malformed(text: str, at: int, letters: str, more: str) -> Exception:
     offset = at + len(text[at:]) - len(text[at:].lstrip())
     logic = LOGIC.match(text, offset)
     if logic:
@@ -91,14 +96,23 @@ def _malformed(text: str, at: int) -> Exception:
     expression = EXPRESSION.match(text, offset)
     if expression:
         return fail(909227, ERRORS[909227], expression.start(1))
-    if not text[offset].isalpha():
-        return fail(909226, f"unknown word {text[offset]}", offset)
+    if text[offset] not in letters + more + "NGM":
+        return unknown_word(text[offset], letters, offset)
     return fail(900004, f"{text[offset]} without a value", offset)
 
 
-def _take(
-    words: Words, letter: str, value: float, offset: int, letters: str
-) -> None:
+def unknown_word(letter: str, letters: str, offset: int) -> CncError:
+    """Upper and lower case differ: the same letter of the other case is meant."""
+    other = letter.swapcase()
+    hint = (
+        f"; did you mean {other}?"
+        if other in letters
+        else f"; the words are {' '.join(sorted({*letters, 'G', 'N'}))}"
+    )
+    return fail(909226, f"unknown word {letter}{hint}", offset)
+
+
+def _take(words: Words, letter: str, value: float, offset: int) -> None:
     if letter in "GM":
         codes = words.g if letter == "G" else words.m
         if value != int(value) or not 0 <= value < 1000:
@@ -118,8 +132,6 @@ def _take(
                 offset,
             )
         words.n = int(value)
-    elif letter not in letters:
-        raise fail(909226, f"unknown word {letter}", offset)
     elif letter in words.values:
         raise fail(900005, f"{letter} twice in one block", offset)
     else:

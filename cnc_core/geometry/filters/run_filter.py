@@ -287,12 +287,13 @@ class RunFilter(ABC):
         return [axis for axis in (*self.axes, self.depth) if axis != NO_AXIS]
 
     def with_lengths(self, rows: Rows, start: FloatArray) -> Rows:
-        """Lengths anew, of rows one behind the other."""
+        """Lengths anew, of rows one behind the other; they are straight."""
         ends = rows["end"][:, : self.count]
         length = lengths_of(
             np.diff(np.vstack([start, ends]), axis=0), self.main
         )
         rows["length"] = rows["length_min"] = length
+        rows["degree"] = 0
         return rows
 
     def deviates(

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from cnc_core.blocks import EXACT_STOP
+from cnc_core.blocks import BENT, BENT_FIRST, EXACT_STOP
 from cnc_core.units import FloatArray
 
 from .run_filter import (
@@ -33,6 +33,7 @@ from .run_filter import (
 SPANS_AT_ONCE = 64
 ROWS_AT_ONCE = 65536
 TABLE_MIN, TABLE_MAX = 8, 64  # arc length table of a span
+AROUND = 1e-4  # of a span, on both sides: what a direction is taken over
 # that come out for one that went in, on average over the spans made together:
 # a thousandth of a segment is finer than any machine follows
 SEGMENTS_MAX = 1000
@@ -84,6 +85,7 @@ class SplineFilter(RunFilter):
         self._first = self._span = 0  # the next span to evaluate
         self._carry = 0.0  # driven since the last point that came out
         self._last_out = start.copy()
+        self._begins = True  # nothing has come out
         self._out_span = 0  # where the last point that came out lies
         self._measured = 0  # control points compared with the curve
         self._trace = start[
@@ -231,17 +233,19 @@ class SplineFilter(RunFilter):
         )
         at = np.clip(u.astype(np.int64), self._span, until - 1)
         points = self._at(u, at, degree, top)
+        if final:
+            u, at = np.append(u, float(until)), np.append(at, until - 1)
+        along = self._directions(u, at, degree, top)
         sources = np.clip(
             at - self._first + (degree + 1) // 2, 0, len(self._rows) - 1
         )
         if final:
             points = np.vstack([points, self._points[-1]])
-            sources = np.append(sources, len(self._rows) - 1)
+            sources[-1] = len(self._rows) - 1
         driven = np.vstack([self._last_out, points])
-        out = self._made(points, sources, final)
+        out = self._bent(self._made(points, sources, final), along)
         begin_span = min(self._span, self._out_span)
         self._out_span = int(at[-1]) if len(at) else self._out_span
-        at = np.append(at, until - 1) if final else at
         self._measure(driven, (begin_span, until), at, degree, final)
         self._span = until
         return out
@@ -256,6 +260,32 @@ class SplineFilter(RunFilter):
         before = self._last_out
         self._last_out = points[-1].copy() if len(points) else self._last_out
         return self.with_lengths(rows, before)
+
+    def _directions(
+        self, u: FloatArray, at: Any, degree: int, top: int | None
+    ) -> FloatArray:
+        """(n, 3) of the curve over the main axes."""
+        way = self._at(u + AROUND, at, degree, top) - self._at(
+            u - AROUND, at, degree, top
+        )
+        out = np.zeros((len(u), 3))
+        for i, axis in enumerate(self.main):
+            if axis >= 0:
+                out[:, i] = way[:, axis]
+        size = np.linalg.norm(out, axis=1)[:, None]
+        return np.asarray(out / np.maximum(size, SAME_MM * AROUND))
+
+    def _bent(self, rows: Rows, along: FloatArray) -> Rows:
+        """The rows are chords of the curve, whose directions at their ends go
+        with them.
+        """
+        if not len(rows) or not set(self.used) <= set(self.main):
+            return rows
+        rows["degree"] = BENT
+        if self._begins:
+            rows["degree"][0], self._begins = BENT_FIRST, False
+        rows["center"], rows["radius"] = along[:, :2], along[:, 2]
+        return rows
 
     def _measure(
         self,

@@ -25,13 +25,7 @@ def spans(
         np.flatnonzero(np.diff(knots[degree : len(points) + 1]) > 0) + degree
     )
     low, high = knots[number], knots[number + 1]
-    bezier = np.stack(
-        [
-            _blossom(points, knots, degree, number, low, high, k)
-            for k in range(degree + 1)
-        ],
-        axis=2,
-    )
+    bezier = _blossoms(points, knots, degree, number)
     length = high - low
     return (
         _power(bezier) / length[:, None, None] ** np.arange(degree + 1),
@@ -40,27 +34,27 @@ def spans(
     )
 
 
-def _blossom(
+def _blossoms(
     points: FloatArray,
     knots: FloatArray,
     degree: int,
     number: npt.NDArray[np.int64],
-    low: FloatArray,
-    high: FloatArray,
-    ends: int,
 ) -> FloatArray:
-    """(m, columns) Bezier point ``ends``: blossom at ``ends`` times the upper,
-    else the lower limit of the spans.
+    """(m, columns, degree + 1) Bezier points: number k is the blossom at k
+    times the upper, else the lower limit of the spans.
     """
-    d = [points[number - degree + i] for i in range(degree + 1)]
+    ends = np.arange(degree + 1)[:, None]
+    low, high = knots[number], knots[number + 1]
+    # (degree + 1, m, columns) each
+    d = [points[None, number - degree + i] for i in range(degree + 1)]
     for r in range(1, degree + 1):
-        u = high if r <= ends else low
+        u = np.where(r <= ends, high, low)
         for j in range(degree, r - 1, -1):
             left = knots[number - degree + j]
             right = knots[number + j - r + 1]
-            share = ((u - left) / (right - left))[:, None]
+            share = ((u - left) / (right - left))[:, :, None]
             d[j] = (1.0 - share) * d[j - 1] + share * d[j]
-    return d[degree]
+    return np.moveaxis(d[degree], 0, 2)
 
 
 def _power(bezier: FloatArray) -> FloatArray:

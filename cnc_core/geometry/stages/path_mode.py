@@ -26,10 +26,12 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks import (
+    BENT,
     CIRCULAR,
     ELEMENT,
     EXACT_STOP,
     FILTER,
+    LINEAR,
     PATH_FEED,
     PATH_MODE,
     POLYNOMIAL,
@@ -222,7 +224,7 @@ class PathMode:
             self._transported(rows, delta, whole, length, driven)
         if settings.arc_accel > 0.0:
             most = (
-                np.sqrt(settings.arc_accel * rows["radius"])
+                np.sqrt(settings.arc_accel * np.where(arc, rows["radius"], 0.0))
                 * rows["length"]
                 / np.maximum(curve, SMALL)
             )
@@ -309,7 +311,11 @@ class PathMode:
         motions = rows[moving]
         into, outof = self._tangents(motions, start)
         before, after = outof[:-1], into[1:]
-        judged = (motions["flags"][:-1] & EXACT_STOP) == 0
+        # the joints of a curve's chords are no corners
+        joint = (motions["degree"][1:] == BENT) & (
+            motions["type"][1:] == LINEAR
+        )
+        judged = (motions["flags"][:-1] & EXACT_STOP == 0) & ~joint
         stop, turn = self._test(before, after)
         feeds = np.where(motions["feed"] > 0, motions["feed"], np.inf)
         slower = slowing(

@@ -98,3 +98,9 @@ def test_a_log_smaller_than_the_window_is_told(keys: str, told: int) -> None:
     warnings = parse_config(f"[channel]\n{keys}\n").warnings()
     assert len(warnings) == told
     assert all("128 log entries hold less than the 190" in w for w in warnings)
+
+
+def test_a_nested_key_is_looked_for_in_its_own_table() -> None:
+    """Under hscs no key of the channel is proposed."""
+    with pytest.raises(ConfigError, match="did you mean 'tolerance'"):
+        parse_config("[axes.X]\n[channel.hscs.finish]\ntolerance_mm = 0.01\n")

@@ -100,3 +100,30 @@ def test_three_axes_become_the_tip_as_asked(tmp_path):
     program.reader.close()
     end = rows[(rows["type"] <= 3) & (rows["flags"] & 256 == 0)]["end"][-1]
     assert end[:3] == pytest.approx([0.0, 20.0, 0.0], abs=0.03)
+
+
+def square():
+    t = np.linspace(0.0, 50.0, 41)
+    there = np.column_stack([t, 0.0 * t])
+    up = np.column_stack([np.full(40, 50.0), t[1:]])
+    words = [f"X{x:.5f}Y{y:.5f}Z0" for x, y in np.vstack([there, up])]
+    return "\n".join([f"{words[0]}F6000", *words[1:]])
+
+
+def test_a_joining_piece_is_no_stop(tmp_path):
+    """G63: the speed of the parameter does not jump at the piece's ends, where
+    the path would stop twice in place of once.
+    """
+    setup = changed(SETUP_3, CRV=None, JRK="(JRK,ENA,,,,,)")
+    setup = setup.replace("EDG,30,0,G66", "EDG,30,0,G63")
+    result = made(tmp_path, square(), setup + SMT.format("G63"))
+    assert result.joints == 1
+    assert not result.input_kept
+    text = (tmp_path / "out.osai").read_text()
+    found = [line.split(",") for line in text.splitlines() if "<" in line]
+    rows = np.array([[float(x) for x in c[1:7]] for c in found if len(c) == 7])
+    spans = [float(c[1]) for c in found if c[0] == "<*"]
+    speeds = rows.reshape(-1, 3, 6)[:, :, 1:] * np.arange(1, 6)
+    for left, span, right in zip(speeds, spans, speeds[1:], strict=False):
+        end = (left * span ** np.arange(5)).sum(axis=1)
+        assert end == pytest.approx(right[:, 0], abs=1e-9)

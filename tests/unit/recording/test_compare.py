@@ -32,6 +32,7 @@ TYPES = {
     },
     "functions": {"cycle": "uint64", "t": "double", "code": "int32"},
 }
+OVERRIDDEN = {**TYPES, "cycles": {**TYPES["cycles"], "override": "double"}}
 META = {
     "version": 1,
     "start": {"X": 0.0},
@@ -60,7 +61,8 @@ def recorded(
 ) -> Recording:
     """A finished recording of these cycles, with one function."""
     parts = Parts(path)
-    file = PartFile(parts.cnc, TYPES, json.dumps(META).encode())
+    types = OVERRIDDEN if "override" in cycles else TYPES
+    file = PartFile(parts.cnc, types, json.dumps(META).encode())
     for first in range(0, len(cycles["cycle"]), batch):
         part = {k: v[first : first + batch] for k, v in cycles.items()}
         assert file.add({"cycles": part})
@@ -139,6 +141,32 @@ def test_runs_of_different_speed_are_compared_along_the_path(
     assert compare(a, c, "distance", {"v": 50.0}).counts == {
         "functions": {"code": 1}
     }
+
+
+def around(rows: int) -> dict[str, Any]:
+    """A line, a sharp corner, a quarter of an arc; so many cycles over 30 mm."""
+    cycles = motion(rows, 30.0 / rows * 1e3)
+    way = cycles["s"]
+    angle = np.clip((way - 20.0) / 5.0, 0.0, None)
+    x = np.where(way < 10.0, way, 20.0 - way)
+    return cycles | {
+        "X": np.where(way < 20.0, x, 5.0 * np.sin(angle)),
+        "override": np.where(way < 17.0, 100.0, 60.0),
+    }
+
+
+def test_arcs_corners_and_steps_are_no_differences(tmp_path: Path) -> None:
+    """Where the cycles of two runs lie apart; a micrometre beside the path is."""
+    one, two = around(1000), around(777)
+    a = recorded(tmp_path / "a.arrow", one)
+    b = recorded(tmp_path / "b.arrow", two)
+    assert set(compare(a, b, "distance").counts["cycles"]) == {"v"}
+    two["X"][700] += 1e-3
+    c = recorded(tmp_path / "c.arrow", two)
+    found = compare(c, a, "distance", {"v": 50.0})
+    assert found.counts == {"cycles": {"X": 1}}
+    assert found.first is not None
+    assert found.first.row == 700
 
 
 def test_inspect_tells_tables_units_and_places(tmp_path: Path) -> None:

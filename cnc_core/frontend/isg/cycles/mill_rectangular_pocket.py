@@ -238,14 +238,24 @@ def tool(given: Given, around: Surroundings) -> list[Problem]:
         )
         found.append(Problem(INVALID, text, 6))
     sides = [number for number in (72, 73) if number in given]
-    found += [
+    narrow = [
         conflict(
             f"@P{number} ({given[number]:g}): the tool (radius {radius:g}) does not fit",
             number,
         )
         for number in sides
-        if given[number] / 2 - radius - given[16] < -1e-9
+        if given[number] / 2 - radius < -1e-9
     ]
+    room = min((given[n] / 2 - radius for n in sides), default=given[16])
+    if not narrow and given[16] > room + 1e-9:
+        found.append(
+            conflict(
+                f"@P16 ({given[16]:g}): the tool (radius {radius:g}) leaves room "
+                f"for {room:g}",
+                16,
+            )
+        )
+    found += narrow
     corner = given[65]
     if 0 < corner < radius - 1e-9:
         found.append(

@@ -13,7 +13,7 @@ from cnc_core.frontend.port import Wait
 from ..base import codes
 from ..base.text import PATTERN, label_of, parts_of
 from ..base.words import WordBlock
-from ..language.formulas import Formulas
+from ..language.formulas import FUNCTION_NAMES, Formulas
 from ..language.words import VALUES, WordParser
 from ..operator.dialogs import WORDS
 from .instructions import TABLE, Instructions
@@ -66,7 +66,7 @@ class Compiler:
             )
         except CncError as error:
             raise spelt(
-                error, text, (*TABLE, *VALUES, *WORDS, *Formulas.functions)
+                error, text, (*TABLE, *VALUES, *WORDS), FUNCTION_NAMES
             ) from None
 
     def _instruction(

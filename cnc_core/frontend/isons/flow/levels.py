@@ -56,7 +56,9 @@ def call(
 
 def call_subroutine(program: Program, name: str, offset: int) -> None:
     """GOSUB."""
-    mark = program.control.target(name, offset)
+    mark = program.control.target(name)
+    if mark is None:
+        return
     call(
         program,
         SUBROUTINE,

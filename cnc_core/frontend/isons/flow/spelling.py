@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection
 
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.guess import guess
@@ -14,9 +14,16 @@ SHORTEST = 3  # letters of a word that is worth a guess
 NOT_READ = (900001, 900002, 900004)
 
 
-def spelt(error: CncError, text: str, known: Iterable[str]) -> CncError:
+def spelt(
+    error: CncError,
+    text: str,
+    known: Collection[str],
+    functions: Collection[str],
+) -> CncError:
     """The error itself, or one for the whole word in which it lies: ``GOT`` is
     no G function, ``USR_ZERO`` no axis U.
+
+    ``functions``: what a word in front of ``(`` may have meant.
     """
     if error.code not in NOT_READ or error.place.line:
         return error
@@ -31,11 +38,13 @@ def spelt(error: CncError, text: str, known: Iterable[str]) -> CncError:
     )
     if word is None or word.kind is not Kind.NAME or len(word.text) < SHORTEST:
         return error
-    name, words = word.text.upper(), sorted(known)
-    if name in words:
+    called = text[word.offset + len(word.text) :].lstrip().startswith("(")
+    name, words = word.text.upper(), sorted(functions if called else known)
+    if name in words or name in known:
         return error
     hint = guess(name, words)
-    if not hint and "_" not in name:
+    if not hint and "_" not in name and not called:
         return error
     code = 900002 if error.code == 900002 else 900001
-    return fail(code, f"unknown word {name}{hint}", word.offset)
+    what = "function" if called else "word"
+    return fail(code, f"unknown {what} {name}{hint}", word.offset)

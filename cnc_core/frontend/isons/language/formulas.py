@@ -86,6 +86,7 @@ TO_ANGLES: dict[str, Callable[[float], float]] = {
     "ACOS": math.acos,
     "ATAN": math.atan,
 }
+FUNCTION_NAMES = (*FUNCTIONS, *OF_ANGLES, *TO_ANGLES)
 
 
 class Formulas(FormulaParser):
@@ -301,8 +302,15 @@ class Formulas(FormulaParser):
     def _function_name(self) -> str | None:
         stream = self._stream
         name = stream.current.text.upper()
-        known = name in FUNCTIONS or name in OF_ANGLES or name in TO_ANGLES
-        return name if known and stream.following.text == "(" else None
+        if name not in FUNCTION_NAMES:
+            return None
+        if stream.following.text != "(":
+            raise fail(
+                900004,
+                f"{name}: its argument stands in ( )",
+                stream.current.offset,
+            )
+        return name
 
     def _call(self, name: str) -> Formula:
         offset = self._stream.next().offset

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from cnc_core.errors import CncError
 from cnc_core.files import Folders
+from cnc_core.frontend.base.guess import guess
 from cnc_core.frontend.base.lexer import fail
 
 from ..base.machine import EVENTS, IsonsCell
@@ -59,7 +60,10 @@ class Macros:
         """OPT."""
         if name not in EVENTS:
             raise fail(
-                909120, f"OPT {name}: not one of {', '.join(EVENTS)}", offset
+                909120,
+                f"OPT {name}: not one of {', '.join(EVENTS)}"
+                f"{guess(name, EVENTS)}",
+                offset,
             )
         if number != int(number) or not -1 <= number <= 65535:
             raise fail(

@@ -4,6 +4,7 @@ computed when the block is executed.
 
 from __future__ import annotations
 
+from cnc_core.errors import CncError
 from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
 
 from ..base import codes
@@ -60,7 +61,7 @@ class WordParser:
             self._assignment()
             return
         if token.kind is not Kind.NAME:
-            raise fail(900001, f"unknown word {token.text}", token.offset)
+            raise _unknown(token.text, token.offset)
         name = token.text.upper()
         if name in VALUES:
             stream.next()
@@ -108,7 +109,7 @@ class WordParser:
             return
         letter = name[0]
         if letter not in SINGLE_LETTERS or len(name) > 1:
-            raise fail(900001, f"unknown word {name}", offset)
+            raise _unknown(name, offset)
         self._stream.take_letters(1)
         if letter == "P" and self._stream.is_op("["):
             self._positioner("P", offset)
@@ -231,3 +232,12 @@ class WordParser:
             if not stream.accept(","):
                 arguments.append(self._formulas.joined("HM"))
         self.block.hm = (number, offset, arguments)
+
+
+def _unknown(text: str, offset: int) -> CncError:
+    why = ""
+    if text[0].isdigit() or text[0] == ".":
+        why = ": no letter stands in front of the number"
+    elif len(text) == 1 and text.isalpha():
+        why = ": no function has this letter"
+    return fail(900001, f"unknown word {text}{why}", offset)

@@ -53,7 +53,7 @@ MILD_LOW, MILD_HIGH = 1.0, 1000.0  # values outside leave the axis sharp
 # of the spline's segments: their sagitta where the radius is five times their
 # length
 DRIVEN_SHARE = 40.0
-DRIVEN_MM, DRIVEN_MIN_MM, DRIVEN_MAX_MM = 0.005, 0.0005, 0.02
+DRIVEN_MM, DRIVEN_MIN_MM, DRIVEN_MAX_MM = 0.005, 0.0005, 0.05
 MICRO_MM = 1.0  # longer segments are driven exactly
 # how far a first-order lag of 1 cuts a right angle at a speed of 1
 CORNER_LAG = math.log(2.0) / math.sqrt(2.0)

@@ -21,6 +21,10 @@ from support.isons_programs import run
         ("G41\nG1X5F1\n", 906007, 1),
         ("D2\nG41\nG1X5F1\nX9\nG40\nX12\n", None, 0),
         ("GOTO 10\nN10 G1X1F1\nN10 G1X2\n", 907025, 1),
+        ("IF 1>2\nGOSUB @10\nEND_IF\nN10 G1X1F1\nN010 X2\n", 907025, 2),
+        ("IF 1>2\nGOTO 7\nEND_IF\nN10 G1X1F1\n", 907023, 2),
+        ("@10\nN10 G1X1F1\nN10 X2\nIF 1>2\nGOTO 10\nEND_IF\n", None, 0),
+        ("N10 G1X1F1\nN10 G1X2\nGOTO E\n@E\n", None, 0),
         ("GOTO 10\nN10 G1X1F1\nN100 G1X2\nN11 G1X3\n", None, 0),
         ("$A=²\n", 900004, 1),
         ("N٣ G1X1F1\n", 900001, 1),
@@ -169,12 +173,32 @@ def test_parameters_without_effect_are_told_once(tmp_path):
         ("LIB_ADDLABLE L\n", "LIB_ADDLABEL"),
         ("LIB_ADDLABEL L\nLIB_LABELPROP L VISIBEL 1\n", "VISIBLE"),
         ("$A=SQRT(4)\n", "SQR"),
+        ("G1X[2+SINN(4)]F1\n", "SIN"),
+        ("IF COZ(4)>0\nEND_IF\n", "COS"),
+        ("OPT M_STP 3\n", "M_STOP"),
     ],
 )
 def test_every_word_has_a_guess(tmp_path, text, meant):
     """Instructions of forms, properties and functions, too."""
     with pytest.raises(CncError, match=f"did you mean {meant}"):
         run(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("Q\n", "Q: no function has this letter"),
+        ("X5 5\n", "5: no letter stands in front of the number"),
+        ("$A=FOO(3)\n", "unknown function FOO"),
+        ("$A=SIN 3\n", "SIN: its argument stands in"),
+    ],
+)
+def test_a_word_without_a_guess_says_why(tmp_path, text, why):
+    """Nothing that is far from it is proposed."""
+    with pytest.raises(CncError) as caught:
+        run(tmp_path, text)
+    assert why in caught.value.text
+    assert "did you mean" not in caught.value.text
 
 
 @pytest.mark.parametrize("text", ['READ_PARMAC "SGLP"\n'])

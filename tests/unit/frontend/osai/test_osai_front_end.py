@@ -2,6 +2,8 @@
 that is refused, with its place.
 """
 
+import re
+
 import numpy as np
 import pytest
 
@@ -600,6 +602,8 @@ def test_not_in_manual_data(shop):
         "(HSM,NOTHING)\nG61\nX0Y0Z0F100\nX1\nG60\n",
         "(HSM,CONFIG1)\nG61 P7\nX0Y0Z0F100\nX1\nG60\n",
         "G61\nX0Y0Z0F100\nX1\nG60\n",
+        "(HSN,CONFIG1)\nG61\nX0Y0Z0F100\nX1\nG60\n",
+        "(HSM CONFIG1)\nG61\nX0Y0Z0F100\nX1\nG60\n",
     ],
 )
 def test_one_mistake_is_one_error(shop, text):
@@ -607,6 +611,21 @@ def test_one_mistake_is_one_error(shop, text):
     program = shop.program(text, collect=True)
     rows_of(program)
     assert len(program.errors) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("(HSN,CONFIG1)\n", "did you mean HSM?"),
+        ("(CLX,PART)\n", "did you mean CLS?"),
+        ("X1 Q5\n", "the words are F G N S T X Y Z"),
+        ("(HSM,CONFIG1)\nG61\nX0Y0Z0F100\nx1\nG60\n", "did you mean X?"),
+    ],
+)
+def test_a_foreign_word_has_a_hint(shop, text, hint):
+    """What may have been meant, or what may stand there."""
+    with pytest.raises(CncError, match=re.escape(hint)):
+        list(shop.program(text).batches())
 
 
 def test_one_mistake_in_a_polynomial_or_spline(shop):

@@ -1,0 +1,166 @@
+"""What people do: orders to the PLC, and who gave them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from hli.errors import HliError
+from plc_client import orders
+from plc_client.online import parse_force
+from plc_client.panel import LEVELS
+
+from .events import Events
+
+SYMBOLS_MAX = 64
+TEXT_MAX = 400
+WAITING_MAX = 16  # orders at a time; more are refused
+
+
+class RefusedError(Exception):
+    """An order that is not given, with the reason."""
+
+
+class Desk:
+    """Gives orders to the PLC of one cell, one after the other.
+
+    What a page has forced is let go when it is closed, unless ``keep``.
+    """
+
+    def __init__(self, name: str, events: Events, *, keep: bool) -> None:
+        self._name, self._events, self._keep = name, events, keep
+        self._one = asyncio.Lock()
+        self._waiting = 0
+        self._forced: dict[str, dict[str, str]] = {}
+        self.cell_s: Callable[[], float | None] = lambda: None
+
+    async def ask(self, order: dict[str, Any]) -> dict[str, Any]:
+        """The PLC's answer.  RefusedError: it refuses, or there is none."""
+        if self._waiting >= WAITING_MAX:
+            raise RefusedError("too many orders wait already")
+        self._waiting += 1
+        try:
+            async with self._one:
+                return await asyncio.to_thread(orders.send, self._name, order)
+        except (HliError, ValueError, OSError) as error:
+            raise RefusedError(str(error)) from None
+        finally:
+            self._waiting -= 1
+
+    async def act(self, page: str, who: str, given: Any) -> dict[str, Any]:
+        """Do what a page asks for; it stands in the events, done or refused.
+
+        RefusedError: with the reason.
+        """
+        order, text = order_of(given)
+        try:
+            answer = await self.ask(order)
+        except RefusedError as error:
+            self._tell("refused", f"{text}: {error}", who)
+            raise
+        self._note(page, order, answer)
+        self._tell("action", text, who)
+        return answer
+
+    def _note(
+        self, page: str, order: dict[str, Any], answer: dict[str, Any]
+    ) -> None:
+        """Which symbols a page holds forced, as the PLC spells them."""
+        held = self._forced.setdefault(page, {})
+        if order["do"] == "force":
+            now = list(answer["forced"])
+            for spelled, _ in order["symbols"]:
+                held[spelled] = next(
+                    (path for path in now if _same(path, spelled)), spelled
+                )
+        for path in [*held]:
+            if held[path] not in answer["forced"]:
+                del held[path]
+
+    async def leave(self, page: str, who: str) -> None:
+        """A page is closed."""
+        held = [*self._forced.pop(page, {}).values()]
+        if not held or self._keep:
+            return
+        text = f"let go with the page: {', '.join(held)}"
+        try:
+            await self.ask({"do": "unforce", "symbols": held})
+            self._tell("action", text, who)
+        except RefusedError as error:
+            self._tell("refused", f"{text}: {error}", who)
+
+    def _tell(self, kind: str, text: str, who: str) -> None:
+        self._events.add(kind, text, who, self.cell_s())
+
+
+def _same(path: str, spelled: str) -> bool:
+    """Two spellings of one symbol."""
+    return _bare(path) == _bare(spelled)
+
+
+def _bare(path: str) -> str:
+    name = path.upper().replace("^", "").replace(" ", "")
+    return name.removeprefix("HLI_GLOBAL_VARIABLES.").removeprefix("HLI.")
+
+
+Order = dict[str, Any]
+
+
+def order_of(given: Any) -> tuple[Order, str]:
+    """The order for the PLC, and its text for the events.
+
+    RefusedError: it is no order.
+    """
+    if not isinstance(given, dict):
+        raise RefusedError("an order is an object")
+    what = given.get("do")
+    if what == "operate":
+        name, value = _text(given.get("what")), given.get("value")
+        if isinstance(value, str):
+            value = _text(value)
+        elif value is not None and not isinstance(value, (bool, int, float)):
+            raise RefusedError(
+                "a value is a number, a text, true, false or null"
+            )
+        order: Order = {"do": "operate", "what": name, "value": value}
+        shown = "released" if value is None and name in LEVELS else value
+        return order, name if shown is None else f"{name} {shown}"
+    if what == "force":
+        pairs = [_pair(one) for one in _list(given.get("symbols"))]
+        text = ", ".join(f"{path}={value}" for path, value in pairs)
+        order = {"do": "force", "symbols": [list(pair) for pair in pairs]}
+        return order, f"force {text}"
+    if what == "unforce":
+        paths = [_text(path) for path in _list(given.get("symbols"))]
+        return {
+            "do": "unforce",
+            "symbols": paths,
+        }, f"unforce {', '.join(paths)}"
+    raise RefusedError("do: operate, force or unforce")
+
+
+def _list(value: Any) -> list[Any]:
+    if not isinstance(value, list) or not 1 <= len(value) <= SYMBOLS_MAX:
+        raise RefusedError(f"symbols: a list of 1 to {SYMBOLS_MAX}")
+    return value
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str) or len(value) > TEXT_MAX:
+        raise RefusedError(f"a text of at most {TEXT_MAX} characters is needed")
+    return value
+
+
+def _pair(value: Any) -> tuple[str, Any]:
+    """``SYMBOL=VALUE``, as on the command line, or the two of them."""
+    if isinstance(value, str):
+        try:
+            return parse_force(_text(value))
+        except ValueError as error:
+            raise RefusedError(str(error)) from None
+    if isinstance(value, list) and len(value) == 2:
+        path, wanted = value
+        if isinstance(wanted, (bool, int, float, str)):
+            return _text(path), wanted
+    raise RefusedError("a force is SYMBOL=VALUE")

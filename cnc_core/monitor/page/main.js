@@ -1,0 +1,215 @@
+// The start of the page: token, cell or recording, and who gets each frame.
+
+import { byId, element, fixed, setText } from "./format.js";
+import { Latency } from "./latency.js";
+import { Live, get, post, setToken } from "./net.js";
+import { Panel } from "./panel.js";
+import { PathView } from "./path.js";
+import { Player } from "./recording.js";
+import { ProgramView } from "./program.js";
+import { Scope } from "./scope.js";
+import { showSummary } from "./summary.js";
+import { Events, showContour, showFunctions, showTasks } from "./tables.js";
+import { Layout, Tree } from "./tree.js";
+import { Watch } from "./watch.js";
+
+const OLD_MS = 200; // a number older than this is told to be old
+const SLOW_MS = 250; // between two looks of the tables
+
+function show(view) {
+  document.body.dataset.view = view;
+  for (const id of ["login", "cells"]) byId(id).hidden = id !== view;
+  byId("machine").hidden = view !== "cell" && view !== "recording";
+}
+
+function login(problem) {
+  show("login");
+  setText(byId("status"), "locked");
+  setText(byId("login-problem"), problem);
+  byId("token").focus();
+}
+
+byId("login-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  setToken(byId("token").value.trim());
+  start();
+});
+
+/** One cell, live. */
+class Machine {
+  constructor(cell) {
+    this.cell = cell;
+    this.layout = null;
+    this.route = 0;
+    this.at = 0;
+    this.age = 0;
+    this.there = false;
+    this.slow = 0;
+    const unitOf = (path) => (this.layout ? this.layout.unitOf(path) : "");
+    const changed = () => this.ask();
+    const act = (order) => this.live.act(order, byId("who").value);
+    this.path = new PathView();
+    this.program = new ProgramView();
+    this.scope = new Scope(unitOf, changed);
+    this.panel = new Panel(act);
+    this.watch = new Watch(unitOf, act, changed);
+    this.tree = new Tree((path) => this.watch.add(path), changed);
+    this.latency = new Latency(() => post("raw", {}));
+    this.events = new Events();
+    setText(byId("title"), cell);
+    document.title = `${cell} - hli-cosim`;
+    show("cell");
+    this.scope.build();
+    this.live = new Live(cell, {
+      greeted: () => this.events.clear(), // they come again from the first on
+      frame: (frame) => this.take(frame),
+      lost: () => { this.lost = true; this.tellAge(); },
+      refused: (code, reason) => (code === 4401 ? login("this token is wrong") : this.refused(reason)),
+    });
+    setInterval(() => this.tellAge(), 100);
+  }
+
+  refused(reason) {
+    document.body.classList.add("gone");
+    setText(byId("status"), reason);
+  }
+
+  ask() {
+    const paths = [...this.scope.paths, ...this.watch.paths, ...this.tree.paths()];
+    this.live.want([...new Set(paths)].slice(0, 64), this.scope.paths);
+  }
+
+  take(frame) {
+    this.at = performance.now();
+    this.age = frame.cell.there ? frame.age_ms || 0 : 1000 * frame.cell.gone_s;
+    this.lost = false;
+    this.there = frame.cell.there;
+    this.problem = frame.cell.problem || "";
+    this.facts(frame.cell);
+    this.events.take(frame.events);
+    if (frame.route !== this.route) this.readRoute(frame.route);
+    if (!frame.motion) return;
+    if (!this.layout) this.readLayout(frame.axes.length);
+    frame.motion.epoch = this.program.epochOf(frame.motion);
+    this.path.take(frame);
+    this.scope.take(frame.scope, frame.samples || []);
+    if (this.at - this.slow < SLOW_MS / 4) return;
+    this.slow = this.at;
+    this.program.take(frame.motion);
+    showSummary(frame, this.program.shown.now);
+    this.panel.take(frame);
+    this.watch.take(frame);
+    this.tree.take(frame);
+    showContour(frame.contour);
+    showFunctions(frame.functions);
+    showTasks(frame.plc, frame.counters, frame.plc_age_ms);
+    this.latency.take(frame.plc && frame.plc.handshake);
+  }
+
+  facts(cell) {
+    if (this.wasThere && !cell.there) setTimeout(() => listRecordings(), 1500); // it is being written
+    this.wasThere = cell.there;
+    if (!cell.there) { setText(byId("facts"), ""); return; }
+    const plc = cell.plc ? `PLC ${cell.plc}` : "no PLC";
+    setText(byId("facts"), `${cell.clock}, cycle ${fixed(cell.cycle_s * 1000, 3)} ms, ${cell.phase},`
+      + ` CNC ${cell.pid}, ${plc}`);
+  }
+
+  /** How old the numbers are: told, and shown by the page's look. */
+  tellAge() {
+    const age = this.at ? performance.now() - this.at + this.age : Infinity;
+    const gone = this.at > 0 && !this.there;
+    const old = age > OLD_MS;
+    document.body.classList.toggle("gone", gone || Boolean(this.lost));
+    document.body.classList.toggle("stale", old);
+    const seconds = Number.isFinite(age) ? `${(age / 1000).toFixed(1)} s` : "never";
+    setText(byId("age"), old || gone ? `values are old: ${seconds}` : "age below 0.2 s");
+    if (this.lost) setText(byId("status"), "the monitor's server is gone; waiting for it");
+    else if (gone) setText(byId("status"), `${this.problem}; waiting for it`);
+    else setText(byId("status"), old ? "no new values" : "live");
+  }
+
+  async readRoute(number) {
+    this.route = number;
+    try {
+      const route = await get("route", { cell: this.cell });
+      this.path.setRoute(route.points);
+      this.program.set(route.name, route.lines, route.marked, route.points, route.problem);
+    } catch (error) {
+      setText(byId("program-problem"), error.message);
+    }
+  }
+
+  async readLayout(axes) {
+    this.layout = new Layout({ roots: {}, axis: "", structures: {} }, 0);
+    this.layout = new Layout(await get("layout"), axes);
+    this.tree.set(this.layout);
+    this.watch.build();
+    this.scope.width = 0;
+    this.scope.build();
+    const known = this.layout.search("bahn_state", 80).concat(this.layout.search("bahn_mc_control", 80));
+    byId("known-symbols").replaceChildren(...known.map(([path]) => element("option", "", { value: path })));
+    this.ask();
+  }
+}
+
+async function listCells() {
+  show("cells");
+  setText(byId("status"), "choose a cell");
+  let cells = [];
+  try {
+    cells = await get("cells");
+  } catch (error) {
+    if (error.status === 401) { login("this token is wrong"); return; }
+    setText(byId("status"), error.message);
+  }
+  byId("cells-none").hidden = cells.length > 0;
+  byId("cells-rows").replaceChildren(...cells.map((cell) => {
+    const row = element("tr");
+    const open = element("button", cell.name);
+    open.addEventListener("click", () => { window.machine = new Machine(cell.name); });
+    const first = element("td");
+    first.append(open);
+    row.append(first, ...[cell.program, cell.state, cell.clock, cell.pid, cell.plc || "none"]
+      .map((text) => element("td", String(text))));
+    return row;
+  }));
+  setTimeout(() => { if (document.body.dataset.view === "cells") listCells(); }, 1000);
+}
+
+/** Links to the recordings that may be opened now. */
+async function listRecordings() {
+  const { recordings } = await get("start");
+  byId("links").replaceChildren(...recordings.map((name) => {
+    const link = element("a", `recording ${name}`, { href: `#recording=${encodeURIComponent(name)}` });
+    link.addEventListener("click", () => setTimeout(() => location.reload()));
+    return link;
+  }));
+}
+
+async function openRecording(name) {
+  show("recording");
+  setText(byId("title"), name);
+  const found = await get("recording", { name });
+  setText(byId("status"), "a recording");
+  setText(byId("age"), "");
+  const views = { path: new PathView(), program: new ProgramView(), scope: new Scope((p) => found.units[p] || "", () => {}) };
+  window.player = new Player(found, views);
+}
+
+async function start() {
+  let begin;
+  try {
+    begin = await get("start");
+  } catch (error) {
+    login(error.status === 401 ? "a token is needed" : error.message);
+    return;
+  }
+  const wanted = location.hash.slice(1);
+  if (wanted.startsWith("recording=")) await openRecording(decodeURIComponent(wanted.slice(10)));
+  else if (begin.view === "recording") await openRecording(begin.recordings[0]);
+  else if (begin.cell) window.machine = new Machine(begin.cell);
+  else await listCells();
+}
+
+start();

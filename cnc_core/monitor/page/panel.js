@@ -1,0 +1,99 @@
+// The operator's panel: each key is an order to the PLC.
+
+import { byId, element, fixed, setText } from "./format.js";
+
+const LEVELS = [
+  ["override", "override", "%"],
+  ["rapid_override", "rapid override", "%"],
+];
+const SWITCHES = [["feedhold", "feed hold"], ["single_block", "single block"]];
+const COMMANDS = [
+  ["start", "start"], ["stop", "stop"], ["resume", "resume"], ["continue", "continue"],
+  ["abort", "abort"], ["reset", "reset"],
+];
+const NAME = "hli-cosim-who";
+
+export class Panel {
+  /** `act`: gives an order and answers with what the PLC says. */
+  constructor(act) {
+    this.act = act;
+    this.levels = {};
+    this.switches = {};
+    byId("who").value = localStorage.getItem(NAME) || "";
+    byId("who").addEventListener("change", (event) => localStorage.setItem(NAME, event.target.value));
+    const holder = byId("panel-levels");
+    for (const level of LEVELS) holder.append(this.level(...level));
+    const row = element("div", "", { class: "switches" });
+    for (const [what, text] of SWITCHES) row.append(...this.switch(what, text));
+    holder.append(row);
+    for (const [what, text] of COMMANDS) {
+      const button = element("button", text, { id: `do-${what}` });
+      button.addEventListener("click", () => this.operate(what, null));
+      byId("panel-commands").append(button);
+    }
+    byId("mdi-form").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.operate("mdi", byId("mdi").value);
+    });
+  }
+
+  level(what, text, unit) {
+    const row = element("div");
+    const slider = element("input", "", { type: "range", min: 0, max: 200, step: 1, id: `set-${what}` });
+    const output = element("output", `- ${unit}`, { class: "number", id: `state-${what}` });
+    const release = element("button", "release", { id: `release-${what}`, "aria-label": `release ${text}` });
+    slider.addEventListener("input", () => setText(output, `${slider.value} ${unit} ..`));
+    slider.addEventListener("change", () => this.operate(what, Number(slider.value)));
+    release.addEventListener("click", () => this.operate(what, null));
+    row.append(element("label", text, { for: slider.id }), slider, output, release);
+    this.levels[what] = { slider, output, release };
+    return row;
+  }
+
+  switch(what, text) {
+    const button = element("button", text, { "aria-pressed": "false", id: `set-${what}` });
+    const release = element("button", "release", { id: `release-${what}`, "aria-label": `release ${text}` });
+    button.addEventListener("click", () => this.operate(what, button.getAttribute("aria-pressed") !== "true"));
+    release.addEventListener("click", () => this.operate(what, null));
+    this.switches[what] = { button, release };
+    return [button, release];
+  }
+
+  async operate(what, value) {
+    setText(byId("panel-state"), `${what} ..`);
+    try {
+      const answer = await this.act({ do: "operate", what, value });
+      this.show(answer.panel);
+    } catch (error) {
+      setText(byId("panel-state"), error.message);
+    }
+  }
+
+  show(panel) {
+    if (!panel) return;
+    const held = Object.entries(panel.held || {}).map(([name, value]) => `${name} ${value}`);
+    const command = panel.command ? `${panel.command}: ${panel.state}` : "";
+    const why = panel.error_id ? ` (error ${panel.error_id})` : "";
+    setText(byId("panel-state"), [command + why, held.length ? `held here: ${held.join(", ")}` : ""]
+      .filter(Boolean).join("; "));
+  }
+
+  /** One frame: what the CNC uses. */
+  take(frame) {
+    const there = Boolean(frame.cell.plc);
+    for (const button of byId("panel").querySelectorAll("button, input[type=range]")) button.disabled = !there;
+    if (!there) { setText(byId("panel-state"), "no PLC is there to take orders"); return; }
+    const { units } = frame.motion;
+    const held = (frame.plc.panel || {}).held || {};
+    for (const [what, { slider, output, release }] of Object.entries(this.levels)) {
+      if (document.activeElement !== slider || held[what] === undefined) slider.value = units[what];
+      setText(output, `${fixed(units[what], 1)} %`);
+      release.disabled = held[what] === undefined;
+    }
+    for (const [what, { button, release }] of Object.entries(this.switches)) {
+      button.setAttribute("aria-pressed", String(units[what]));
+      release.disabled = held[what] === undefined;
+    }
+    if (frame.plc.panel && (frame.plc.panel.command || frame.plc.panel.state === "idle")) this.show(frame.plc.panel);
+  }
+}

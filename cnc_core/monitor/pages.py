@@ -1,0 +1,195 @@
+"""One open page: what it gets 20 times a second, and what it may ask for."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import secrets
+import time
+from typing import Any
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from hli.symbol import Symbol
+from hli.view import ArrayView, View
+
+from .actions import RefusedError
+from .hub import FIRST_TRAIL, FRAME_S, SAMPLE_S, Hub, as_text
+from .security import same_token
+
+SYMBOLS_MAX = 64
+SCOPE_MAX = 8
+PATH_MAX = 200
+HELLO_S = 5.0
+SEND_S = 5.0  # a page that takes no frame for so long is left
+MESSAGES_A_SECOND = 20
+WRONG_TOKEN, TOO_MUCH, TOO_SLOW = 4401, 4429, 4408
+
+
+class Page:
+    """A WebSocket with its symbols and its place in the trail."""
+
+    def __init__(self, socket: WebSocket, hub: Hub) -> None:
+        self._socket, self._hub = socket, hub
+        self.id = secrets.token_urlsafe(9)
+        client = socket.client.host if socket.client else "?"
+        self.who = f"page {self.id[:4]} at {client}"
+        self._symbols: dict[str, Symbol | None] = {}
+        self._problems: dict[str, str] = {}
+        self._life = 0
+        self._trail = -1
+        self._event = 0
+        self._scope: list[str] = []
+        self._samples: list[list[Any]] = []
+
+    async def serve(self) -> None:
+        """Until it is closed, by either side."""
+        hub = self._hub
+        hub.pages += 1
+        sending = asyncio.create_task(self._send_frames())
+        try:
+            hello = {"page": self.id, "who": self.who}
+            await self._socket.send_text(as_text({"hello": hello}))
+            await self._receive()
+        except WebSocketDisconnect:
+            pass
+        finally:
+            sending.cancel()
+            with contextlib.suppress(asyncio.CancelledError, Exception):
+                await sending
+            self._want({})
+            hub.pages -= 1
+            hub.idle_since = time.monotonic()
+            await hub.desk.leave(self.id, self.who)
+
+    # -- what it sends
+    async def _receive(self) -> None:
+        window, count = time.monotonic(), 0
+        while True:
+            message = await self._socket.receive_text()
+            now = time.monotonic()
+            if now - window > 1.0:
+                window, count = now, 0
+            count += 1
+            if count > MESSAGES_A_SECOND:
+                await self._socket.close(TOO_MUCH, "too many messages")
+                return
+            try:
+                wanted = json.loads(message)
+            except (ValueError, RecursionError):
+                continue
+            if isinstance(wanted, dict):
+                await self._subscribe(_paths(wanted.get("subscribe")))
+                scope = _paths(wanted.get("scope"))[:SCOPE_MAX]
+                self._scope, self._samples = scope, []
+
+    async def _subscribe(self, wanted: list[str]) -> None:
+        found: dict[str, Symbol | None] = {}
+        self._problems = {}
+        for path in wanted:
+            try:
+                found[path] = await self._hub.symbol(path)
+            except RefusedError as error:
+                self._problems[path] = str(error)
+        self._life = self._hub.observer.life
+        self._want(found)
+
+    def _want(self, found: dict[str, Symbol | None]) -> None:
+        """These symbols from now on; the hub asks for those of the PLC."""
+        counts = self._hub.wanted
+        for path, symbol in self._symbols.items():
+            if symbol is None:
+                counts[path] -= 1
+                if not counts[path]:
+                    del counts[path]
+                    self._hub.asked.pop(path, None)
+        for path, symbol in found.items():
+            if symbol is None:
+                counts[path] = counts.get(path, 0) + 1
+        self._symbols = found
+
+    # -- what it gets
+    async def _send_frames(self) -> None:
+        try:
+            while True:
+                text = as_text(await self._frame())
+                async with asyncio.timeout(SEND_S):
+                    await self._socket.send_text(text)
+                end = time.monotonic() + FRAME_S
+                while time.monotonic() < end:
+                    await asyncio.sleep(SAMPLE_S)
+                    self._sample()
+        except TimeoutError:
+            await self._socket.close(TOO_SLOW, "the page takes no frames")
+
+    def _sample(self) -> None:
+        """One row of the scope."""
+        sight = self._hub.observer.sight
+        if sight is None or not self._scope:
+            return
+        row = [self._value(path) for path in self._scope]
+        self._samples.append([round(sight.cell_s, 4), *row])
+
+    async def _frame(self) -> dict[str, Any]:
+        hub = self._hub
+        if self._life != hub.observer.life and hub.observer.sight:
+            # the memory of the new CNC is another one
+            self._trail = -1
+            await self._subscribe([*self._symbols, *self._problems])
+        found = hub.frame()
+        fresh = self._trail < 0
+        begin = hub.trail_end - FIRST_TRAIL * 5 if fresh else self._trail
+        found["trail"] = hub.trail(max(0, begin))
+        found["trail_new"] = fresh
+        self._trail = hub.trail_end
+        found["events"] = hub.events.since(self._event)
+        self._event = hub.events.last
+        found["values"] = self._values() if hub.observer.sight else {}
+        found["problems"] = self._problems
+        found["scope"], found["samples"] = self._scope, self._samples
+        self._samples = []
+        return found
+
+    def _values(self) -> dict[str, Any]:
+        return {path: self._value(path) for path in self._symbols}
+
+    def _value(self, path: str) -> Any:
+        symbol = self._symbols.get(path)
+        if symbol is None:
+            return self._hub.asked.get(path)
+        return plain(symbol.value)
+
+
+def _paths(value: Any) -> list[str]:
+    """Symbol paths that a page names: not too many, not too long."""
+    if not isinstance(value, list):
+        return []
+    found = [p for p in value if isinstance(p, str) and len(p) <= PATH_MAX]
+    return found[:SYMBOLS_MAX]
+
+
+def plain(value: Any) -> Any:
+    """A single value as JSON has it; what has members tells so."""
+    if isinstance(value, bytes):
+        return value.decode("latin-1")
+    if isinstance(value, (View, ArrayView, tuple)):
+        return "(has members)"
+    return value
+
+
+async def greeted(socket: WebSocket, token: str) -> bool:
+    """Accept, and wait for the token as the first message."""
+    await socket.accept()
+    try:
+        async with asyncio.timeout(HELLO_S):
+            first = json.loads(await socket.receive_text())
+        given = first.get("token") if isinstance(first, dict) else None
+    except (TimeoutError, ValueError, KeyError, RecursionError):
+        given = None
+    except WebSocketDisconnect:
+        return False
+    if same_token(given, token):
+        return True
+    await socket.close(WRONG_TOKEN, "the token is wrong")
+    return False

@@ -1,0 +1,305 @@
+"""The monitor in a real browser, beside a real cell.
+
+The browser is Debian's chromium.  Without it these tests are skipped.  One
+browser and one cell serve all of them.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import hli
+from cnc_core.commands.demo_run import demo_program
+from plc_client import orders
+from support.browser import CHROMIUM, Browser, Tab
+from support.command_line import command
+from support.fake_cnc import unique_name
+from support.paths import ROOT
+
+IMAGES = ROOT / "docs" / "images"
+CELL = ROOT / "cnc_core" / "data" / "cell.toml"
+PASSES = 60  # of the bundled part: it drives as long as the tests need
+OVERRIDE = "HLI_Global_Variables.gpCh[0]^.bahn_mc_control.override.command_w"
+
+pytestmark = pytest.mark.skipif(
+    CHROMIUM is None, reason="chromium is not installed"
+)
+
+
+@dataclass
+class Shown:
+    """A cell, its monitor and a tab."""
+
+    name: str
+    address: str
+    tab: Tab
+    processes: dict[str, subprocess.Popen[str]]
+    start: Callable[[str], None]
+
+    def end(self, which: str, number: int = signal.SIGKILL) -> None:
+        process = self.processes[which]
+        process.send_signal(number)
+        process.communicate()
+
+    def read(self, path: str) -> float:
+        """What ``hli-cosim read`` shows."""
+        order = {"do": "read", "symbols": [path]}
+        return float(orders.send(self.name, order)["values"][path])
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shown]:
+    """The bundled part beside the PLC of the demo, in real time."""
+    folder = tmp_path_factory.mktemp("monitor")
+    part = folder / "part.nc"
+    part.write_text(demo_program(PASSES))
+    name = unique_name()
+    plc = "-P -m plc_client --builtin demo --name"
+    commands = {
+        "cnc": command("cnc", part, "--config", CELL, "--name", name),
+        "plc": [sys.executable, *plc.split(), name],
+        "monitor": command("monitor", name, "--port", 0),
+    }
+    processes: dict[str, subprocess.Popen[str]] = {}
+
+    def start(which: str) -> None:
+        processes[which] = subprocess.Popen(
+            commands[which],
+            stdout=subprocess.PIPE if which == "monitor" else None,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+
+    browser = Browser(folder / "profile")
+    try:
+        for which in commands:
+            start(which)
+        told = processes["monitor"].stdout
+        assert told is not None
+        address = told.readline().strip()
+        yield Shown(name, address, browser.tab(), processes, start)
+    finally:
+        browser.close()
+        for process in processes.values():
+            if process.returncode is None:
+                process.terminate()
+                process.communicate()
+        hli.sweep()
+
+
+@pytest.fixture
+def page(shown: Shown) -> Shown:
+    """The page of the cell, open and live; no error on its console."""
+    shown.tab.size(1400, 1500)
+    shown.tab.said.clear()
+    shown.tab.go(shown.address)
+    shown.tab.until("document.querySelector('#status').innerText === 'live'")
+    shown.tab.until("document.querySelectorAll('#axis-rows tr').length === 3")
+    return shown
+
+
+def test_the_page_tells_what_happens(page: Shown) -> None:
+    """CNC, PLC's sight and its deed in words; path, program and scope are drawn;
+    the token is gone from the address bar.
+    """
+    tab = page.tab
+    tab.until(
+        "machine.path.route.length > 50 && machine.path.trail.length > 20"
+    )
+    tab.until("!!document.querySelector('#program-lines .now')")
+    tab.until("machine.scope.t.length > 50")
+    assert re.search(r"drives|stands", tab.text("#story-cnc"))
+    assert "mm of contour ahead" in tab.text("#story-sees")
+    assert "override" in tab.text("#story-did")
+    assert "token" not in str(tab.js("location.href"))
+    tab.until("document.querySelectorAll('#task-rows tr').length > 0")
+    tab.until("/requests, over a scan/.test(document.body.innerText)")
+    assert tab.said == []
+    shot = Path(os.environ.get("HLI_COSIM_SHOTS", IMAGES))
+    if os.environ.get("HLI_COSIM_GOLDEN") == "write":
+        tab.screenshot(shot / "monitor.png")
+
+
+def test_numbers_are_young_and_those_of_the_hli(page: Shown) -> None:
+    """The distance on the page lies between two readings of the memory."""
+    path = "gpCh[0].bahn_state.dist_prog_start"
+    page.tab.js(f"machine.watch.add('{path}')")
+    page.tab.until(f"machine.watch.rows.get('{path}').innerText !== '-'")
+    before = page.read(path)
+    shown = float(
+        page.tab.until(
+            f"(v => v > {before} && v)(Number("
+            f"machine.watch.rows.get('{path}').innerText))"
+        )
+    )
+    assert before < shown <= page.read(path)
+    assert page.tab.text("#age") == "age below 0.2 s"
+    page.tab.js(f"machine.watch.remove('{path}')")
+
+
+def test_an_operator_acts_through_the_plc(page: Shown) -> None:
+    """The override is forced in the PLC, shown, told with a name, released."""
+    tab = page.tab
+    tab.js("document.querySelector('#who').value = 'Ada'")
+    tab.js(
+        "(s => { s.value = 42; s.dispatchEvent(new Event('change')) })"
+        "(document.querySelector('#set-override'))"
+    )
+    tab.until(
+        "/42.0 %/.test(document.querySelector('#state-override').innerText)"
+    )
+    assert page.read(OVERRIDE) == 420
+    row = (
+        "[...document.querySelectorAll('#event-rows tr')].map(r => r.innerText)"
+    )
+    told = str(tab.until(f"{row}.find(t => /override 42/.test(t))"))
+    assert "Ada (page" in told
+    tab.until("!document.querySelector('#release-override').disabled")
+    tab.click("#release-override")
+    tab.until("document.querySelector('#release-override').disabled")
+    answer = orders.send(page.name, {"do": "list"})
+    assert answer["forced"] == {}
+
+
+def test_a_symbol_is_forced_and_let_go_with_the_page(page: Shown) -> None:
+    """``hli-cosim read`` sees the value; closing the page releases it."""
+    tab, path = page.tab, "gpCh[0].bahn_mc_control.rapid_override.command_w"
+    tab.js(f"machine.watch.add('{path}')")
+    tab.js(
+        "(r => { r.querySelector('input').value = '770';"
+        " r.querySelector('button').click() })"
+        "(document.querySelector('#watch-rows tr'))"
+    )
+    tab.until("/= 770/.test(document.querySelector('#forced-rows').innerText)")
+    assert page.read(path) == 770
+    tab.js(f"machine.watch.remove('{path}')")
+    tab.go("about:blank")
+    forced = {"do": "list"}
+    for _ in range(200):
+        if not orders.send(page.name, forced)["forced"]:
+            break
+    else:
+        raise AssertionError("still forced")
+
+
+def test_keys_alone_do_everything(page: Shown) -> None:
+    """Tab reaches each control, which has a name; Enter holds the feed."""
+    tab = page.tab
+    nameless = (
+        "[...document.querySelectorAll('button, input, select')].filter(e =>"
+        " !e.innerText.trim() && !e.ariaLabel && !(e.labels || []).length)"
+        ".map(e => e.outerHTML)"
+    )
+    assert tab.js(nameless) == []
+    tab.js("document.querySelector('#who').focus()")
+    for _ in range(8):
+        tab.key("Tab")
+        if tab.js("document.activeElement.id") == "set-feedhold":
+            break
+    assert tab.js("document.activeElement.id") == "set-feedhold"
+    tab.key("Enter")
+    tab.until(
+        "/feed hold/.test(document.querySelector('#story-cnc').innerText)"
+    )
+    tab.until("!document.querySelector('#release-feedhold').disabled")
+    tab.key("Tab")
+    assert tab.js("document.activeElement.id") == "release-feedhold"
+    tab.key("Enter")
+    tab.until("document.querySelector('#release-feedhold').disabled")
+    yaw = tab.js("machine.path.yaw")
+    tab.js("document.querySelector('#path-canvas').focus()")
+    tab.key("ArrowRight")
+    assert tab.js("machine.path.yaw") != yaw
+
+
+def test_a_phone_shows_it_whole(page: Shown) -> None:
+    """390 px wide: nothing is wider than the screen."""
+    tab = page.tab
+    tab.size(390, 844, phone=True)
+    tab.until("innerWidth === 390")
+    assert tab.js("document.documentElement.scrollWidth") == 390
+    wide = (
+        "[...document.querySelectorAll('section')].filter(s =>"
+        " s.getBoundingClientRect().right > 391).map(s => s.id)"
+    )
+    assert tab.js(wide) == []
+    if os.environ.get("HLI_COSIM_GOLDEN") == "write":
+        tab.size(390, 1200, phone=True)
+        tab.screenshot(IMAGES / "monitor_phone.png")
+
+
+def test_a_wrong_token_sees_and_does_nothing(shown: Shown) -> None:
+    """The address is refused; the page asks for a token and takes no wrong one."""
+    tab = shown.tab
+    base = shown.address.partition("?")[0]
+    tab.go(f"{base}?token=wrong")
+    assert tab.text("body").strip() == "the token is wrong"
+    tab.go(base)
+    tab.js("sessionStorage.clear()")
+    tab.go(base)
+    tab.until("!document.querySelector('#login').hidden")
+    tab.js("document.querySelector('#token').value = 'wrong'")
+    tab.click("#login-form button")
+    tab.until(
+        "/token/.test(document.querySelector('#login-problem').innerText)"
+    )
+    assert tab.js("document.querySelector('#machine').hidden")
+
+
+def test_another_site_reaches_nothing(shown: Shown, tmp_path: Path) -> None:
+    """A page of a foreign origin gets neither an answer nor a stream."""
+    tab = shown.tab
+    foreign = tmp_path / "foreign.html"
+    foreign.write_text("<title>foreign</title>")
+    tab.go(foreign.as_uri())
+    base, _, query = shown.address.partition("/?")
+    token = query.removeprefix("token=")
+    asked = (
+        f"fetch('{base}/api/cells', {{headers: {{authorization:"
+        f" 'Bearer {token}'}}}}).then(() => 'read', () => 'refused')"
+    )
+    assert tab.js(asked) == "refused"
+    live = base.replace("http", "ws")
+    stream = (
+        f"new Promise(r => {{ const s = new WebSocket('{live}/api/live?cell="
+        f"{shown.name}'); s.onopen = () => r('open'); s.onerror = () =>"
+        " r('refused') })"
+    )
+    assert tab.js(stream) == "refused"
+
+
+def test_a_killed_cnc_is_told_and_its_return_shown(page: Shown) -> None:
+    """The last test: the CNC dies and comes back under its name."""
+    tab = page.tab
+    page.end("cnc")
+    tab.until(
+        "/the CNC has died/.test(document.querySelector('#status').innerText)"
+    )
+    tab.until("/values are old/.test(document.querySelector('#age').innerText)")
+    page.start("cnc")
+    tab.until("document.querySelector('#status').innerText === 'live'")
+    told = tab.text("#event-rows")
+    assert "the CNC is there again" in told
+    page.end("plc")
+    tab.until(
+        "/the PLC has died/.test(document.querySelector('#event-rows').innerText)"
+    )
+    tab.until("document.querySelector('#set-feedhold').disabled")
+
+
+def test_a_server_that_is_gone_is_told(page: Shown) -> None:
+    """And its page waits for it."""
+    page.end("monitor", signal.SIGTERM)
+    assert page.processes["monitor"].returncode == 128 + signal.SIGTERM
+    page.tab.until(
+        "/server is gone/.test(document.querySelector('#status').innerText)"
+    )
