@@ -23,6 +23,7 @@ VAR
   level : ARRAY [1..40] OF LREAL;
   i, arcs : INT;
   percent : LREAL := 100.0;
+  feed_now : LREAL;
 END_VAR
 clah(start_position := gpCh[0]^.bahn_state.dist_prog_start, length := 50_000.0);
 IF clah.done THEN
@@ -34,6 +35,7 @@ IF clah.done THEN
   END_FOR
 END_IF
 percent := SEL(arcs > 0, 100.0, 60.0);
+feed_now := TO_LREAL(gpCh[0]^.bahn_state.active_feed_r);
 """
 TAIL = "feed(override := percent);\nEND_PROGRAM\n"
 EMPTY = "PROGRAM MAIN\nVAR n : INT; END_VAR\nEND_PROGRAM\n"
@@ -44,7 +46,7 @@ def program() -> str:
     lines = []
     for k in range(1, ZONES + 1):
         lines += [
-            f"level[{k}] := 0.9 * level[{k}] + 0.1 * TO_LREAL(gpCh[0]^.bahn_state.active_feed_r) / {k}.0;",
+            f"level[{k}] := 0.9 * level[{k}] + 0.1 * feed_now / {k}.0;",
             f"IF level[{k}] > {k}00.0 AND arcs = 0 THEN",
             f"  percent := MIN(percent, {120 - k}.0);",
             "END_IF",

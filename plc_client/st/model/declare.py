@@ -226,8 +226,8 @@ class Declarations:
                 text = f"{length} characters are not possible"
                 raise StopHere(RANGE, text, node.pos)
             return types.StringType(length, key == "WSTRING")
-        if key in ("ANY", "ANY_INT", "ANY_NUM", "ANY_BIT", "T_ARG"):
-            raise refuse(f"type {key}", node.pos, "use a type of its own")
+        if key in types.ANY_NAMES:
+            return types.ANY
         return self._world.type_named(node.name, node.pos)
 
     def _array(self, context: Context, node: tree.ArrayType) -> types.Type:
@@ -412,6 +412,12 @@ class Declarations:
         type_ = self.type_of(context, declaration.type)
         if declaration.section != "VAR_IN_OUT":
             check_closed(type_, declaration)
+        called = isinstance(holder, Routine)
+        if type_ is types.ANY and not (
+            called and declaration.section == "VAR_INPUT"
+        ):
+            where = "inputs of functions and methods"
+            raise refuse(f"ANY outside of {where}", declaration.pos)
         found = Variable(
             declaration.name, type_, declaration.section, declaration
         )

@@ -34,6 +34,8 @@ from .elementary import (
 
 __all__ = [
     "ALIASES",
+    "ANY",
+    "ANY_NAMES",
     "BOOL",
     "BYTE",
     "DATE",
@@ -307,3 +309,19 @@ def same(left: Type, right: Type) -> bool:  # noqa: PLR0911
             right.high,
         )
     return False
+
+
+def _any() -> StructType:
+    found = StructType("ANY")
+    found.add(Member("pValue", PointerType(BYTE)))
+    found.add(Member("diSize", DINT))
+    found.add(Member("TypeClass", DINT))
+    return found
+
+
+ANY = _any()
+"""An input of any type, as the routine sees it: where the value is, its size and class."""
+ANY_NAMES = frozenset(
+    f"ANY{name}"
+    for name in ("", "_BIT", "_DATE", "_INT", "_NUM", "_REAL", "_STRING")
+)
