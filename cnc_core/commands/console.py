@@ -16,7 +16,7 @@ from typing import Annotated, Any, TypeVar
 import typer
 from rich.console import Console
 from rich.progress import Progress
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperOption
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 SHOWN_ERRORS = 20
@@ -33,7 +33,9 @@ class _Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         for param in self.params:
-            if param.multiple or getattr(param, "is_flag", True):
+            if not isinstance(param, TyperOption):
+                continue
+            if param.multiple or param.is_flag:
                 continue
             names = [name for name in param.opts if name.startswith("--")]
             given = [arg for arg in args if arg.partition("=")[0] in names]
