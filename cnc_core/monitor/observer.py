@@ -117,8 +117,7 @@ class Observer:
         if now == self._plc:
             return
         if self._plc is not None:
-            died = bool(side.attached) and int(side.pid) == self._plc[0]
-            self._tell("plc", "the PLC " + ("has died" if died else "left"))
+            self._tell("plc", f"the PLC is gone: process {self._plc[0]}")
         if now is not None:
             self._tell("plc", f"the PLC is there: process {now[0]}")
         self._plc = now

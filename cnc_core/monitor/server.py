@@ -16,7 +16,7 @@ from ..errors import CncError
 from .security import App
 
 CONNECTIONS = 64
-FIRST_REQUEST_S = 10.0
+FIRST_REQUEST_S = 5.0
 KEEP_ALIVE_S = 15
 FRAME_BYTES = 64 * 1024
 HEADER_BYTES = 16 * 1024

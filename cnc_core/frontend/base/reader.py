@@ -7,8 +7,8 @@ Program levels, jumps and repeated blocks: ``cnc_core.frontend.base.flow``.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,8 +35,11 @@ WARNINGS_MAX = 1000  # of one number
 # 907001
 IDLE_BLOCKS_MAX = 5_000_000
 ERRORS_MAX = 1000  # that a check collects
+ALIKE_MAX = 10  # of one number and line, with texts of their own
 # what a check follows where blocks come again: without a row; all of them
 IDLE_CHECKED, REPEATS_CHECKED = 50_000, 40_000
+# all of them, in a program that will not run: behind an error
+REPEATS_BEHIND_ERROR = 8_000
 
 # of an error: code, file, line, column, text
 Key = tuple[int, str, int, int, str] | tuple[int, str, int]
@@ -86,6 +89,7 @@ class BlockReader(ABC):
         scan: bool,
     ) -> None:
         self.errors: list[CncError] = []
+        self._of_line: Counter[Hashable] = Counter()
         self.warnings: list[CncError] = []
         self.setups: list[dict[str, object]] = []
         self.flow = Flow(path, self.levels_max, self.too_deep)
@@ -277,6 +281,7 @@ class BlockReader(ABC):
         except CncError as error:
             self.modal.count_lines(block.lines_read)
             self._error(error, block)
+            self._count_repeated(self.flow.level.repeats)
             return
         prepared.begin, prepared.end = position, file.source.position
         if self.flow.level.repeats:
@@ -340,13 +345,18 @@ class BlockReader(ABC):
     def _count_repeated(self, count: int) -> None:
         """A check ends where blocks have come again too often."""
         self._repeated += count
-        if (
-            self._collect
-            and self._repeated > REPEATS_CHECKED
-            and self._computed < REPEATS_CHECKED
-            and not self._ended
-        ):
-            text = f"a check follows {REPEATS_CHECKED} repeated blocks"
+        if not self._collect or self._ended:
+            return
+        if self.errors:
+            ends = self._repeated > REPEATS_BEHIND_ERROR
+        else:
+            ends = (
+                self._repeated > REPEATS_CHECKED > self._computed
+            )  # what only computes is an error, later
+        if ends:
+            most = REPEATS_BEHIND_ERROR if self.errors else REPEATS_CHECKED
+            behind = " behind an error" if self.errors else ""
+            text = f"a check follows {most} repeated blocks{behind}"
             self._warn(909173, f"{ERRORS[909173]}: {text}", self._here())
             self._ended = True
 
@@ -388,6 +398,9 @@ class BlockReader(ABC):
         """Collect an error that is new; a check ends behind ERRORS_MAX."""
         if key in self._seen or len(self.errors) > ERRORS_MAX:
             return
+        self._of_line[key[:3]] += 1
+        if self._of_line[key[:3]] > ALIKE_MAX:
+            return  # a line that comes again with other values
         if len(self.errors) == ERRORS_MAX:
             text = f"{ERRORS[900022]} {ERRORS_MAX} errors"
             error = CncError(900022, text, error.place)

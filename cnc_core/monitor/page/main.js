@@ -14,7 +14,7 @@ import { Layout, Tree } from "./tree.js";
 import { Watch } from "./watch.js";
 
 const OLD_MS = 200; // a number older than this is told to be old
-const SLOW_MS = 250; // between two looks of the tables
+const WORDS_MS = 100; // between two writings of words and tables
 
 function show(view) {
   document.body.dataset.view = view;
@@ -93,7 +93,7 @@ class Machine {
     frame.motion.epoch = this.program.epochOf(frame.motion);
     this.path.take(frame);
     this.scope.take(frame.scope, frame.samples || []);
-    if (this.at - this.slow < SLOW_MS / 4) return;
+    if (this.at - this.slow < WORDS_MS - 10) return;
     this.slow = this.at;
     this.program.take(frame.motion);
     showSummary(frame, this.program.shown.now);

@@ -24,7 +24,9 @@ export class PathView {
     this.pan = [0, 0];
     this.dirty = true;
     this.fitted = false;
-    this.frames = 0;
+    // what stays as long as the view does: the program, and the trail so far
+    this.layers = { route: document.createElement("canvas"), trail: document.createElement("canvas") };
+    this.drawn = 0;
     this.plane("space");
     this.listen();
     const draw = () => {
@@ -37,14 +39,21 @@ export class PathView {
   /** The points of the program. */
   setRoute(points) {
     this.route = points;
+    this.view = "";
     this.fit();
   }
 
   /** One frame: new samples [t, x, y, z, v, s], the tool, what the PLC sees. */
   take(frame) {
-    if (frame.trail_new) this.trail = [];
+    if (frame.trail_new) {
+      this.trail = [];
+      this.view = "";
+    }
     for (const sample of frame.trail || []) this.trail.push(sample);
-    if (this.trail.length > 1.2 * TRAIL) this.trail = this.trail.slice(-TRAIL);
+    if (this.trail.length > 1.2 * TRAIL) {
+      this.trail = this.trail.slice(-TRAIL);
+      this.view = "";
+    }
     for (const sample of frame.trail || []) this.vMax = Math.max(this.vMax, Math.abs(sample[4]));
     this.motion = frame.motion || null;
     const contour = frame.contour;
@@ -161,19 +170,21 @@ export class PathView {
 
   draw() {
     this.dirty = false;
-    this.frames += 1;
     const { canvas, context } = this;
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
-    if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, width, height);
+    const size = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     this.origin = [width / 2 + this.pan[0], height / 2 + this.pan[1]];
-    context.lineJoin = "round";
-    this.line(this.route, styleColor("--line"), 1.5);
+    this.drawLayers(size, ratio);
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, ...size);
+    context.drawImage(this.layers.route, 0, 0);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.drawAhead();
-    if (byId("path-trail").checked) this.drawTrail();
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    if (byId("path-trail").checked) context.drawImage(this.layers.trail, 0, 0);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.drawElements();
     this.drawTool();
     this.drawAxes(height);
@@ -181,9 +192,28 @@ export class PathView {
       + " PLC can see; orange: elements of its last request");
   }
 
-  line(points, color, width) {
+  /** The layers: whole for a new view, else what the trail has got since. */
+  drawLayers(size, ratio) {
+    const { route, trail } = this.layers;
+    const view = [...size, ...this.origin, ...this.center, this.scale, this.yaw, this.pitch, this.vMax,
+      styleColor("--line")].join();
+    if (view !== this.view) {
+      this.view = view;
+      this.drawn = 0;
+      for (const layer of [route, trail]) {
+        [layer.width, layer.height] = size; // empties it, too
+        layer.getContext("2d").setTransform(ratio, 0, 0, ratio, 0, 0);
+      }
+      this.line(this.route, styleColor("--line"), 1.5, route.getContext("2d"));
+    }
+    if (this.drawn < this.trail.length) {
+      this.drawTrail(trail.getContext("2d"), this.trail.slice(Math.max(0, this.drawn - 1)));
+      this.drawn = this.trail.length;
+    }
+  }
+
+  line(points, color, width, context = this.context) {
     if (points.length < 2) return;
-    const { context } = this;
     context.strokeStyle = color;
     context.lineWidth = width;
     context.beginPath();
@@ -191,11 +221,10 @@ export class PathView {
     context.stroke();
   }
 
-  drawTrail() {
-    const { context, trail } = this;
+  drawTrail(context, samples) {
     const paths = Array.from({ length: BINS }, () => new Path2D());
     let before = null;
-    for (const [, x, y, z, v] of trail) {
+    for (const [, x, y, z, v] of samples) {
       const here = this.project(x, y, z);
       if (before) {
         const bin = Math.min(BINS - 1, Math.floor((Math.abs(v) / this.vMax) * BINS));

@@ -41,9 +41,13 @@ export class ProgramView {
 
   /** The line of a path distance, mm. */
   lineAt(distance, epoch) {
-    const points = this.points.filter((p) => p[EPOCH] === epoch);
-    const found = points.find((p) => p[S] >= distance - 1e-6) || points[points.length - 1];
-    return found ? found[LINE] : 0;
+    let last = 0;
+    for (const point of this.points) {
+      if (point[EPOCH] !== epoch) continue;
+      last = point[LINE];
+      if (point[S] >= distance - 1e-6) break;
+    }
+    return last;
   }
 
   take(motion) {
@@ -57,12 +61,15 @@ export class ProgramView {
   /** Mark the line that is driven and the last one that the PLC sees. */
   mark(now, seen) {
     const { list, shown } = this;
-    if (seen !== shown.seen || now !== shown.now) {
-      for (const row of list.querySelectorAll(".seen")) row.classList.remove("seen");
-      for (let line = now; line && line <= seen; line++) list.children[line - 1]?.classList.add("seen");
+    const isSeen = (line, range) => Boolean(range.now) && line >= range.now && line <= range.seen;
+    const wanted = { now, seen };
+    // only the lines that change: a program may be long
+    const from = Math.min(now || Infinity, shown.now || Infinity);
+    for (let line = from; line <= Math.max(seen, shown.seen); line++) {
+      if (isSeen(line, wanted) !== isSeen(line, shown)) list.children[line - 1]?.classList.toggle("seen");
     }
     if (now !== shown.now) {
-      const old = list.querySelector(".now");
+      const old = list.children[shown.now - 1];
       if (old) { old.classList.remove("now"); old.removeAttribute("aria-current"); }
       const row = list.children[now - 1];
       if (row) {
@@ -71,6 +78,6 @@ export class ProgramView {
         list.scrollTop = row.offsetTop - list.offsetTop - list.clientHeight / 3;
       }
     }
-    this.shown = { now, seen };
+    this.shown = wanted;
   }
 }

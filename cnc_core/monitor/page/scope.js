@@ -20,7 +20,7 @@ export class Scope {
     this.dirty = true;
     this.range = [0, 1];
     this.listen();
-    setInterval(() => this.draw(), 50);
+    setInterval(() => this.draw(), 100);
   }
 
   clear() {

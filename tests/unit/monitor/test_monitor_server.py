@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
+from cnc_core import Cell
 from cnc_core.monitor.app import Monitor, Served
 from cnc_core.monitor.security import host_names
 from plc_client import FeedControl, task
@@ -334,3 +336,32 @@ def test_forces_go_with_their_page_unless_they_are_kept(
             cell.step()
     left = {"Program.other", "Program.gain"} if keep else {"Program.other"}
     assert set(dict(cell._scanner.forces.items())) == left
+
+
+def test_a_recording_is_shown_and_no_other_file(
+    program: Callable[..., Path], tmp_path: Path
+) -> None:
+    """Columns over the same instants, in mm; functions, events, the program."""
+    target = tmp_path / "run.arrow"
+    with Cell({"channel": {"m_synch": {"5": "MVS_SVS"}}}) as cell:
+        part = program("G1 X10 F6000\nM5\nX0\nM30\n")
+        result = cell.run(part, record=target)
+    assert result.end == "completed", result.errors
+    with client_of(recordings=[target, tmp_path / "gone.npz"]) as client:
+        begin = client.get("/api/start", headers=OURS).json()
+        assert (begin["view"], begin["recordings"]) == (
+            "recording",
+            ["run.arrow"],
+        )
+        ask = "/api/recording?name="
+        found = client.get(ask + "run.arrow", headers=OURS).json()
+        columns = found["columns"]
+        assert found["complete"]
+        assert len({len(column) for column in columns.values()}) == 1
+        assert columns["X"][-1] == 0.0
+        assert columns["dist_prog_start"][-1] == pytest.approx(20.0)
+        assert found["lines"][0] == "G1 X10 F6000"
+        assert [f["code"] for f in found["functions"]] == [5]
+        for name in ("gone.npz", "../run.arrow", "/etc/passwd", ""):
+            answer = client.get(ask + name, headers=OURS)
+            assert answer.status_code == 404, name

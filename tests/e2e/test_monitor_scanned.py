@@ -1,0 +1,181 @@
+"""A scanner of the monitor's server changes nothing and crashes nothing."""
+
+from __future__ import annotations
+
+import json
+import random
+import socket
+import subprocess
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, suppress
+from dataclasses import dataclass
+from http.client import HTTPConnection
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+import hli
+from cnc_core.monitor.server import CONNECTIONS, FRAME_BYTES
+from support.command_line import command
+from support.fake_cnc import unique_name
+from support.seeds import few
+
+ROUTES = (
+    "/",
+    "/page/main.js",
+    "/api/start",
+    "/api/cells",
+    "/api/layout",
+    "/api/route?cell=",
+    "/api/recording?name=",
+    "/api/act",
+    "/api/raw",
+    "/api/live?cell=",
+    "/none",
+)
+METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "TRACE", "OPTIONS", "X")
+WAIT_S = 20.0
+
+
+@dataclass
+class Server:
+    """A monitor beside a segment, as a process."""
+
+    name: str
+    port: int
+    token: str
+    process: subprocess.Popen[str]
+    root: bytes  # of the memory, when it began
+    segment: hli.Segment
+
+    def ask(self, method: str, path: str, **headers: str) -> int:
+        """The status of an answer."""
+        asked = HTTPConnection("127.0.0.1", self.port, timeout=WAIT_S)
+        with closing(asked) as connection:
+            names = {k.replace("_", "-"): v for k, v in headers.items()}
+            connection.request(method, path, "{}", names)
+            return connection.getresponse().status
+
+    def lives(self) -> None:
+        """It answers, and no byte of the cell has changed."""
+        ours = f"Bearer {self.token}"
+        assert self.ask("GET", "/api/cells", authorization=ours) == 200
+        assert self.process.poll() is None
+        assert self.segment.memory is not None
+        assert self.segment.memory[:] == self.root
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Server]:
+    """The server of one cell."""
+    name = unique_name()
+    with hli.create(name) as segment:
+        process = subprocess.Popen(
+            command("monitor", name, "--port", 0),
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            assert process.stdout is not None
+            address = process.stdout.readline().strip()
+            base, _, token = address.partition("/?token=")
+            port = int(base.rpartition(":")[2])
+            assert segment.memory is not None
+            root = segment.memory[:]
+            yield Server(name, port, token, process, root, segment)
+        finally:
+            process.terminate()
+            process.communicate()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_route_by_every_method(server: Server, method: str) -> None:
+    """Without a token, with a wrong one, from elsewhere: no fact, no deed."""
+    cases: tuple[dict[str, str], ...] = (
+        {},
+        {"authorization": "Bearer x"},
+        {"origin": "http://evil.example"},
+        {"host": "evil.example"},
+    )
+    for path in ROUTES:
+        for case in cases:
+            status = server.ask(method, path, **case)
+            public = path in ROUTES[:2] and method in ("GET", "HEAD")
+            foreign = "origin" in case or "host" in case
+            wanted = (200,) if public and not foreign else range(400, 500)
+            assert status in wanted, (path, case)
+    server.lives()
+
+
+def test_oversized_frames_end_the_stream(server: Server) -> None:
+    """Code 1009, ahead of the token and behind it."""
+    address = f"ws://127.0.0.1:{server.port}/api/live?cell={server.name}"
+    for greeted in (False, True):
+        with connect(address, proxy=None) as live:
+            if greeted:
+                live.send(json.dumps({"token": server.token}))
+                assert "hello" in json.loads(live.recv(WAIT_S))
+            with suppress(ConnectionClosed):
+                live.send("x" * (FRAME_BYTES + 1))
+            with suppress(ConnectionClosed):
+                while True:
+                    live.recv(WAIT_S)
+            assert live.close_code == 1009
+    server.lives()
+
+
+def test_a_foreign_origin_gets_no_stream(server: Server) -> None:
+    """Refused before it is accepted."""
+    address = f"ws://127.0.0.1:{server.port}/api/live?cell={server.name}"
+    with pytest.raises(InvalidStatus) as refused:
+        connect(address, origin="https://evil.example", proxy=None).__enter__()  # type: ignore[arg-type]
+    assert refused.value.response.status_code == 403
+    server.lives()
+
+
+@pytest.mark.parametrize("count", few([300, 10_000], 1))
+def test_many_connections_at_once(server: Server, count: int) -> None:
+    """So many are open as are allowed; the others are closed; then it goes on."""
+    left = count
+    while left > 0:
+        with ExitStack() as stack:
+            sockets = [
+                stack.enter_context(
+                    socket.create_connection(("127.0.0.1", server.port))
+                )
+                for _ in range(min(left, 300))
+            ]
+            closed = 0
+            for each in sockets[CONNECTIONS + 10 :]:
+                each.settimeout(WAIT_S)
+                with suppress(ConnectionResetError):
+                    assert each.recv(1) == b""
+                closed += 1
+            assert closed >= len(sockets) - CONNECTIONS - 10
+        left -= 300
+    server.lives()
+
+
+def test_bytes_that_are_no_request(server: Server) -> None:
+    """Noise, endless heads and half requests are answered by 400 or an end."""
+    noise = random.Random(1)
+    heads = [
+        noise.randbytes(500),
+        b"GET / HTTP/1.1\r\n" + b"x: " + b"y" * 100_000 + b"\r\n\r\n",
+        b"GET / HTTP/1.1\r\nhost: a\r\nhost: b\r\n\r\n",
+        b"POST /api/act HTTP/1.1\r\ncontent-length: -1\r\n\r\n",
+        b"GET /api/live HTTP/1.1\r\nupgrade: websocket\r\n\r\n",
+        b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+    ]
+    for head in heads:
+        at = "127.0.0.1", server.port
+        with (
+            socket.create_connection(at, timeout=WAIT_S) as connection,
+            suppress(OSError),
+        ):
+            connection.sendall(head)
+            connection.shutdown(socket.SHUT_WR)
+            answer = connection.recv(4096)
+            assert not answer.startswith(b"HTTP/1.1 200"), head[:60]
+    server.lives()
