@@ -210,7 +210,7 @@ def _enum_like(
         raise mismatch(source, target, pos)
     base = value.base
     if isinstance(base, types.Elementary) and base.whole:
-        if target.strict and value.constant is None:
+        if target.strict and value.constant not in target.values.values():
             raise mismatch(source, target, pos)
         return cast(value, target)
     return None
