@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -15,6 +16,8 @@ from .machine import compiler
 from .options import Built, Options
 from .source import files
 
+DEEPEST = 8000
+"""Calls of Python in each other: an operand takes about five."""
 VERSION = 1
 """Part of every key of the cache; it grows when the compiler's output changes."""
 
@@ -72,6 +75,18 @@ def _is_source(path: Path) -> bool:
 
 def check(sources: Sources, options: Options | None = None) -> Checked:
     """Parse, check and lower a program without compiling its C."""
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(limit, DEEPEST))
+    try:
+        return _check(sources, options)
+    except RecursionError:
+        text = "an expression or a statement is nested too deeply"
+        return Checked(Log([Problem(REFUSED, text, next(iter(sources), ""))]))
+    finally:
+        sys.setrecursionlimit(limit)
+
+
+def _check(sources: Sources, options: Options | None) -> Checked:
     from .lower.program import Lowering  # noqa: PLC0415
     from .model import collect, hli_types  # noqa: PLC0415
     from .model.collect import Collector  # noqa: PLC0415

@@ -300,6 +300,8 @@ def test_expressions_are_those_of_the_program(
         ("#RT CYCLE\n#FLUSH\n#RT CYCLE END\n", 22004, 2),
         ("#RT CYCLE\nV.E.LATE = 1\n#RT CYCLE END\n", 22009, 2),
         ("#RT CYCLE\nV.P.A = 1\n#RT CYCLE END\n", 22009, 2),
+        ("#RT CYCLE\nV.RTG.LOOP.COUNT = 0\n#RT CYCLE END\n", 900003, 2),
+        ("#RT CYCLE\nV.RTG.OVERRIDE.VEL.CYCLE = 1\n#RT CYCLE END\n", 900003, 2),
         ("#RT CYCLE\nV.E.TEXT = 1\n#RT CYCLE END\n", 907011, 2),
         ("#RT CYCLE\n$IF ONCE 1\n$ELSE\n$ENDIF\n#RT CYCLE END\n", 900010, 3),
         ("#RT CYCLE\n$ENDIF\n#RT CYCLE END\n", 907020, 2),

@@ -100,6 +100,9 @@ bool bend_of(nc_smooth *smooth, const nc_block *row, bend *out) {
     double count = ceil(sqrt(second / (8.0 * SAGITTA * smooth->tol)));
     out->count = (int)fmin(fmax(count, 2.0), POINTS_MAX);
     out->sagitta = second / 8.0 / out->count / out->count;
+    if (out->sagitta > BULGE * smooth->tol) {
+        return false; /* too long for so many points */
+    }
     smooth->bulge = fmax(smooth->bulge, bulge);
     return true;
 }

@@ -51,6 +51,7 @@ void nc_smooth_resync(nc_smooth *smooth, const double *position) {
     }
     smooth->held_n = 0;
     smooth->held_first = 0;
+    smooth->is_bent = false;
     begin_at(smooth);
 }
 

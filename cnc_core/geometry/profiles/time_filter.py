@@ -16,7 +16,7 @@ limits make of them.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -323,6 +323,18 @@ def _curve_speed(
     return np.minimum(v, a), j
 
 
+def _changing(caps: _Caps, share: FloatArray) -> Iterator[slice]:
+    """The sections in which the share changes; the others stay as they are."""
+    first = np.concatenate([[0], np.flatnonzero(caps.ends[:-1]) + 1])
+    if not len(caps):
+        return
+    low = np.minimum.reduceat(share, first)
+    high = np.maximum.reduceat(share, first)
+    last = np.append(first[1:], len(caps))
+    for i in np.flatnonzero(low < high):
+        yield slice(int(first[i]), int(last[i]))
+
+
 def _opened(caps: _Caps, window: float) -> FloatArray:
     """(n,) largest share that holds over a whole window around each row,
     section by section.
@@ -330,14 +342,8 @@ def _opened(caps: _Caps, window: float) -> FloatArray:
     out = caps.share.copy()
     if not window > 0.0:
         return out
-    for part in np.split(
-        np.arange(len(caps)),
-        np.flatnonzero(caps.ends) + 1,
-    ):
-        if len(part):
-            out[part] = _opened_section(
-                caps.share[part], caps.time[part], window
-            )
+    for part in _changing(caps, caps.share):
+        out[part] = _opened_section(caps.share[part], caps.time[part], window)
     return out
 
 
@@ -401,12 +407,8 @@ def _spread(caps: _Caps, share: FloatArray, merge: float) -> FloatArray:
         return share
     out = share.copy()
     time = caps.time * caps.share / np.maximum(share, 1e-6)
-    for part in np.split(
-        np.arange(len(caps)),
-        np.flatnonzero(caps.ends) + 1,
-    ):
-        if len(part):
-            out[part] = _spread_section(share[part], time[part], merge)
+    for part in _changing(caps, share):
+        out[part] = _spread_section(share[part], time[part], merge)
     return out
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, field
 
-from ..errors import Origin, StopHere
+from ..errors import Origin, StopHere, refuse
 from ..model import collect, types
 from ..model.classes import Class, Routine
 from ..model.world import World
@@ -67,6 +67,10 @@ class Lowering:
         except StopHere as stop:
             if stop.code:
                 self._world.log.error(origin, stop, pou)
+        except RecursionError:
+            pos = (origin.first_line, 1)
+            deep = refuse("nesting as deep as here", pos, "use variables")
+            self._world.log.error(origin, deep, pou)
 
     def _settle(self, variables: object) -> None:
         for variable in list(variables):  # type: ignore[call-overload]

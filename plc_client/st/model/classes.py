@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from ..errors import CLASS, Origin, StopHere
+from ..errors import CLASS, CONSTANT, Origin, StopHere
 from ..syntax import tree
 from .types import (
     POINTER_SIZE,
@@ -54,9 +54,18 @@ class Variable:
     def settle(self) -> Variable:
         """Find type and constant of a global variable when first needed."""
         if self.pending is not None:
-            pending, self.pending = self.pending, None
-            pending()
+            pending, self.pending = self.pending, self._circle
+            try:
+                pending()
+            finally:
+                if self.pending == self._circle:
+                    self.pending = None
         return self
+
+    def _circle(self) -> None:
+        self.pending = self._circle
+        pos = self.decl.pos if self.decl is not None else (1, 1)
+        raise StopHere(CONSTANT, f"{self.name} depends on itself", pos)
 
 
 @dataclass(eq=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..errors import TWICE, StopHere
+from ..errors import CLASS, TWICE, StopHere
 from ..syntax import tree
 from . import types
 from .classes import ClassType
@@ -18,12 +18,17 @@ def opening(world: World, key: str) -> bool:
 
 
 def check_closed(type_: types.Type, declaration: tree.Decl) -> None:
-    """A variable is no part of what its own type is made of."""
+    """A variable is no part of what its own type is made of, and no instance of an
+    abstract block.
+    """
     while isinstance(type_, (types.ArrayType, types.OpenArray)):
         type_ = type_.element
     if isinstance(type_, ClassType) and type_.cls.opening:
         text = f"{type_.cls.name} contains itself; use POINTER TO"
         raise StopHere(TWICE, text, declaration.pos)
+    if isinstance(type_, ClassType) and type_.cls.abstract:
+        text = f"{type_.cls.name} is ABSTRACT and has no instance"
+        raise StopHere(CLASS, text, declaration.pos)
 
 
 def retained(declaration: tree.Decl) -> str:

@@ -569,6 +569,7 @@ class Declarations:
         try:
             self._inherit_initial(declaration)
             found.type = self.type_of(context, declaration.type)
+            check_closed(found.type, declaration)
             found.read_only = "CONSTANT" in declaration.qualifiers
             found.retain = retained(declaration)
             if found.read_only:

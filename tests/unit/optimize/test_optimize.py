@@ -111,7 +111,11 @@ def test_a_noisy_surface(bench):
     """
     points = surface()
     ticks = []
-    result = bench.run(words(points), tick=ticks.append, compared=True)
+    result = bench.run(
+        words(points),
+        tick=lambda share, _n: ticks.append(share),
+        compared=True,
+    )
     made = bench.made()
     assert result.points_in == len(points)
     assert result.polynomials == len(made) < len(points) / 3

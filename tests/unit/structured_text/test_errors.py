@@ -25,6 +25,7 @@ CASES = [
     ("gpCh[12]^.head.channel_nr := 1;", "index 12 is outside of 0..11", 6),
     ("gpCh[0]^.bahn_stat.x := 1;", "did you mean BAHN_STATE?", 10),
     ("x := 1 +;", "is unexpected", 9),
+    ("strict := 7;", "does not convert to Strict", 11),
 ]
 
 
@@ -35,7 +36,8 @@ def test_error_has_place_reason_and_help(
     """The error stands in line 3 of the file, at the column told."""
     source = (
         "PROGRAM MAIN\nVAR x : INT; d : DINT; a : ARRAY [0..3] OF INT; fb : R_TRIG;"
-        f" END_VAR VAR CONSTANT N : INT := 1; END_VAR\n{statement}\nEND_PROGRAM\n"
+        f" strict : Strict; END_VAR VAR CONSTANT N : INT := 1; END_VAR\n{statement}\nEND_PROGRAM\n"
+        "{attribute 'strict'}\nTYPE Strict : (One, Two); END_TYPE\n"
     )
     found = check({"bad.st": source}).log.errors
     assert found, "no error"
@@ -58,6 +60,34 @@ def test_a_block_that_contains_itself_is_told(source: str) -> None:
     """By the variable's place; directly, in an array, through another block."""
     found = check({"bad.st": source}).log.errors
     assert ["contains itself" in str(each) for each in found] == [True]
+
+
+@pytest.mark.parametrize(
+    ("source", "text"),
+    [
+        (
+            "VAR_GLOBAL CONSTANT a : INT := b; b : INT := a; END_VAR\n"
+            "PROGRAM P\nVAR x : INT; END_VAR\nx := a;\nEND_PROGRAM\n",
+            "a depends on itself",
+        ),
+        (
+            "FUNCTION_BLOCK ABSTRACT A\nEND_FUNCTION_BLOCK\n"
+            "PROGRAM P\nVAR a : A; END_VAR\nEND_PROGRAM\n",
+            "A is ABSTRACT",
+        ),
+        (
+            "PROGRAM P\nVAR a : INT; END_VAR\n"
+            f"a := 1{' + 1' * 9000};\nEND_PROGRAM\n",
+            "nesting as deep",
+        ),
+    ],
+    ids=("constants", "abstract", "nesting"),
+)
+def test_programs_that_cannot_run_are_told(source: str, text: str) -> None:
+    """None of them is lowered, none is a traceback."""
+    found = check({"bad.st": source}).log.errors
+    assert text in str(found[0])
+    assert found[0].line
 
 
 def test_blocks_may_refer_to_each_other() -> None:

@@ -257,6 +257,9 @@ class RtCycleParser:
             target = self._formulas.external_op(SET_EXTERNAL)
         else:
             target = None
+        if target is None and name.startswith(("V.RTG.", "V.RTA.")):
+            text = f"{name} cannot be written here, V.RTG.LOOP.ENABLED can"
+            raise fail(900003, text, token.offset)
         if target is None:
             raise fail(22009, f"{name}: {ERRORS[22009]}", token.offset)
         stored = target
