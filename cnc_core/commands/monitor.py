@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from importlib.util import find_spec
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -39,9 +39,11 @@ NICE = 5  # the cell comes first
 
 def need_server() -> None:
     """CncError if the page cannot be served."""
-    for package in ("starlette", "uvicorn", "websockets"):
-        if find_spec(package) is None:
-            raise CncError(902001, EXTRA)
+    try:
+        for package in ("starlette", "uvicorn", "websockets"):
+            import_module(package)
+    except ImportError:
+        raise CncError(902001, EXTRA) from None
 
 
 NameOrRecording = Annotated[
