@@ -197,7 +197,11 @@ class Beside:
 
     def __exit__(self, *_: object) -> None:
         self._process.terminate()
-        self._process.wait(READY_S)
+        try:
+            self._process.wait(READY_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
         if self._process.stdout is not None:
             self._process.stdout.close()
 
