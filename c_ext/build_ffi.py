@@ -129,6 +129,7 @@ SYNC_SOURCES = [
     "hli/bench.c",
     "hli/scans.c",
     "hli/trace.c",
+    "hli/replay.c",
 ]
 ENGINE_HEADERS = [
     "rows/nc_block.h",
@@ -155,6 +156,7 @@ def engine_sources() -> list[str]:
             "hli/guard.c",
             "hli/scans.c",
             "hli/trace.c",
+            "hli/replay.c",
             "_engine.c",
             "_sync.c",
         }
@@ -170,6 +172,7 @@ sync_ffi = module(
         "hli/bench.h",
         "hli/scans.h",
         "hli/trace.h",
+        "hli/replay.h",
     ],
     SYNC_SOURCES,
 )

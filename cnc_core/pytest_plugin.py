@@ -34,8 +34,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_collect_file(
     file_path: Path, parent: pytest.Collector
 ) -> pytest.Collector | None:
-    """``test_*.st``: tests in Structured Text."""
-    if file_path.suffix != ".st" or not file_path.name.startswith("test_"):
+    """``test_*.st``, ``.TcPOU``, ``.plcproj``: tests in Structured Text."""
+    kinds = (".st", ".tcpou", ".plcproj")
+    name = file_path.name.lower()
+    if not name.startswith("test_") or not name.endswith(kinds):
         return None
     from plc_client.st.pytest_items import StFile  # noqa: PLC0415
 

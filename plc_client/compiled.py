@@ -61,9 +61,11 @@ class CompiledScans:
         scans.slice_ns = SLICE_OF_SCANS_NS
         scans.spin_ns, scans.timeout_ns = SPIN_NS, SLICE_NS
 
-    def run(self) -> int:
+    def run(self, loop: Callable[[Any], int] = lib.hs_scan_tasks) -> int:
         """Scans from the one that is due on: ``DUE``, ``NOT_DUE``, ``TRAPPED``
         or another number: the next scan is the caller's.
+
+        ``loop``: runs them; it gets ``hs_scans``.
         """
         for row, program in zip(self._rows, self._programs, strict=True):
             row.due, row.interval = program.due, program.interval_ticks
@@ -74,7 +76,7 @@ class CompiledScans:
             )
             row.total_ns = row.shortest_ns = row.longest_ns = 0
             row.scans = row.missed = 0
-        result: int = lib.hs_scan_tasks(self._scans)
+        result: int = loop(self._scans)
         for row, program in zip(self._rows, self._programs, strict=True):
             _note(row, program)
         return result

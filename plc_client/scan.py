@@ -255,6 +255,21 @@ class Scanner:
         return not_due
 
     @property
+    def compiled(self) -> bool:
+        """Whether C may run the scans: nobody wants something of the next one."""
+        return self._compiled is not None and not self._asked
+
+    def scan_by(self, loop: Callable[[Any], int]) -> int:
+        """Scans that a loop in C runs (see ``CompiledScans.run``); PlcError: a
+        task was stopped by its trap.
+        """
+        assert self._compiled is not None
+        result = self._compiled.run(loop)
+        if result == TRAPPED:
+            self._trapped(self._compiled.trapped)
+        return result
+
+    @property
     def _asked(self) -> bool:
         """Whether somebody wants something of the next scan."""
         return (

@@ -35,12 +35,10 @@ static void schedule(hs_task *task, uint64_t now) {
     }
 }
 
-/* All tasks that are due; gives the time behind the last one, or -1: a task
- * was stopped. */
-static int64_t scan(hs_scans *scans,
-                    uint64_t cycle,
-                    int64_t cell_ns,
-                    int64_t begin_ns) {
+int64_t hs_tasks_scan(hs_scans *scans,
+                      uint64_t cycle,
+                      int64_t cell_ns,
+                      int64_t begin_ns) {
     for (uint32_t i = 0; i < scans->count; i++) {
         hs_task *task = &scans->tasks[i];
         if (task->due > cycle) {
@@ -67,25 +65,29 @@ static uint64_t next_due(const hs_scans *scans) {
     return due;
 }
 
+void hs_scans_count(const hs_scans *scans) {
+    uint64_t count = load_u64_relaxed(scans->scans_at) + 1;
+    store_u64_relaxed(scans->scans_at, count);
+    store_u64_relaxed(scans->heartbeat_at, count);
+}
+
 int hs_scan_tasks(hs_scans *scans) {
     int64_t now_ns = hs_monotonic_ns();
     int64_t end_ns = now_ns + scans->slice_ns;
     while (now_ns < end_ns) {
-        hs_image *image = scans->image;
-        if (hs_image_latch(image, LATCH_TRIES) != HS_OK) {
+        const hs_image *image = scans->image;
+        if (hs_image_latch(scans->image, LATCH_TRIES) != HS_OK) {
             return HS_ASIDE;
         }
         uint32_t phase = image->phase;
         if (phase == HLI_PHASE_ENDED || phase == HLI_PHASE_SHUTDOWN) {
             return HS_ASIDE;
         }
-        if (scan(scans, image->cycle, (int64_t)image->cell_time_ns, now_ns)
-            < 0) {
+        int64_t cell_ns = (int64_t)image->cell_time_ns;
+        if (hs_tasks_scan(scans, image->cycle, cell_ns, now_ns) < 0) {
             return HS_TRAPPED;
         }
-        uint64_t count = load_u64_relaxed(scans->scans_at) + 1;
-        store_u64_relaxed(scans->scans_at, count);
-        store_u64_relaxed(scans->heartbeat_at, count);
+        hs_scans_count(scans);
         int waited = hs_word_turn(scans->mine,
                                   scans->others,
                                   (uint32_t)next_due(scans),

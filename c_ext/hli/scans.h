@@ -38,4 +38,13 @@ typedef struct hs_scans {
  * whose program has ended, or that ends, is the caller's. */
 int hs_scan_tasks(hs_scans *scans);
 /* cdef end */
+
+/* All tasks that are due in this cycle; gives the time behind the last one, or
+ * -1: a task was stopped. */
+int64_t hs_tasks_scan(hs_scans *scans,
+                      uint64_t cycle,
+                      int64_t cell_ns,
+                      int64_t begin_ns);
+/* The PLC has done one more scan. */
+void hs_scans_count(const hs_scans *scans);
 #endif

@@ -63,6 +63,10 @@ int64_t jerk_used(const jerk_planner *planner) {
     return planner->plan.next;
 }
 
+int jerk_as_wanted(const jerk_planner *planner) {
+    return !planner->changed;
+}
+
 void jerk_get_stats(const jerk_planner *planner, jerk_stats *out) {
     *out = planner->stats;
 }

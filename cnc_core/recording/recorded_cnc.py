@@ -9,11 +9,10 @@ from __future__ import annotations
 import ctypes
 import os
 import secrets
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from hli._sync import ffi, lib
 
 from hli import layout, segment
@@ -23,100 +22,10 @@ from hli.members import plc_bytes
 
 from ..errors import CncError
 from .reading import Recording
+from .recorded_scans import Batch, Scan, Values, pointer
 
-Values = npt.NDArray[np.uint64]
 _apply, _differing = lib.hs_trace_apply, lib.hs_trace_differing
 GAP = 8  # words between two runs that are compared as one
-
-
-class Changes(NamedTuple):
-    """Words of the memory that changed: C pointers to their numbers and values,
-    how many, and what keeps both alive.
-    """
-
-    words: Any
-    values: Any
-    number: int
-    held: Any
-
-
-class Scan(NamedTuple):
-    """One scan of the recorded PLC: what the CNC changed ahead of it, what the
-    PLC changed in it, the watched symbols at its end.
-    """
-
-    number: int
-    cycle: int
-    time_s: float
-    came: list[Changes]
-    wrote: list[Changes]
-    watched: tuple[float, ...]
-
-
-def scans_of(recording: Recording) -> Iterator[Scan]:
-    """All scans in order, ``setup()`` first; memory for a chunk of the tables.
-
-    Of a recording that was cut, the scans whose changes are whole.
-    """
-    changes = _changes(recording)
-    key, part = next(changes, _END)
-    for number, cycle, time_s, *watched in _times(recording):
-        found: tuple[list[Changes], list[Changes]] = ([], [])
-        while key >> 1 <= number:
-            found[key & 1].append(part)
-            key, part = next(changes, _END)
-        if part is None and not recording.complete:
-            return
-        yield Scan(number, cycle, time_s, *found, tuple(watched))
-
-
-_END: tuple[int, Any] = (1 << 62, None)
-
-
-def symbols_of(recording: Recording) -> tuple[str, ...]:
-    """The watched symbols."""
-    return tuple(
-        name
-        for name in recording.plc.columns
-        if name not in ("cycle", "t", "scan")
-    )
-
-
-def _times(recording: Recording) -> Iterator[tuple[Any, ...]]:
-    """Scan, cycle, time and symbols; ahead of the first scan ``setup()``."""
-    columns = ["scan", "cycle", "t", *symbols_of(recording)]
-    first = True
-    for chunk in recording.plc.chunks(columns):
-        rows = zip(
-            *(column.to_pylist() for column in chunk.columns), strict=True
-        )
-        for row in rows:
-            if first:
-                yield (0, *row[1:3])
-                first = False
-            yield row
-
-
-def _changes(recording: Recording) -> Iterator[tuple[int, Changes]]:
-    """Twice the scan, 1 more where the PLC wrote them; and the words."""
-    for chunk in recording.exchange.chunks(["scan", "by_plc", "word", "value"]):
-        scan, by_plc, words, values = (
-            chunk.column(i).to_numpy() for i in range(4)
-        )
-        key = scan.astype(np.int64) * 2 + by_plc
-        ends = [*(np.flatnonzero(np.diff(key)) + 1).tolist(), len(key)]
-        held = (
-            np.ascontiguousarray(words, np.uint32),
-            np.ascontiguousarray(values, np.uint64),
-        )
-        at = _pointer("uint32_t *", held[0])
-        value = _pointer("uint64_t *", held[1])
-        begin = 0
-        for head, end in zip(
-            key[np.array(ends) - 1].tolist(), ends, strict=True
-        ):
-            yield head, Changes(at + begin, value + begin, end - begin, held)
-            begin = end
 
 
 def no_scans(recording: Recording) -> CncError:
@@ -127,6 +36,23 @@ def no_scans(recording: Recording) -> CncError:
         " (recorded without a PLC, without the table exchange, or by"
         " an older version)",
     )
+
+
+class Difference:
+    """Words that differ, as C has them: as recorded and as they are."""
+
+    def __init__(
+        self, words: Sequence[int], old: Sequence[int], new: Sequence[int]
+    ) -> None:
+        self._content = list(words), list(old), list(new)
+        self.words = ffi.new("uint32_t[]", self._content[0])
+        self.old = ffi.new("uint64_t[]", self._content[1])
+        self.new = ffi.new("uint64_t[]", self._content[2])
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Difference) and self._content == other._content
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 class RecordedCnc:
@@ -155,11 +81,11 @@ class RecordedCnc:
         self._memory = ffi.cast("uint64_t *", self.segment.base)
         size = segment.SEGMENT_SIZE // 8
         self.recorded: Values = np.zeros(size, np.uint64)
-        self._recorded = _pointer("uint64_t *", self.recorded)
+        self._recorded = pointer("uint64_t *", self.recorded)
         # where the CNC runs on while the PLC scans, nobody knows what a member
         # that both write was at the scan's end
         self.masks: Values = plc_bytes(shared=self.lockstep).view(np.uint64)
-        self._masks = _pointer("uint64_t *", self.masks)
+        self._masks = pointer("uint64_t *", self.masks)
         runs = _runs(self.masks, self.areas)
         self._runs = ffi.new("uint32_t[]", runs)
         self._found = ffi.new("uint32_t[]", size)
@@ -184,27 +110,59 @@ class RecordedCnc:
 
     def begin(self, scan: Scan) -> None:
         """What the CNC changed ahead of this scan; the clock stands at it."""
-        self._apply(scan.came, self._memory)
+        _apply(self._memory, self._recorded, *scan.came)
         side = self._side
-        side.cycle, side.cell_time_ns = scan.cycle, round(scan.time_s * 1e9)
+        side.cycle, side.cell_time_ns = scan.cycle, scan.cell_ns
         if not self._published:
             self._published = True
             self.segment.publish()
 
     def end(self, scan: Scan) -> list[int]:
         """Words that the recorded PLC left otherwise than the memory has them."""
-        self._apply(scan.wrote, ffi.NULL)
+        _apply(ffi.NULL, self._recorded, *scan.wrote)
         count = _differing(*self._compared)
         return list(self._found[0:count]) if count else []
 
-    def _apply(self, changes: list[Changes], memory: Any) -> None:
-        for words, values, count, _ in changes:
-            _apply(memory, self._recorded, words, values, count)
+    def in_c(self, batch: Batch, first: int, known: Difference) -> Any:
+        """``hs_replay`` for the scans of a batch from this one on; ``known``:
+        what may differ.  The caller keeps ``known``.
+        """
+        memory, recorded, masks, runs, run_count, found = self._compared
+        side = self.areas.sidecar.cnc
+        return ffi.new(
+            "hs_replay *",
+            {
+                "cycle_at": side._pointer(layout.HLI_SIDE_CNC.cycle.offset),
+                "cell_time_at": side._pointer(
+                    layout.HLI_SIDE_CNC.cell_time_ns.offset
+                ),
+                "memory": memory,
+                "recorded": recorded,
+                "masks": masks,
+                "runs": runs,
+                "run_count": run_count,
+                "found": found,
+                "cycles": pointer("uint64_t *", batch.cycles),
+                "cell_ns": pointer("int64_t *", batch.cell_ns),
+                "ends": pointer("uint32_t *", batch.ends),
+                "at": batch.at,
+                "values": batch.values,
+                "count": len(batch.cycles),
+                "next": first,
+                "known": known.words,
+                "old": known.old,
+                "new_": known.new,
+                "known_count": len(known.words),
+                "row": int(batch.ends[2 * first - 1]) if first else 0,
+            },
+        )
 
-    def values(self, words: list[int]) -> tuple[Any, ...]:
+    def difference(self, words: list[int]) -> Difference:
         """The words, what was recorded there, and what is there now."""
         old, new = self._recorded, self._memory
-        return words, [old[i] for i in words], [new[i] for i in words]
+        return Difference(
+            words, [old[i] for i in words], [new[i] for i in words]
+        )
 
     @property
     def bytes(self) -> memoryview:
@@ -222,10 +180,6 @@ class RecordedCnc:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def _pointer(kind: str, array: npt.NDArray[Any]) -> Any:
-    return ffi.cast(kind, array.ctypes.data)
 
 
 def _runs(masks: Values, areas: Areas) -> list[int]:

@@ -12,7 +12,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from hli._sync import lib
 
+from hli.errors import HliTimeout
 from hli.members import Member, member_at
 from hli.symbol import Symbol, SymbolError
 from plc_client import builtin
@@ -26,7 +28,8 @@ from plc_client.sources import load_tasks
 
 from .reading import Recording
 from .recorded_answers import Answers
-from .recorded_cnc import RecordedCnc, Scan, no_scans, scans_of, symbols_of
+from .recorded_cnc import Difference, RecordedCnc, no_scans
+from .recorded_scans import Batch, Scan, batches_of, symbols_of
 
 
 @dataclass
@@ -118,16 +121,20 @@ class _Run:
         self._answers = Answers(cnc.areas, recording)
         self._members: dict[int, list[Member]] = {}
         self._differing: list[int] = []
-        self._values: tuple[Any, ...] = ()
+        self._known = Difference([], [], [])
         self._paths: list[str] = []  # of the members that differ
         self._symbols: list[tuple[int, str, Symbol]] = []
+        self._begun_s = 0.0
 
     def all(self) -> None:
         """Every scan of the recording."""
-        scans = scans_of(self._recording)
-        first = next(scans, None)
-        if first is None:
+        batches = batches_of(self._recording)
+        batch = next(batches, None)
+        if batch is None:
             raise no_scans(self._recording)
+        first = batch.scan(0)
+        self._begun_s = first.time_s
+        self._out.scans = -1  # setup() is none
         begun = time.monotonic()
         self._cnc.begin(first)
         guard = Guard()
@@ -144,18 +151,58 @@ class _Run:
                 scanner.start()
                 self._end(first)
                 self._watch(scanner)
-                for scan in scans:
-                    self._begin(scan)
-                    self._scan(scanner, scan)
-                    self._end(scan)
-                    self._compare_symbols(scan)
-                    self._out.scans += 1
-                    self._out.time_s = scan.time_s - first.time_s
+                self._batch(scanner, batch, 1)
+                for batch in batches:
+                    self._batch(scanner, batch, 0)
             finally:
                 scanner.close()
                 guard.close()
         self._out.wall_s = time.monotonic() - begun
         self._warn(scanner)
+
+    def _batch(self, scanner: Scanner, batch: Batch, at: int) -> None:
+        """The scans of a batch from this one on."""
+        while at < len(batch):
+            if self._in_c(scanner):
+                at = self._batch_in_c(scanner, batch, at)
+            else:
+                scan = batch.scan(at)
+                self._begin(scan)
+                self._scan(scanner, scan)
+                self._end(scan)
+                self._compare_symbols(scan)
+                at += 1
+        self._out.scans += len(batch)
+        self._out.time_s = float(batch.times[-1]) - self._begun_s
+
+    def _in_c(self, scanner: Scanner) -> bool:
+        """Whether nothing of the next scan needs Python."""
+        return (
+            scanner.compiled
+            and self._cnc.lockstep
+            and not self._symbols
+            and not self._answers.concern(self._differing)
+        )
+
+    def _batch_in_c(self, scanner: Scanner, batch: Batch, at: int) -> int:
+        """Scans in C up to the batch's end or the first that leaves something
+        otherwise than the one before; number of the next one.
+        """
+        row = self._cnc.in_c(batch, at, self._known)
+
+        def loop(scans: Any) -> int:
+            row.scans = scans
+            result: int = lib.hs_replay_scans(row)
+            return result
+
+        result = scanner.scan_by(loop)
+        if result == lib.HS_TIMEOUT:
+            raise HliTimeout("the recorded memory never stands still")
+        self._count(row.same)
+        self._differing = list(row.found[0 : row.differing])
+        if result == lib.HS_ASIDE:
+            self._note(batch.scan(row.next - 1))
+        return int(row.next)
 
     def _begin(self, scan: Scan) -> None:
         differing = self._differing
@@ -183,13 +230,16 @@ class _Run:
 
     def _note(self, scan: Scan) -> None:
         """Count the members that differ; tell the first of all."""
-        values = self._cnc.values(self._differing)
-        if values != self._values:  # most often they stay as they are
-            self._values = values
+        found = self._cnc.difference(self._differing)
+        if found != self._known:  # most often they stay as they are
+            self._known = found
             self._paths = list(self._told(scan))
+        self._count(1)
+
+    def _count(self, scans: int) -> None:
         counts = self._out.counts
-        for path in self._paths:
-            counts[path] = counts.get(path, 0) + 1
+        for path in self._paths if scans else ():
+            counts[path] = counts.get(path, 0) + scans
 
     def _told(self, scan: Scan) -> Iterator[str]:
         old, new = self._cnc.recorded.data.cast("B"), self._cnc.bytes

@@ -32,7 +32,8 @@ class PathEstimate:
     Call it once per scan; ``at(seconds)`` is the expected distance (0.1 um) and
     ``speed_at(seconds)`` the expected speed (0.1 um/s) that much later.  The
     plan knows the override of its making; waits for the PLC take no time in it,
-    and distances run on over a distance reset.  Without a plan braking is
+    and distances run on over a distance reset.  Behind its end the speed there
+    goes on.  Without a plan braking is
     followed to standstill and no further, acceleration to the programmed feed
     with its override and no further.
     """
@@ -78,6 +79,10 @@ class PathEstimate:
         """Expected distance after ``seconds``."""
         if self._is_planned(seconds):
             return self.distance + self.plan.at(seconds).way
+        if self._goes_on(seconds):
+            reach = self.plan.horizon
+            behind = self.plan.rate * (seconds - reach)
+            return self.distance + self.plan.at(reach).way + behind
         v, a, t = self.speed, self.acceleration, self._changes(seconds)
         return self.distance + v * seconds + a * t * (seconds - 0.5 * t)
 
@@ -85,12 +90,16 @@ class PathEstimate:
         """Expected speed after ``seconds``, 0.1 um/s along the driven path;
         negative while it runs backwards.
         """
-        if self._is_planned(seconds):
+        if self._is_planned(seconds) or self._goes_on(seconds):
             return math.copysign(self.plan.at(seconds).speed, self.speed)
         return self.speed + self.acceleration * self._changes(seconds)
 
     def _is_planned(self, seconds: float) -> bool:
         return self.planned and 0.0 <= seconds <= self.plan.horizon
+
+    def _goes_on(self, seconds: float) -> bool:
+        """Behind the plan's end, which is driven on with the speed there."""
+        return self.planned and seconds > self.plan.horizon > 0.0
 
     def _changes(self, seconds: float) -> float:
         """How long the speed goes on changing, without a plan."""

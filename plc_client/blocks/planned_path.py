@@ -42,6 +42,8 @@ class PlannedPath:
         self._edition = -1
         self._now = 0.0
         self.valid = False
+        self._knots = np.zeros(0, _KNOT)
+        self._times = np.zeros(0)
         if self._area is not None:
             plan = self._area.plan
             self._seq = plan._pointer(layout.HLI_AHEAD_PLAN.seq.offset)
@@ -79,10 +81,19 @@ class PlannedPath:
 
     @property
     def horizon(self) -> float:
-        """How far the plan reaches, s; endless if the path rests at its end."""
+        """How far the plan reaches, s; endless if the path rests at its end; 0
+        without a plan.
+        """
         if self._copy.complete:
             return float("inf")
+        if not len(self._times):
+            return 0.0
         return max(float(self._times[-1] - self._now) / _US, 0.0)
+
+    @property
+    def rate(self) -> float:
+        """Change of the distance where the plan ends, 0.1 um/s."""
+        return float(self._knots[-1]["rate"]) if len(self._knots) else 0.0
 
     def at(self, seconds: float) -> Ahead:
         """Way and speed after ``seconds`` of motion; behind the horizon, those of

@@ -13,7 +13,7 @@ from typing import Any
 from .errors import REFUSED, Log, Problem, StError
 from .machine import compiler
 from .options import Built, Options
-from .source import files, library
+from .source import files
 
 VERSION = 1
 """Part of every key of the cache; it grows when the compiler's output changes."""
@@ -76,6 +76,7 @@ def check(sources: Sources, options: Options | None = None) -> Checked:
     from .model import collect, hli_types  # noqa: PLC0415
     from .model.collect import Collector  # noqa: PLC0415
     from .model.world import World  # noqa: PLC0415
+    from .source import library  # noqa: PLC0415
     from .syntax.parser import parse  # noqa: PLC0415
 
     options = options or Options()

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from ..task import PlcError
-from .testing import StTestFailedError, run_test, tests_of
+from .testing import StTest, StTestFailedError, run_test, tests_of
 
 
 class StFile(pytest.File):
@@ -17,9 +17,10 @@ class StFile(pytest.File):
 
     def collect(self) -> Iterator[pytest.Item]:
         """One item a method."""
-        for block, method, line in tests_of(self.path):
-            item = StItem.from_parent(self, name=f"{block}.{method}")
-            item.place = (block, method, line)
+        for test in tests_of(self.path):
+            name = f"{test.block}.{test.method}"
+            item = StItem.from_parent(self, name=name)
+            item.test = test
             yield item
 
     def repr_failure(  # type: ignore[override]
@@ -34,11 +35,12 @@ class StFile(pytest.File):
 class StItem(pytest.Item):
     """One test method."""
 
-    place: tuple[str, str, int] = ("", "", 0)
+    test: StTest
 
     def runtest(self) -> None:
-        """A fresh program, one call of the method."""
-        run_test(self.path, *self.place[:2])
+        """A fresh program; one call of the method, or calls until it has finished."""
+        test = self.test
+        run_test(self.path, test.block, test.method, test.lasts)
 
     def repr_failure(self, excinfo: Any, style: Any = None) -> Any:
         """The assertions with their lines."""
@@ -48,4 +50,4 @@ class StItem(pytest.Item):
 
     def reportinfo(self) -> tuple[Path, int, str]:
         """File and line for reports."""
-        return self.path, self.place[2] - 1, self.name
+        return self.path, self.test.line - 1, self.name

@@ -12,7 +12,7 @@ import pytest
 
 from cnc_core import Cell, Recording
 from cnc_core.recording.recorded_answers import RecordedContour
-from cnc_core.recording.replay import Replay, programs_of, replay
+from cnc_core.recording.replay import Replay, _Run, programs_of, replay
 from cnc_core.recording.targets import write_target
 from hli import layout
 from hli.view import BLOCK_DTYPE
@@ -239,3 +239,27 @@ def test_a_recording_without_scans_is_refused(tmp_path: Path) -> None:
     alone = record("none", nc, tmp_path / "a.arrow")
     with pytest.raises(Exception, match="no scans of a PLC"):
         again(alone, OVERRIDE)
+
+
+@pytest.mark.parametrize("other", ["100.0, 50.0", "100.0 - distance, 60.0"])
+def test_scans_in_c_find_what_scans_in_python_find(
+    recorded: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    other: str,
+) -> None:
+    """A compiled PLC that differs now and then: the same first difference, the
+    same counts.
+    """
+    text = (EXAMPLES / "override_from_contour.st").read_text()
+    distance = "LREAL_TO_REAL(gpCh[0]^.bahn_state.dist_prog_start / 1.0E5)"
+    changed = other.replace("distance", distance)
+    plc = tmp_path / "other.st"
+    plc.write_text(text.replace("100.0, 60.0", changed))
+    in_c = again(recorded, plc).as_json()
+    monkeypatch.setattr(_Run, "_in_c", lambda *_: False)
+    in_python = again(recorded, plc).as_json()
+    for found in (in_c, in_python):
+        del found["realtime_factor"]
+    assert in_c == in_python
+    assert in_c["scans"] > sum(in_c["counts"].values()) > 100

@@ -63,6 +63,9 @@ struct planner_ops {
     jerk_planner *(*spare)(const struct engine *engine);
     /* Path behind the plan, estimated; NULL: the plan covers the window. */
     bool (*stands_behind)(struct engine *engine, uint64_t i);
+    /* Whether the plan is made for the override and the speeds of now; NULL: it
+     * always is. */
+    bool (*as_wanted)(const struct engine *engine);
     double (*line_time)(const struct engine *engine,
                         const double *most,
                         double length,

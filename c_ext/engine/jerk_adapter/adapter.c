@@ -475,6 +475,10 @@ static void ways_to_standstill(struct engine *engine,
     way[1] = search->next.before + search->next.way;
 }
 
+static bool as_wanted(const struct engine *engine) {
+    return jerk_as_wanted(engine->jerk_adapter.planner);
+}
+
 static double line_time(const struct engine *engine,
                         const double *most,
                         double length,
@@ -501,6 +505,7 @@ const struct planner_ops jerk_limited_planner = {
     .ways_to_standstill = ways_to_standstill,
     .spare = spare,
     .stands_behind = adapter_stands_behind,
+    .as_wanted = as_wanted,
     .line_time = line_time,
     .traits =
         {

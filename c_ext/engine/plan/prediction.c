@@ -35,6 +35,8 @@ struct prediction {
                                        set them */
     uint32_t max;
     uint64_t seen; /* phases written when it was made */
+    double
+        override; /* of the last plan that was made for the one of its time */
     struct standstill_search search;
 };
 
@@ -279,7 +281,22 @@ static void make_timetable(struct engine *engine, struct forecast *to) {
     for (uint32_t i = 0; i < to->count; at += to->phases[i++].time) {
         timetable_add(engine, table, &to->phases[i], at);
     }
-    timetable_end(table, to->complete, engine->plan.override);
+    const struct planner_ops *planner = engine->planner;
+    if (!planner->as_wanted || planner->as_wanted(engine)) {
+        engine->prediction->override = engine->plan.override;
+    }
+    timetable_end(table,
+                  to->complete,
+                  to->stands,
+                  engine->prediction->override);
+}
+
+/* Whether the axes stand where the plan ends, whatever comes behind. */
+static bool stands_at_end(struct engine *engine, const struct forecast *to) {
+    const phase *end = to->count ? &to->phases[to->count - 1] : NULL;
+    return to->complete
+           || (end && end->last && engine->planner->stands_behind
+               && engine->planner->stands_behind(engine, end->piece));
 }
 
 void prediction_plan(struct engine *engine, bool pumped) {
@@ -312,6 +329,7 @@ void prediction_plan(struct engine *engine, bool pumped) {
         to->count ? to->phases[to->count - 1].piece + 1 : engine->commit.piece;
     bool whole = to->count == 0 || to->phases[to->count - 1].last;
     to->complete = engine->dispatch.final && last >= engine->run.head && whole;
+    to->stands = stands_at_end(engine, to);
     if (!engine->plan.hold && engine->cfg.functions & FORESEES) {
         find_marks(engine, to);
     }

@@ -17,6 +17,7 @@ typedef struct forecast {
     double begin_s; /* motion time at which the first phase begins */
     uint32_t count, mark_count;
     bool complete;           /* at rest at its end, and nothing comes behind */
+    bool stands;             /* at rest at its end, whatever comes behind */
     double marks[MARKS_MAX]; /* motion times at which feed blocks begin behind
                                 rapid motion */
     uint64_t piece;          /* the commit's end ... */

@@ -176,10 +176,13 @@ static void cut_own_brake(struct timetable *table) {
     table->count = last + 1;
 }
 
-void timetable_end(struct timetable *table, bool complete, double override) {
+void timetable_end(struct timetable *table,
+                   bool complete,
+                   bool stands,
+                   double override) {
     table->complete = complete && !table->full;
     table->override = override;
-    if (!complete && !table->full && table->count > 0) {
+    if (!stands && !table->full && table->count > 0) {
         cut_own_brake(table);
     }
 }

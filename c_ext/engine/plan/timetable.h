@@ -33,7 +33,11 @@ void timetable_add(struct engine *engine,
                    struct timetable *table,
                    const phase *ph,
                    double begin_s);
-void timetable_end(struct timetable *table, bool complete, double override);
+/* `stands`: the axes stand at its end, which is then driven as it is. */
+void timetable_end(struct timetable *table,
+                   bool complete,
+                   bool stands,
+                   double override);
 
 /* GEO: show another table from here on; none. */
 void timetable_publish(struct engine *engine, const struct timetable *table);

@@ -202,6 +202,10 @@ double jerk_take_back(jerk_planner *planner, double seconds);
 uint64_t jerk_edition(const jerk_planner *planner);
 int64_t jerk_used(const jerk_planner *planner);
 
+/* Whether the plan is made for what is wanted now: not if no plan for the last
+ * change has been found yet. */
+int jerk_as_wanted(const jerk_planner *planner);
+
 /* The tail was executed: go on from its end, at rest. */
 void jerk_tail_driven(jerk_planner *planner);
 

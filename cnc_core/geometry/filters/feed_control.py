@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from cnc_core.blocks.pool import rows_joined
 from cnc_core.units import FloatArray
 
 from .run_filter import EMPTY, FEED_CONTROL, Rows, RunFilter
@@ -65,7 +66,7 @@ class FeedControl(RunFilter):
 
     def extend(self, rows: Rows, start: FloatArray) -> Rows:
         starts = np.vstack([start, rows["end"][:-1, : self.count]])
-        self._held = np.concatenate([self._held, rows])
+        self._held = rows_joined([self._held, rows])
         self._starts = np.vstack([self._starts, starts])
         keep = self.ahead if self.inertia > 1.0 else 1
         return (

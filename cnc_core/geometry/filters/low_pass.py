@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from cnc_core.blocks.pool import rows_joined
 from cnc_core.units import FloatArray
 
 from .run_filter import EMPTY, LOW_PASS, Rows, RunFilter
@@ -78,7 +79,7 @@ class LowPass(RunFilter):
             self._before = [start.copy()]
             self._after = [start.copy()]
             self._judged = 0
-        rows = np.concatenate([self._held, rows])
+        rows = rows_joined([self._held, rows])
         self._held = rows[-1:].copy()
         rows = rows[:-1].copy()
         first = self._end

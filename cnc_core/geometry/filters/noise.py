@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from cnc_core.blocks.pool import rows_joined
 from cnc_core.units import FloatArray
 
 from .run_filter import (
@@ -55,7 +56,7 @@ class Noise(RunFilter):
         self._ways = np.vstack(
             [self._ways, np.diff(np.vstack([start, ends]), axis=0)]
         )
-        self._held = np.concatenate([self._held, rows])
+        self._held = rows_joined([self._held, rows])
         return self._give(max(0, len(self._held) - REACH), last=False)
 
     def finish(self) -> Rows:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from cnc_core.blocks import NO_OVERRIDE
+from cnc_core.blocks.pool import rows_joined
 from cnc_core.units import FloatArray
 
 from .run_filter import EMPTY, SHORT, Rows, RunFilter
@@ -38,7 +39,7 @@ class ShortSegments(RunFilter):
         if not len(self._held):
             self._kept, self._left = start.copy(), []
         rows["flags"] |= NO_OVERRIDE
-        rows = np.concatenate([self._held, rows])
+        rows = rows_joined([self._held, rows])
         self._held = rows[-1:]
         rows = rows[:-1]
         return self._kept_of(rows)

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from cnc_core.blocks import BENT, BENT_FIRST, EXACT_STOP
+from cnc_core.blocks.pool import rows_joined
 from cnc_core.units import FloatArray
 
 from .run_filter import (
@@ -120,7 +121,7 @@ class SplineFilter(RunFilter):
                 rows["end"][:, : self.count],
             ]
         )
-        self._rows = np.concatenate([self._rows, rows])
+        self._rows = rows_joined([self._rows, rows])
         return self._evaluated(
             self._number - max(self._degree, 2 * self._degree - 2), None
         )
@@ -129,7 +130,7 @@ class SplineFilter(RunFilter):
         """Order 2: the curve is the control polygon, its corners stay; all but
         the last row, which may be the end.
         """
-        rows = np.concatenate([self._rows, rows])
+        rows = rows_joined([self._rows, rows])
         out = rows[:-1].copy()
         self._rows = rows[-1:]
         out["flags"] &= ~np.uint16(EXACT_STOP)

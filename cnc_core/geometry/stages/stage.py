@@ -106,10 +106,13 @@ class Pipeline:
     def _from(self, first: int, source: Callable[[], BlockBatch]) -> BlockBatch:
         """Rows through the stages from ``first`` on.
 
-        Of several refused rows the one ahead of the others counts.
+        Of several refused rows the one ahead of the others counts.  Stages see
+        no empty batches.
         """
         batch, refusal = _tried(source)
         for stage in self.stages[first:]:
+            if not len(batch) and batch.profile is None:
+                break
             batch, later = _tried(partial(stage.push, batch))
             refusal = later or refusal
         if refusal:

@@ -43,7 +43,7 @@ def _index(
     if key in parameters:
         return parameters.index(key)
     if key.startswith("IN") and key[2:].isdigit():
-        offset = 1 if parameters and parameters[0] == "K" else 0
+        offset = 2 if parameters and parameters[0] == "K" else 0
         return int(key[2:]) - 1 + offset
     text = f"{argument.name} is no parameter; use {', '.join(parameters)}"
     raise StopHere(ARGUMENT, text, argument.pos)

@@ -140,11 +140,24 @@ def to_text(context: Context, value: Value, wide: bool, pos: Position) -> Value:
     base = value.base
     if not isinstance(base, types.Elementary):
         raise convert.mismatch(value.type, types.StringType(80, wide), pos)
+    if isinstance(value.type, types.EnumType) and value.type.named:
+        found = _name_of(context, value, value.type)
+        return _between_texts(context, found, True) if wide else found
     name = _text_function(base)
     buffer = context.buffer(82)
     text = f"(st_text_{name}({buffer}, {value.text}), {buffer})"
     found = Value(types.StringType(80), text, calls=value.calls)
     return _between_texts(context, found, True) if wide else found
+
+
+def _name_of(context: Context, value: Value, enum: types.EnumType) -> Value:
+    """The name of an enumeration's value; empty for a value without one."""
+    kept, once = context.keep(value)
+    text = '((st_ptr)"")'
+    for key, number in reversed(enum.values.items()):
+        name = enum.spelled.get(key, key)
+        text = f'({once.text} == {number} ? ((st_ptr)"{name}") : {text})'
+    return Value(types.StringType(80), f"({kept}, {text})", calls=value.calls)
 
 
 def _text_function(base: types.Elementary) -> str:

@@ -9,6 +9,7 @@ from ..errors import RANGE, TYPE, Position, StopHere
 from ..model import types
 from ..model.classes import ClassType, InterfaceType
 from ..model.literals import whole_type
+from .any_type import as_any
 from .value import Value, c_number, constant, round_to_real
 
 if TYPE_CHECKING:
@@ -115,6 +116,8 @@ def implicit(
     """The value as the target's type.  StopHere: TwinCAT does not allow it."""
     if value.type is target:
         return value
+    if target is types.ANY:
+        return as_any(context, value)
     for rule in (_address_like, _enum_like, _text_like, _number_like):
         found = rule(context, value, target, pos)
         if found is not None:

@@ -112,6 +112,11 @@ def _called(context: Context, node: tree.Node) -> Entity:
     if isinstance(base.type, (ClassType, types.PointerType)):
         return base
     key = node.name.upper()
+    own, cls = context.routine, context.cls
+    if own is not None and cls is not None and own.name.upper() == key:
+        method = cls.method(key)  # the name is the result's, too
+        if method is not None:
+            return RoutineRef(method, "self")
     routine = context.world.routine(key)
     if routine is not None:
         return RoutineRef(routine)

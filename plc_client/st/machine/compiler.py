@@ -6,10 +6,8 @@ import functools
 import hashlib
 import os
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
 from pathlib import Path
 
@@ -77,6 +75,8 @@ def _flags(lines: int) -> list[str]:
 
 
 def _run(arguments: list[str]) -> None:
+    import subprocess  # noqa: PLC0415 (a program that is cached starts without it)
+
     done = subprocess.run(
         arguments, capture_output=True, text=True, check=False
     )
@@ -98,6 +98,8 @@ class Objects:
         sources = dict(texts)
         for name in _RUNTIME:
             sources[name] = _runtime()[name]
+        from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415
+
         lines = sum(text.count("\n") for text in texts.values())
         flags = _flags(lines)
         with tempfile.TemporaryDirectory(dir=self.folder) as scratch:

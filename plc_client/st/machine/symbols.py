@@ -10,7 +10,7 @@ from typing import Any
 
 from hli.symbol import SymbolError
 
-from ..model.types import ELEMENTARY, Elementary
+from ..model.elementary import ELEMENTARY, Elementary
 
 _FORMATS = {
     ("bool", 8, False): "B",

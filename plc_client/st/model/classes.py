@@ -112,6 +112,8 @@ class Class:
     properties: dict[str, Type] = field(default_factory=dict)
     refused: bool = False
     declared: bool = False
+    opening: bool = False
+    """Its declaration is under way."""
     abstract: bool = False
     body: Routine | None = None
     _layout: StructType | None = None

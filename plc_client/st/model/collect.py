@@ -91,9 +91,8 @@ class Collector:
             holder = VariableList(unit.namespace, origin=unit.origin)
             holder.library = self.library
             self._world.lists[key] = holder
-        if any(a.name == "qualified_only" for a in unit.attributes):
-            holder.qualified = True
-        self.declarations.globals(found, holder)
+        qualified = any(a.name == "qualified_only" for a in unit.attributes)
+        self.declarations.globals(found, holder, qualified)
 
     def _pou(self, unit: Unit, pou: tree.Pou) -> None:
         if pou.kind == "action" and "." in pou.name:

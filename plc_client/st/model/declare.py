@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 
 from ..errors import (
     CLASS,
@@ -22,6 +21,7 @@ from ..lower.expressions import LoweringContext
 from ..syntax import tree
 from . import types
 from .classes import Class, InterfaceType, Routine, Variable
+from .declaration_rules import broken, check_closed, opening, retained
 from .world import Cascade, LazyPointer, VariableList, World
 
 LARGEST = 1 << 28
@@ -89,6 +89,7 @@ class Declarations:
         found = types.EnumType(definition.name, base)
         found.strict = "strict" in attributes
         found.qualified = "qualified_only" in attributes
+        found.named = "to_string" in attributes
         self._world.types[definition.name.upper()] = found
         number = 0
         for name, value, pos in node.items:
@@ -225,8 +226,8 @@ class Declarations:
                 text = f"{length} characters are not possible"
                 raise StopHere(RANGE, text, node.pos)
             return types.StringType(length, key == "WSTRING")
-        if key in ("ANY", "ANY_INT", "ANY_NUM", "ANY_BIT", "T_ARG"):
-            raise refuse(f"type {key}", node.pos, "use a type of its own")
+        if key in types.ANY_NAMES:
+            return types.ANY
         return self._world.type_named(node.name, node.pos)
 
     def _array(self, context: Context, node: tree.ArrayType) -> types.Type:
@@ -251,7 +252,7 @@ class Declarations:
         named = node.target
         if isinstance(named, tree.NamedType):
             key = named.name.upper()
-            if key in self._world._open or _opening(self._world, key):
+            if key in self._world._open or opening(self._world, key):
                 return LazyPointer(self._world, key, node.reference)
         return types.PointerType(
             self.type_of(context, node.target), node.reference
@@ -306,9 +307,10 @@ class Declarations:
         context = LoweringContext(
             self._world, cls.origin, cls.name, cls.pou.pos[0], None, cls
         )
+        cls.opening = True
         for declaration in cls.pou.variables:
             self._guarded(context, cls, declaration, cls.own)
-        cls.declared = True
+        cls.declared, cls.opening = True, False
         for name, routine in cls.methods.items():
             self._declare_quietly(context, routine)
             if name.startswith(("GET__", "SET__")):
@@ -386,7 +388,7 @@ class Declarations:
                     declaration.section,
                     declaration,
                     storage="constant",
-                    pending=_broken(declaration),
+                    pending=broken(declaration),
                 )
 
     def _variable(
@@ -408,11 +410,19 @@ class Declarations:
                 raise StopHere(TWICE, text, declaration.pos)
         self._inherit_initial(declaration)
         type_ = self.type_of(context, declaration.type)
+        if declaration.section != "VAR_IN_OUT":
+            check_closed(type_, declaration)
+        called = isinstance(holder, Routine)
+        if type_ is types.ANY and not (
+            called and declaration.section == "VAR_INPUT"
+        ):
+            where = "inputs of functions and methods"
+            raise refuse(f"ANY outside of {where}", declaration.pos)
         found = Variable(
             declaration.name, type_, declaration.section, declaration
         )
         found.read_only = "CONSTANT" in declaration.qualifiers
-        found.retain = _retained(declaration)
+        found.retain = retained(declaration)
         self._place(context, holder, found)
         into[key] = found
 
@@ -516,14 +526,20 @@ class Declarations:
             found.index = int(bit)
 
     # -- globals
-    def globals(self, node: tree.Globals, holder: VariableList) -> None:
+    def globals(
+        self, node: tree.Globals, holder: VariableList, qualified: bool
+    ) -> None:
         """Register one list; types are found later."""
         assert node.origin is not None
         for declaration in node.variables:
-            self._global(declaration, node.origin, holder)
+            self._global(declaration, node.origin, holder, qualified)
 
     def _global(
-        self, declaration: tree.Decl, origin: Origin, holder: VariableList
+        self,
+        declaration: tree.Decl,
+        origin: Origin,
+        holder: VariableList,
+        qualified: bool,
     ) -> None:
         world, key = self._world, declaration.name.upper()
         line = declaration.pos[0]
@@ -539,7 +555,7 @@ class Declarations:
         found.storage, found.namespace = "global", holder.name
         found.pending = lambda: self._settle(context, found)
         holder.variables[key] = found
-        if not holder.qualified:
+        if not qualified:
             if key in world.globals and not holder.library:
                 before = world.globals[key].namespace
                 if before != holder.name:
@@ -554,32 +570,12 @@ class Declarations:
             self._inherit_initial(declaration)
             found.type = self.type_of(context, declaration.type)
             found.read_only = "CONSTANT" in declaration.qualifiers
-            found.retain = _retained(declaration)
+            found.retain = retained(declaration)
             if found.read_only:
                 found.constant = self._constant(context, found)
             if declaration.address:
                 self._at_address(found, declaration)
         except StopHere as stop:
             context.error(stop)
-            found.pending = _broken(declaration)
+            found.pending = broken(declaration)
             raise Cascade(declaration.pos) from None
-
-
-def _opening(world: World, key: str) -> bool:
-    """Whether the target is a class whose declaration is under way."""
-    cls = world.classes.get(key)
-    return cls is not None and cls.kind != "interface"
-
-
-def _retained(declaration: tree.Decl) -> str:
-    for word in ("PERSISTENT", "RETAIN"):
-        if word in declaration.qualifiers:
-            return word
-    return ""
-
-
-def _broken(declaration: tree.Decl) -> Callable[[], None]:
-    def again() -> None:
-        raise Cascade(declaration.pos)
-
-    return again

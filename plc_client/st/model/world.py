@@ -26,7 +26,6 @@ class VariableList:
 
     name: str
     variables: dict[str, Variable] = field(default_factory=dict)
-    qualified: bool = False
     layout: types.StructType = field(
         default_factory=lambda: types.StructType("")
     )
@@ -61,6 +60,7 @@ class World:
             "UTIL",
             "TC2_MC2",
             "TC3_MODULE",
+            "TCUNIT",
             "__SYSTEM",
             "HLI",
         ]
@@ -91,7 +91,7 @@ class World:
             return None
         if cls.kind == "interface":
             return self.types.setdefault(key, InterfaceType(cls))
-        if self.declare is not None and not cls.declared:
+        if self.declare is not None and not (cls.declared or cls.opening):
             self.declare(cls)
         return self.types.setdefault(key, ClassType(cls))
 

@@ -4,7 +4,9 @@ and the plan against what is driven. Engine and segment in this process.
 
 from __future__ import annotations
 
+import cmath
 import itertools
+import math
 import random
 from pathlib import Path
 from typing import Any
@@ -288,6 +290,98 @@ def test_arc_line_arc_as_foreseen(tmp_path: Path, jerk: bool) -> None:
         assert compared > 1.5 * len(noted.rows)
         assert place < 0.01
         assert speed < 0.01
+
+
+@pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
+def test_the_plan_reaches_over_tangential_joints(
+    tmp_path: Path, jerk: bool
+) -> None:
+    """A quarter, a line, a quarter: 0.1 s ahead is always known and right to
+    1 %, as soon as the plan has the override of now.
+    """
+    text = "G03 X10 Y10 J10 F6000\nG01 Y30\nG02 X20 Y40 I10 J0\n"
+    with Inside(tmp_path, text, "" if jerk else WITHOUT_JERK) as cnc:
+        noted = Noted(cnc, (0.1,))
+        overrides = [1000, 400, 1200]
+        while not cnc.state.program_end_r or len(noted.rows) < 100:
+            noted.cycle(overrides[len(noted.rows) // 250 % 3])
+        place, speed, compared = noted.wrong()
+        unknown = sum(told[0] is None for *_, told in noted.rows)
+        changes = len(noted.rows) // 250
+        assert unknown <= 20 * (changes + 1)
+        assert compared > len(noted.rows) - 120 * (changes + 1)
+        assert place < 0.01
+        assert speed < 0.01
+
+
+def _tangential(rng: random.Random) -> str:
+    """Arcs and lines in turn, tangential to each other."""
+    text, at, course = "F6000\n", complex(0.0, 0.0), 0.0
+    for k in range(rng.randint(3, 6)):
+        if k % 2:
+            at += cmath.rect(rng.uniform(5, 40), course)
+            text += f"G01 X{at.real:.9f} Y{at.imag:.9f}\n"
+            continue
+        radius, side = rng.uniform(5, 25), rng.choice([1, -1])
+        arm = cmath.rect(radius, course + side * math.pi / 2)
+        turn = side * rng.uniform(0.3, 2.5)
+        course += turn
+        at += arm - arm * cmath.rect(1.0, turn)
+        text += (
+            f"G0{3 if side > 0 else 2} X{at.real:.9f} Y{at.imag:.9f}"
+            f" I{arm.real:.9f} J{arm.imag:.9f}\n"
+        )
+    return text
+
+
+@pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
+@pytest.mark.parametrize("seed", few([6, 0, 1, 2, 3, 4, 5, 7], 1))
+def test_random_arcs_and_lines_as_foreseen(
+    tmp_path: Path, seed: int, jerk: bool
+) -> None:
+    """Under a random override: known but for some milliseconds behind each of
+    its changes, and right to 1 %.
+    """
+    rng = random.Random(seed)
+    text = _tangential(rng)
+    with Inside(tmp_path, text, "" if jerk else WITHOUT_JERK) as cnc:
+        noted, override, changes = Noted(cnc, (0.02, 0.1)), 1000, [0]
+        while not cnc.state.program_end_r or len(noted.rows) < 100:
+            noted.cycle(override)
+            if len(noted.rows) > changes[-1] + rng.randint(130, 500):
+                override = rng.choice([200, 500, 800, 1000, 1200, 1500])
+                changes.append(len(noted.rows))
+        place, speed, compared = noted.wrong()
+        unknown = sum(told[1] is None for *_, told in noted.rows)
+        assert compared > 0
+        assert unknown <= 20 * len(changes)
+        assert place < 0.01
+        assert speed < 0.01
+
+
+def test_the_plan_reaches_to_where_the_path_stands(tmp_path: Path) -> None:
+    """The brake to a sharp corner is known to its end; only what is behind the
+    corner is not.
+    """
+    text = "G03 X20 Y0 I10 J0 F6000\nG01 X30\n"
+    with Inside(tmp_path, text) as cnc:
+        noted = Noted(cnc, (0.02,))
+        while not cnc.state.program_end_r or len(noted.rows) < 100:
+            noted.cycle()
+        place, speed, _ = noted.wrong()
+        unknown = sum(told[0] is None for *_, told in noted.rows)
+        assert unknown <= 30
+        assert place < 0.01
+        assert speed < 0.01
+
+
+def test_without_a_plan_nothing_is_reached(tmp_path: Path) -> None:
+    """The horizon is 0 then."""
+    with Inside(tmp_path, ARC) as cnc:
+        path = PathEstimate(Areas(cnc.segment).gpCh[0])
+        assert path.plan.horizon == 0.0
+        assert not path.planned
+        assert path.at(1.0) == 0.0
 
 
 def test_a_zigzag_as_foreseen(tmp_path: Path) -> None:

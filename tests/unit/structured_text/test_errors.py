@@ -45,6 +45,45 @@ def test_error_has_place_reason_and_help(
         assert (first.file, first.line, first.column) == ("bad.st", 3, column)
 
 
+@pytest.mark.parametrize(
+    "source",
+    [
+        "PROGRAM Q\nVAR c : Q; END_VAR\nEND_PROGRAM\n",
+        "FUNCTION_BLOCK A\nVAR c : ARRAY [0..1] OF A; END_VAR\nEND_FUNCTION_BLOCK\n",
+        "FUNCTION_BLOCK A\nVAR b : B; END_VAR\nEND_FUNCTION_BLOCK\n"
+        "FUNCTION_BLOCK B\nVAR_OUTPUT a : A; END_VAR\nEND_FUNCTION_BLOCK\n",
+    ],
+)
+def test_a_block_that_contains_itself_is_told(source: str) -> None:
+    """By the variable's place; directly, in an array, through another block."""
+    found = check({"bad.st": source}).log.errors
+    assert ["contains itself" in str(each) for each in found] == [True]
+
+
+def test_blocks_may_refer_to_each_other() -> None:
+    """By VAR_IN_OUT, pointers and references, and in methods."""
+    source = """FUNCTION_BLOCK A
+VAR_IN_OUT b : B; END_VAR
+VAR n : INT; r : REFERENCE TO A; END_VAR
+n := b.n;
+METHOD M : INT
+VAR x : B; END_VAR
+M := x.n;
+END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK B
+VAR_IN_OUT a : A; END_VAR
+VAR n : INT; p : POINTER TO A; END_VAR
+n := a.n;
+END_FUNCTION_BLOCK
+PROGRAM P
+VAR a : A; b : B; END_VAR
+a(b := b); b(a := a);
+END_PROGRAM
+"""
+    assert not check({"good.st": source}).log.errors
+
+
 def test_several_errors_are_told_at_once() -> None:
     """Three wrong statements and a wrong declaration give four errors."""
     source = """PROGRAM MAIN

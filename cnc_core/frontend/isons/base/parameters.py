@@ -61,7 +61,13 @@ GENERIC: dict[str, Parameter] = {
     "FEEDMIN": _not_negative(acts="lower bound of the feed"),
     "FEEDDEF": _not_negative(1000.0, acts="feed until F is programmed"),
     "FEEDRES": Parameter(
-        1000.0, 1.0, 1000.0, True, "1: F in mm/min, 1000: F in m/min"
+        1000.0,
+        1.0,
+        1000.0,
+        True,
+        "1: F in mm/min, 1000: F in m/min",
+        fits=(1.0, 1000.0).__contains__,
+        choices="1 or 1000",
     ),
     "SPEEDMAX": _not_negative(acts="upper bound of S, 0: none"),
     "SPEEDMIN": _not_negative(acts="lower bound of S"),
@@ -110,7 +116,15 @@ GENERIC: dict[str, Parameter] = {
     "ACQ_VEL": _not_negative(
         acts="speed of probing (G102), mm/min, 0: the programmed feed"
     ),
-    "RESQUOTE": Parameter(1000.0, 10.0, 100000.0, True, "system units per mm"),
+    "RESQUOTE": Parameter(
+        1000.0,
+        10.0,
+        100000.0,
+        True,
+        "system units per mm",
+        fits=(10.0, 100.0, 1000.0, 10000.0, 100000.0).__contains__,
+        choices="10, 100, 1000, 10000 or 100000",
+    ),
     "VISUAREAL": _choice(0, -1, 2, stored="display of the operator interface"),
     "ENABLE_OW_G0": _choice(
         0,

@@ -73,8 +73,11 @@ class Control:
             raise fail(
                 907021, "the control structure of the program is not closed", 0
             )
-        if self._visit is not None:
-            self._visit(self._here(), target)
+        here, visited = self._here(), self._flow.file.places
+        key = ("visited", here.position)
+        if self._visit is not None and key not in visited:
+            visited[key] = target
+            self._visit(here, target)
         self._flow.skip(target)
 
     def _here(self) -> Mark:
