@@ -19,7 +19,7 @@ from ..planning import plan_program
 from ..planning.demo_picture import demo_picture
 from ..planning.picture import can_draw
 from ..program import Program
-from .console import err
+from .console import err, say_run_errors
 from .monitor import Beside, need_server, own_name, stay
 
 PASS_S = 8.3  # one pass of the part with the PLC's override
@@ -134,16 +134,14 @@ def show_demo(seconds: float, folder: Path) -> None:
     with Beside(name, program, CONFIG, recording) as page, Cell(CONFIG) as cell:
         err.print("open it: the machine starts then")
         page.wait_for_page(PAGE_S)
-        try:
-            cell.run(
-                program,
-                "builtin:demo",
-                record=recording,
-                clock="realtime",
-                name=name,
-            )
-        except KeyboardInterrupt:
-            return
+        result = cell.run(
+            program,
+            "builtin:demo",
+            record=recording,
+            clock="realtime",
+            name=name,
+        )
+        say_run_errors(result)
         stay()
 
 

@@ -235,6 +235,5 @@ def own_name() -> str:
 def stay() -> None:
     """Until Ctrl-C."""
     err.print("the page stays open; Ctrl-C ends it")
-    with contextlib.suppress(KeyboardInterrupt):
-        while True:
-            time.sleep(1.0)
+    while True:
+        time.sleep(1.0)
