@@ -19,8 +19,8 @@ from ..planning import plan_program
 from ..planning.demo_picture import demo_picture
 from ..planning.picture import can_draw
 from ..program import Program
-from .console import err
-from .monitor import Beside, own_name, stay
+from .console import err, say_run_errors
+from .monitor import Beside, need_server, own_name, stay
 
 PASS_S = 8.3  # one pass of the part with the PLC's override
 SLOWER = 1.3  # the same, compared with the plan, which knows no PLC
@@ -128,21 +128,20 @@ PAGE_S = 120.0  # how long the demo waits for somebody to open its page
 
 def show_demo(seconds: float, folder: Path) -> None:
     """The same in real time with a page in the browser, which stays open."""
+    need_server()
     program, recording = _files(seconds, folder)
     name = own_name()
     with Beside(name, program, CONFIG, recording) as page, Cell(CONFIG) as cell:
         err.print("open it: the machine starts then")
         page.wait_for_page(PAGE_S)
-        try:
-            cell.run(
-                program,
-                "builtin:demo",
-                record=recording,
-                clock="realtime",
-                name=name,
-            )
-        except KeyboardInterrupt:
-            return
+        result = cell.run(
+            program,
+            "builtin:demo",
+            record=recording,
+            clock="realtime",
+            name=name,
+        )
+        say_run_errors(result)
         stay()
 
 

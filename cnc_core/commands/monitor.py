@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from importlib.util import find_spec
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -39,9 +39,11 @@ NICE = 5  # the cell comes first
 
 def need_server() -> None:
     """CncError if the page cannot be served."""
-    for package in ("starlette", "uvicorn", "websockets"):
-        if find_spec(package) is None:
-            raise CncError(902001, EXTRA)
+    try:
+        for package in ("starlette", "uvicorn", "websockets"):
+            import_module(package)
+    except ImportError:
+        raise CncError(902001, EXTRA) from None
 
 
 NameOrRecording = Annotated[
@@ -195,7 +197,11 @@ class Beside:
 
     def __exit__(self, *_: object) -> None:
         self._process.terminate()
-        self._process.wait(READY_S)
+        try:
+            self._process.wait(READY_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
         if self._process.stdout is not None:
             self._process.stdout.close()
 
@@ -229,6 +235,5 @@ def own_name() -> str:
 def stay() -> None:
     """Until Ctrl-C."""
     err.print("the page stays open; Ctrl-C ends it")
-    with contextlib.suppress(KeyboardInterrupt):
-        while True:
-            time.sleep(1.0)
+    while True:
+        time.sleep(1.0)

@@ -32,6 +32,7 @@ class Desk:
         self._name, self._events, self._keep = name, events, keep
         self._one = asyncio.Lock()
         self._waiting = 0
+        self._open: set[str] = set()
         self._forced: dict[str, dict[str, str]] = {}
         self.cell_s: Callable[[], float | None] = lambda: None
 
@@ -61,6 +62,8 @@ class Desk:
             raise
         self._note(page, order, answer)
         self._tell("action", text, who)
+        if page not in self._open:  # closed while the PLC obeyed
+            await self.leave(page, who)
         return answer
 
     def _note(
@@ -78,8 +81,13 @@ class Desk:
             if held[path] not in answer["forced"]:
                 del held[path]
 
+    def enter(self, page: str) -> None:
+        """A page is open."""
+        self._open.add(page)
+
     async def leave(self, page: str, who: str) -> None:
         """A page is closed."""
+        self._open.discard(page)
         held = [*self._forced.pop(page, {}).values()]
         if not held or self._keep:
             return

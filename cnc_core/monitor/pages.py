@@ -47,6 +47,7 @@ class Page:
         """Until it is closed, by either side."""
         hub = self._hub
         hub.pages += 1
+        hub.desk.enter(self.id)
         sending = asyncio.create_task(self._send_frames())
         try:
             hello = {"page": self.id, "who": self.who}

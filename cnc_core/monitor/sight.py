@@ -80,7 +80,7 @@ class Sight:
         self._contour: dict[str, Any] = {"elements": []}
         self._stops = stop_texts()
         names = [
-            coord.name.decode()
+            coord.name.decode("latin-1")
             for coord in self._state_now().coord_r
             if coord.name
         ]

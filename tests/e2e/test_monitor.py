@@ -19,6 +19,7 @@ from pathlib import Path
 import pytest
 
 import hli
+from cnc_core import Cell
 from cnc_core.commands.demo_run import demo_program
 from plc_client import orders
 from support.browser import CHROMIUM, Browser, Tab
@@ -281,6 +282,42 @@ def test_another_site_reaches_nothing(shown: Shown, tmp_path: Path) -> None:
         " r('refused') })"
     )
     assert tab.js(stream) == "refused"
+
+
+def test_a_recording_has_a_slider(shown: Shown, tmp_path: Path) -> None:
+    """The same views at any time of the run, by the slider and by its keys."""
+    tab, target = shown.tab, tmp_path / "run.arrow"
+    part = tmp_path / "part.nc"
+    part.write_text(
+        "N10 G01 X50 F6000\nN20 G02 X60 Y10 I0 J10\nN30 G01 Y40\nM30\n"
+    )
+    with Cell() as cell:
+        result = cell.run(part, record=target)
+    assert result.end == "completed", result.errors
+    with subprocess.Popen(
+        command("monitor", target, "--port", 0),
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as server:
+        try:
+            assert server.stdout is not None
+            tab.go(server.stdout.readline().strip())
+            tab.until("!!player.columns")
+            assert re.search(r"stands at|drives N10", tab.text("#story-cnc"))
+            tab.js(
+                f"(m => {{ m.value = {result.sim_time_s / 2}; m.dispatchEvent("
+                "new Event('input')) })(document.querySelector('#moment'))"
+            )
+            assert "drives N" in tab.text("#story-cnc")
+            tab.js("document.querySelector('#moment').focus()")
+            before = float(tab.js("player.at"))
+            tab.key("ArrowRight")
+            assert float(tab.js("player.at")) > before
+            now = "document.querySelector('#program-lines .now').textContent"
+            assert "N" in str(tab.js(now))
+            assert tab.said == []
+        finally:
+            server.terminate()
 
 
 def test_a_killed_cnc_is_told_and_its_return_shown(page: Shown) -> None:

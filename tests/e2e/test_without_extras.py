@@ -16,7 +16,7 @@ import importlib.abc, sys
 
 class Hidden(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
-        if name.split(".")[0] in ("matplotlib", "scipy"):
+        if name.split(".")[0] in ("matplotlib", "scipy", "starlette", "uvicorn", "websockets"):
             raise ModuleNotFoundError(name)
 
 sys.meta_path.insert(0, Hidden())
@@ -66,3 +66,13 @@ def test_a_picture_names_its_extra(
     assert outcome.status == 1
     assert "hli-cosim[pictures]" in outcome.err
     assert cli("plan", program(T1), "--samples", "s.npz").status == 0
+
+
+@pytest.mark.usefixtures("no_extras")
+def test_the_monitor_names_its_extra(cli: Cli) -> None:
+    """Alone, and before a cell is started for it."""
+    for words in (("monitor",), ("demo", "--monitor")):
+        outcome = cli(*words)
+        assert outcome.status == 1
+        assert "hli-cosim[monitor]" in outcome.err
+        assert "Traceback" not in outcome.err

@@ -17,7 +17,7 @@ from cnc_core import Cell
 from cnc_core.monitor.app import Monitor, Served
 from cnc_core.monitor.security import host_names
 from plc_client import FeedControl, task
-from plc_client.mock import line
+from plc_client.mock import line, m
 from plc_client.runner import PlcRunner
 from support.fake_cnc import unique_name
 
@@ -365,3 +365,28 @@ def test_a_recording_is_shown_and_no_other_file(
         for name in ("gone.npz", "../run.arrow", "/etc/passwd", ""):
             answer = client.get(ask + name, headers=OURS)
             assert answer.status_code == 404, name
+
+
+def test_functions_that_the_plc_has_not_acknowledged_are_in_flight() -> None:
+    """M, S and T with number, unit and what the PLC has done so far."""
+
+    @task()
+    class Silent:
+        def cyclic(self) -> None:
+            pass
+
+    script = [line(1), m(8), line(5)]
+    with PlcRunner.on_mock(Silent, script) as cell:
+        cell.step(100)
+        name = cell.hli.name
+        with (
+            client_of(name=name) as client,
+            client.websocket_connect(LIVE + name) as live,
+        ):
+            page = Open(live, client)
+            frame = page.frame(lambda f: f.get("functions"))
+            (found,) = frame["functions"]
+            assert (found["kind"], found["number"]) == ("M", 8)
+            assert found["unit"].startswith("gpCh[0] std")
+            assert found["offered"]
+            assert not found["acknowledged"]
