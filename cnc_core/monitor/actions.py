@@ -34,6 +34,7 @@ class Desk:
         self._waiting = 0
         self._open: set[str] = set()
         self._forced: dict[str, dict[str, str]] = {}
+        self._leaving: set[asyncio.Future[None]] = set()
         self.cell_s: Callable[[], float | None] = lambda: None
 
     async def ask(self, order: dict[str, Any]) -> dict[str, Any]:
@@ -86,7 +87,13 @@ class Desk:
         self._open.add(page)
 
     async def leave(self, page: str, who: str) -> None:
-        """A page is closed."""
+        """A page is closed; a server that ends does not stop this half way."""
+        leaving = asyncio.ensure_future(self._let_go(page, who))
+        self._leaving.add(leaving)
+        leaving.add_done_callback(self._leaving.discard)
+        await asyncio.shield(leaving)
+
+    async def _let_go(self, page: str, who: str) -> None:
         self._open.discard(page)
         held = [*self._forced.pop(page, {}).values()]
         if not held or self._keep:

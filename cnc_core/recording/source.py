@@ -188,12 +188,13 @@ class NpzSource:
         import zipfile  # noqa: PLC0415
 
         try:
-            self._arrays = np.load(path, allow_pickle=False)
-            self.meta = json.loads(str(self._arrays["meta"]))
+            with np.load(path, allow_pickle=False) as arrays:
+                self.meta = json.loads(str(arrays["meta"]))
         except (zipfile.BadZipFile, EOFError, ValueError):
             raise not_a_recording(path, "no npz file") from None
         except KeyError:
             raise not_a_recording(path, "it is not of hli-cosim") from None
+        self._path = path  # opened for each table: nobody closes a recording
         self.complete = bool(self.meta.get("complete"))
         self.tables = self.meta["types"]
 
@@ -206,8 +207,9 @@ class NpzSource:
         import pyarrow as pa  # noqa: PLC0415
 
         if self.rows(table):
-            arrays = [self._arrays[f"{table}.{name}"] for name in columns]
-            yield pa.table([pa.array(a) for a in arrays], names=list(columns))
+            with np.load(self._path, allow_pickle=False) as found:
+                arrays = [pa.array(found[f"{table}.{n}"]) for n in columns]
+            yield pa.table(arrays, names=list(columns))
 
 
 class JoinedSource:

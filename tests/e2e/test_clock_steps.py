@@ -27,6 +27,8 @@ STAMPS = {
     "cnc_core/frontend/isg/commands/text.py",
     # when a recording was made
     "cnc_core/recording/account.py",
+    # when something happened, on the page of the monitor
+    "cnc_core/monitor/events.py",
 }
 JUMPING = r"""
 #define _GNU_SOURCE

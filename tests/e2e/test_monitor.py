@@ -287,6 +287,7 @@ def test_another_site_reaches_nothing(shown: Shown, tmp_path: Path) -> None:
 def test_a_recording_has_a_slider(shown: Shown, tmp_path: Path) -> None:
     """The same views at any time of the run, by the slider and by its keys."""
     tab, target = shown.tab, tmp_path / "run.arrow"
+    tab.said.clear()
     part = tmp_path / "part.nc"
     part.write_text(
         "N10 G01 X50 F6000\nN20 G02 X60 Y10 I0 J10\nN30 G01 Y40\nM30\n"

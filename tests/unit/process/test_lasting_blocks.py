@@ -17,7 +17,10 @@ LOOP = "N5 G1 X1 F6000\nN10 #RT WHILE\nN20 G1 X11\nN25 X1\nN30 #RT ENDWHILE\n"
 def looking(cnc: Inside) -> scene.RunScene:
     """What the process of a run looks through."""
     options: Any = SimpleNamespace(
-        run=SimpleNamespace(clock="freerun"), once=True, name="a"
+        run=SimpleNamespace(clock="freerun"),
+        once=True,
+        name="a",
+        wait_plc=True,
     )
     found = scene.RunScene(
         cnc.engine, cnc.segment.root, cnc.cell, options=options
