@@ -5,8 +5,6 @@
 #include "hli/sync.h"
 #include "hli/trace.h"
 
-#define LATCH_TRIES 1000
-
 /* The recorded words up to `end`; `memory` NULL: those of the recorded PLC. */
 static void apply(hs_replay *replay, uint64_t *memory, uint32_t end) {
     uint32_t first = replay->row;
@@ -35,7 +33,7 @@ static int scan(hs_replay *replay, uint64_t cycle, int64_t cell_ns) {
     if (!is_due(scans, cycle)) {
         return HS_OK;
     }
-    if (hs_image_latch(scans->image, LATCH_TRIES) != HS_OK) {
+    if (hs_image_latch(scans->image, HS_LATCH_TRIES) != HS_OK) {
         return HS_TIMEOUT;
     }
     if (hs_tasks_scan(scans, cycle, cell_ns, hs_monotonic_ns()) < 0) {

@@ -4,8 +4,6 @@
 #include "hli/hli_layout.h"
 #include "hli/sync.h"
 
-#define LATCH_TRIES 1000
-
 /* How far is the period from the interval? */
 static void note_period(hs_task *task, int64_t at_ns) {
     if (task->started_ns >= 0) {
@@ -76,7 +74,7 @@ int hs_scan_tasks(hs_scans *scans) {
     int64_t end_ns = now_ns + scans->slice_ns;
     while (now_ns < end_ns) {
         const hs_image *image = scans->image;
-        if (hs_image_latch(scans->image, LATCH_TRIES) != HS_OK) {
+        if (hs_image_latch(scans->image, HS_LATCH_TRIES) != HS_OK) {
             return HS_ASIDE;
         }
         uint32_t phase = image->phase;

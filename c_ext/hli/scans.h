@@ -4,6 +4,9 @@
 #define HLI_SCANS_H
 #include <stdint.h>
 
+/* Tries to latch an image that the CNC is changing. */
+#define HS_LATCH_TRIES 1000
+
 /* cdef begin */
 /* Results beside HS_OK (the slice of time is used up and a scan is due) and
  * HS_TIMEOUT (no scan is due yet): the scan that is due is the caller's; a

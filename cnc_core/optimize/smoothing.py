@@ -150,12 +150,7 @@ class Smoother:
             len(points) - 1,
         ]
         for a, b in pairwise(cuts):
-            begin = None
-            if parts and parts[-1].after[-1] == TANGENT:
-                begin = evaluated(
-                    parts[-1].coef[-1], float(parts[-1].span[-1])
-                )[:2]
-                begin[1] /= np.linalg.norm(begin[1, linear])
+            begin = _tangent_end(parts[-1], linear) if parts else None
             section = self._followed(spec, points[a : b + 1], begin)
             columns = self._columns.values(spec, section)
             fitter = SectionFitter(
@@ -188,6 +183,12 @@ class Smoother:
         fit = join_sections(
             parts, linear, versor, self._settings.tolerances, report
         )
+        self._count(points, fit, report)
+        self._measure(fit, linear)
+        return fit
+
+    def _count(self, points: Points, fit: Fit, report: FitReport) -> None:
+        """Add a run to the figures of the result."""
         result = self.result
         result.polynomials += len(fit.span)
         result.max_deviation_mm = max(result.max_deviation_mm, report.deviation)
@@ -199,8 +200,6 @@ class Smoother:
         result.groups += report.groups
         result.kept += report.kept
         result.joints += report.joints
-        self._measure(fit, linear)
-        return fit
 
     def _pace(self, spec: ProfileSpec, points: Points) -> Pace:
         """What limits the speed of these points: their feed and the weakest
@@ -347,6 +346,17 @@ def _curvature(j: FloatArray) -> FloatArray:
     second = j[:, 2]
     across = second - (second * t).sum(axis=1)[:, None] * t
     return np.asarray(across / speed**2)
+
+
+def _tangent_end(fit: Fit, linear: list[int]) -> FloatArray | None:
+    """Position and direction at the end of a fit that the next one goes on from
+    without a corner; None where it need not.
+    """
+    if fit.after[-1] != TANGENT:
+        return None
+    end: FloatArray = evaluated(fit.coef[-1], float(fit.span[-1]))[:2]
+    end[1] /= np.linalg.norm(end[1, linear])
+    return end
 
 
 def _with_number(

@@ -14,6 +14,7 @@ from http.client import HTTPConnection
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
 import hli
 from cnc_core.monitor.server import CONNECTIONS, FRAME_BYTES
@@ -128,8 +129,12 @@ def test_oversized_frames_end_the_stream(server: Server) -> None:
 def test_a_foreign_origin_gets_no_stream(server: Server) -> None:
     """Refused before it is accepted."""
     address = f"ws://127.0.0.1:{server.port}/api/live?cell={server.name}"
-    with pytest.raises(InvalidStatus) as refused:
-        connect(address, origin="https://evil.example", proxy=None).__enter__()  # type: ignore[arg-type]
+    origin = Origin("https://evil.example")
+    with (
+        pytest.raises(InvalidStatus) as refused,
+        connect(address, origin=origin, proxy=None),
+    ):
+        pass
     assert refused.value.response.status_code == 403
     server.lives()
 
