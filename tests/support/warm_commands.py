@@ -75,7 +75,9 @@ class Copy:
 
 
 class Copying:
-    """In place of ``cnc_core.cell.worker.Worker``: copies of this process."""
+    """In place of ``cnc_core.cell.worker.Worker``, and of starting processes
+    anew: copies of this process.
+    """
 
     usable = True
 
@@ -162,6 +164,7 @@ def serve(path: str) -> None:
     }
     cli = importlib.import_module("cnc_core.cli")
     worker = importlib.import_module("cnc_core.cell.worker")
+    child = importlib.import_module("cnc_core.cell.child")
     sync = importlib.import_module("hli._sync").lib
     server = os.getpid()
     listener = socket.socket(socket.AF_UNIX)
@@ -193,7 +196,9 @@ def serve(path: str) -> None:
                     os.environ.clear()
                     os.environ.update(request["environment"])
                     sys.argv = ["hli-cosim", *request["arguments"]]
-                    worker._state.update(runs=1, worker=Copying(mains))
+                    copying = Copying(mains)
+                    worker._state.update(worker=copying)
+                    child._started = copying.start
                     cli.main()
 
                 copy = _copy(become, streams)
