@@ -39,6 +39,7 @@ ORDER = [
     "cnc_core.commands",
     "cnc_core.monitor",
     "cnc_core.benchmarks",
+    "cnc_core.sweep",
     "cnc_core.optimize",
     "cnc_core.planning",
     "cnc_core",
