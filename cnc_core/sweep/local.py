@@ -49,16 +49,20 @@ class Hand:
         with contextlib.suppress(BrokenPipeError):
             self._in.close()
         try:
-            return self._process.wait(0.5)
-        except subprocess.TimeoutExpired:
-            self._process.terminate()
-        try:
-            return self._process.wait(10.0)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            return self._process.wait()
+            return self._ended()
         finally:
             self.out.close()
+
+    def _ended(self) -> int:
+        for seconds, insist in (
+            (0.5, self._process.terminate),
+            (10.0, self._process.kill),
+        ):
+            try:
+                return self._process.wait(seconds)
+            except subprocess.TimeoutExpired:
+                insist()
+        return self._process.wait()
 
 
 class Hands:
