@@ -51,6 +51,7 @@ _HEADS = frozenset(
 )
 _JMP = re.compile(r"\bJMP\b", re.I)
 _COLON = re.compile(r"\s*:(?!=)")
+_NEXT_WORD = re.compile(r"\s*([A-Za-z_]\w*)")
 _CONFIGURATION = frozenset({"TASK", "ON"})
 _NOT_IN_EXPRESSIONS = frozenset(
     {"ACTION", "METHOD", "PROPERTY", "TYPE", "WITH", "RESOURCE"}
@@ -105,6 +106,8 @@ class Keywords:
                 kind = KEYWORDS.get(word) or _soft(
                     word, before, accessors, configuration
                 )
+                if kind == "MODIFIER" and not self._modifies(token, word):
+                    kind = "NAME"
                 if kind == "NAME" and marks.is_one(token, before):
                     kind = "LABEL"
                 if kind != "NAME":
@@ -119,14 +122,21 @@ class Keywords:
             marks.see(kind)
             yield token
 
+    def _modifies(self, token: Token, word: str) -> bool:
+        """Whether a name follows; else the word itself is the name."""
+        found = _NEXT_WORD.match(self.text, token.end_pos or 0)
+        if found is None:
+            return False
+        follows = found[1].upper()
+        return follows != word and follows not in KEYWORDS
+
 
 def _soft(word: str, before: str, accessors: bool, configuration: bool) -> str:
     """Words that are keywords in a few places only."""
     if before in ("VAR_KIND", "QUALIFIER") and word in QUALIFIERS:
         return "QUALIFIER"
     if before in _HEADS and word in MODIFIERS:
-        block = before == "FUNCTION_BLOCK" and word == "OVERRIDE"
-        return "NAME" if block else "MODIFIER"
+        return "MODIFIER"
     if accessors and word in ("GET", "SET") and before != "COLON":
         return word
     if configuration and word in _CONFIGURATION:
