@@ -40,6 +40,7 @@ class Lowering:
     def run(self) -> Program:
         """C of the program; errors are in the log."""
         world = self._world
+        self._types()
         for holder in list(world.lists.values()):
             self._settle(holder.variables.values())
         for cls in list(world.classes.values()):
@@ -60,6 +61,18 @@ class Lowering:
         self._structures()
         self._lists()
         return self._program()
+
+    def _types(self) -> None:
+        """Each type of the program is resolved, used or not."""
+        for key, definition in list(self._world.typedefs.items()):
+            origin = definition.origin
+            if origin is None or origin.file.startswith("<library>"):
+                continue
+            self._guard(
+                origin,
+                definition.name,
+                lambda k=key, d=definition: self._world.find_type(k, d.pos),
+            )
 
     def _guard(self, origin: Origin, pou: str, step: object) -> None:
         try:

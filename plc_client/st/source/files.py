@@ -8,11 +8,13 @@ from pathlib import Path
 
 from ...task import is_st
 from ..errors import FILE, Log, Origin, Problem, StopHere
+from .exports import SUFFIX as EXPORT
+from .exports import refuse_foreign, without_lists
 from .text import clean
 from .units import Unit, split
 
 __all__ = ["files_of", "is_st", "units_of"]
-SUFFIXES = (".st", ".tcpou", ".tcdut", ".tcgvl", ".tcio", ".xml")
+SUFFIXES = (".st", ".exp", ".tcpou", ".tcdut", ".tcgvl", ".tcio", ".xml")
 """Files that hold Structured Text."""
 PROJECT = ".plcproj"
 _NAMES = re.compile(
@@ -86,7 +88,9 @@ def plain_units(
     except StopHere as stop:
         log.error(origin, stop)
         return []
-    found = split(cleaned, origin, log)
+    if name.lower().endswith(EXPORT):
+        cleaned = without_lists(cleaned)
+    found = refuse_foreign(split(cleaned, origin, log), log)
     stem = re.sub(r"\W", "_", Path(name).stem)
     for unit in found:
         unit.namespace = stem

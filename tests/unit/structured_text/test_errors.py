@@ -26,6 +26,8 @@ CASES = [
     ("gpCh[0]^.bahn_stat.x := 1;", "did you mean BAHN_STATE?", 10),
     ("x := 1 +;", "is unexpected", 9),
     ("strict := 7;", "does not convert to Strict", 11),
+    ("fb.Q := TRUE;", "output of another block", 4),
+    ("x := x + 1.5 MOD 2;", "MOD needs whole numbers", 14),
 ]
 
 
@@ -158,3 +160,25 @@ def test_program_takes_the_units_it_names() -> None:
     assert ["FUNCTION_BLOCK TON" in u.text for u in timer] == [True]
     modes = library.units_for(["VAR a : AbortProgram; END_VAR"])
     assert any("FUNCTION_BLOCK ABSTRACT ExecuteBlock" in u.text for u in modes)
+
+
+@pytest.mark.parametrize(
+    ("type_", "text"),
+    [
+        ("STRUCT a : NOPE; END_STRUCT", "type NOPE is unknown"),
+        ("ARRAY [3..1] OF INT", "the bounds 3..1 are empty"),
+        ("INT (5..1)", "5..1 is no range of INT"),
+        ("(A, B, A)", "A stands twice"),
+        ("STRUCT a : INT := 'x'; END_STRUCT", "does not convert to INT"),
+        ("STRUCT a : Wrong; END_STRUCT", "Wrong contains itself"),
+    ],
+)
+def test_a_wrong_type_is_told_though_nothing_uses_it(
+    type_: str, text: str
+) -> None:
+    """TYPE declarations are checked on their own."""
+    source = f"TYPE Wrong : {type_}; END_TYPE\n"
+    found = check({"bad.st": source}).log.errors
+    assert len(found) == 1
+    assert text in str(found[0])
+    assert found[0].line == 1
