@@ -36,6 +36,7 @@ class Lowering:
         self._texts: dict[str, CText] = {}
         self._of_library: set[str] = set()
         self.pous = 0
+        self._too_deep = False
 
     def run(self) -> Program:
         """C of the program; errors are in the log."""
@@ -73,6 +74,8 @@ class Lowering:
                 definition.name,
                 lambda k=key, d=definition: self._world.find_type(k, d.pos),
             )
+            if self._too_deep:
+                return
 
     def _guard(self, origin: Origin, pou: str, step: object) -> None:
         try:
@@ -82,6 +85,7 @@ class Lowering:
                 self._world.log.error(origin, stop, pou)
         except RecursionError:
             pos = (origin.first_line, 1)
+            self._too_deep = True
             deep = refuse("nesting as deep as here", pos, "use variables")
             self._world.log.error(origin, deep, pou)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -98,18 +99,25 @@ def plain_units(
 
 
 def text_of(path: Path, log: Log) -> str | None:
-    """The text of a file: UTF-8, else Windows-1252."""
+    """The text of a file: UTF-8, UTF-16, else Windows-1252."""
     try:
         data = path.read_bytes()
     except OSError as error:
         text = f"cannot be read: {error.strerror}"
         log.errors.append(Problem(FILE, text, str(path)))
         return None
+    return _decoded(data).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _decoded(data: bytes) -> str:
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16", errors="replace")
+    if data[1:2] == b"\0" != data[:1]:
+        return data.decode("utf-16-le", errors="replace")
     try:
-        text = data.decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        text = data.decode("cp1252", errors="replace")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+        return data.decode("cp1252", errors="replace")
 
 
 def declared_names(texts: Iterable[str]) -> frozenset[str]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from plc_client.st.build import check
+from plc_client.st.build import check, sources_of
 from plc_client.st.errors import REFUSED
 from plc_client.st.source import library
 
@@ -182,3 +184,33 @@ def test_a_wrong_type_is_told_though_nothing_uses_it(
     assert len(found) == 1
     assert text in str(found[0])
     assert found[0].line == 1
+
+
+PROGRAM = (
+    "PROGRAM MAIN\r\nVAR s : STRING := '\u00e4'; END_VAR\r\nEND_PROGRAM\r\n"
+)
+
+
+@pytest.mark.parametrize(
+    "encoding",
+    ["utf-8", "utf-8-sig", "cp1252", "utf-16", "utf-16-le"],
+)
+def test_encodings_of_files(tmp_path: Path, encoding: str) -> None:
+    """UTF-8 and UTF-16 with and without their mark, and Windows-1252."""
+    path = tmp_path / "main.st"
+    path.write_bytes(PROGRAM.encode(encoding))
+    sources = sources_of([path])
+    assert list(sources.values()) == [PROGRAM.replace("\r\n", "\n")]
+    assert not check(sources).log.errors
+
+
+def test_types_nested_too_deeply_are_told_once() -> None:
+    """A chain of 1500 structures; each would be tried again."""
+    chain = "".join(
+        f"TYPE S{n} : STRUCT a : S{n + 1}; END_STRUCT END_TYPE\n"
+        for n in range(1500)
+    )
+    (found,) = check(
+        {"deep.st": chain + "TYPE S1500 : INT; END_TYPE\n"}
+    ).log.errors
+    assert found.code == REFUSED
