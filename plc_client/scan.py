@@ -215,6 +215,20 @@ class Scanner:
         if self.orders.waiting:
             self.orders.serve(self._online)
         self._latch()
+        self._scan()
+
+    @property
+    def now(self) -> Any:
+        """The image as C latches it (``hs_image``)."""
+        return self._now
+
+    def scan_latched(self) -> None:
+        """The same of an image that somebody else has latched (see ``now``)."""
+        self._latched_ns = self._now.cell_time_ns
+        self._scan()
+
+    def _scan(self) -> None:
+        """The scan of the image that is latched."""
         record = self.watch.to
         if record is not None:
             record.scan += 1
