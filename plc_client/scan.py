@@ -20,6 +20,7 @@ import numpy as np
 from hli._sync import lib
 
 from hli import layout
+from hli.orders import Orders
 
 from . import advice, clock, stats
 from .client import Hli
@@ -29,7 +30,6 @@ from .image import InputImage
 from .inputs import Inputs
 from .memory_trace import MemoryTrace
 from .online import Forces, Online, SymbolTable, Watch
-from .orders import Orders
 from .pace import CyclePacer, Pacer, pacer_of
 from .panel import Panel
 from .program import Program, task_statistics

@@ -139,7 +139,11 @@ class Browser:
         self._tabs: list[Tab] = []
 
     def tab(self) -> Tab:
-        """The first tab."""
+        """The one tab, empty."""
+        if self._tabs:
+            self._tabs[0].go("about:blank")
+            self._tabs[0].said.clear()
+            return self._tabs[0]
         address = f"http://127.0.0.1:{self._port}/json/list"
         with urlopen(address, timeout=ANSWER_S) as answer:
             pages = json.load(answer)

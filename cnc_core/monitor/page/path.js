@@ -188,8 +188,7 @@ export class PathView {
     this.drawElements();
     this.drawTool();
     this.drawAxes(height);
-    setText(byId("path-legend"), `speed 0 to ${fixed(this.vMax, 0)} mm/s: dark to bright; blue: the contour that the`
-      + " PLC can see; orange: elements of its last request");
+    setText(byId("path-speed"), `0 to ${fixed(this.vMax, 0)} mm/s`);
   }
 
   /** The layers: whole for a new view, else what the trail has got since. */

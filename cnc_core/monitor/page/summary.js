@@ -37,6 +37,38 @@ function didSentence(motion, units) {
   return found.join(", ");
 }
 
+/** Line or N that the preparation has reached. */
+function reached(prepared) {
+  if (!prepared || !prepared.line) return "-";
+  const place = prepared.n ? `N${prepared.n}` : `line ${prepared.line}`;
+  return prepared.read ? "the end" : place;
+}
+
+const most = { window: 1, motion: 1 };
+
+function fill(name, value, high, text) {
+  const meter = byId(`fill-${name}`);
+  meter.max = high;
+  meter.value = value;
+  setText(byId(`fill-${name}-text`), text);
+}
+
+/** How full the buffers are; what has no bound is shown beside its most. */
+function showBuffers({ motion, prepared }) {
+  most.window = Math.max(most.window, motion.window);
+  fill("window", motion.window, most.window, `${fixed(motion.window, 1)} mm`);
+  if (!prepared || prepared.window === undefined) {
+    fill("elements", 0, 1, "-");
+    fill("motion", 0, 1, "-");
+    return;
+  }
+  fill("elements", prepared.elements, Math.max(prepared.window, prepared.elements),
+    `${prepared.elements}, window ${prepared.window}`);
+  const planned = Math.max(0, prepared.committed_s - motion.motion_s);
+  most.motion = Math.max(most.motion, planned);
+  fill("motion", planned, most.motion, `${fixed(planned, 2)} s`);
+}
+
 /** Sentences and tables of one frame. */
 export function showSummary(frame, line) {
   const { motion } = frame;
@@ -44,6 +76,7 @@ export function showSummary(frame, line) {
   setText(byId("story-cnc"), cncSentence(motion, place));
   setText(byId("story-sees"), seesSentence(motion, frame.contour));
   setText(byId("story-did"), didSentence(motion, motion.units));
+  showBuffers(frame);
   fillRows(byId("number-rows"), [
     ["speed", `=${fixed(motion.v, 2)} mm/s`],
     ["programmed feed", `=${fixed(motion.feed, 2)} mm/s`],
@@ -55,6 +88,7 @@ export function showSummary(frame, line) {
     ["block", `=${place}`],
     ["tool", `=${motion.tool}`],
     ["mode", `=${motion.mode}, ${motion.state}`],
+    ["read up to", `=${reached(frame.prepared)}`],
     ["waits for", `=${motion.stops.join(", ") || "nothing"}`],
   ]);
   fillRows(byId("axis-rows"), frame.axes.map((axis) => [
