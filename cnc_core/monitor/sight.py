@@ -76,7 +76,6 @@ class Sight:
         unit = self._channel.contour_lookahead
         self._ahead = _Copied(unit.state, seq)
         self._unit: Any = unit._c
-        self._extension: Any = areas.gpAhead[0].state._c
         self._answers = 0
         self._contour: dict[str, Any] = {"elements": []}
         self._stops = stop_texts()
@@ -145,7 +144,6 @@ class Sight:
             "known": known,
             "window": max(0.0, known - state.dist_prog_start * MM),
             "to_go": state.dist_to_go_r * MM,
-            "motion_s": self._extension.motion_time * 1e-6,
             "n": state.block_number_r,
             "count": state.block_count_r,
             "tool": state.tool_nr_r,

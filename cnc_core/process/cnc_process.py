@@ -575,7 +575,7 @@ class CncProcess:
             "elements": int(state.elements) - int(state.element),
             "window": self.options.lookahead
             or self.cell.channel.lookahead_blocks,
-            "committed_s": float(state.motion_time_s),
+            "planned_s": float(state.motion_time_s) - float(state.consumed_s),
         }
         if preparation and preparation.program:
             (_, line, n), text = place_now(preparation.program)

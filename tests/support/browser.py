@@ -48,9 +48,10 @@ class Tab:
             self._note(message)
 
     def _note(self, message: dict[str, Any]) -> None:
-        if message["method"] == "Runtime.exceptionThrown":
+        method = message.get("method")  # none: an answer that came too late
+        if method == "Runtime.exceptionThrown":
             self.said.append(json.dumps(message["params"])[:600])
-        if message["method"] == "Log.entryAdded":
+        if method == "Log.entryAdded":
             entry = message["params"]["entry"]
             if entry["level"] == "error":
                 self.said.append(f"{entry['text']} {entry.get('url', '')}")
@@ -137,6 +138,11 @@ class Browser:
             time.sleep(0.05)
         self._port = int(told.read_text().split()[0])
         self._tabs: list[Tab] = []
+
+    @property
+    def pid(self) -> int:
+        """Its first process."""
+        return self._process.pid
 
     def tab(self) -> Tab:
         """The one tab, empty."""

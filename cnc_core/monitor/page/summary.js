@@ -62,9 +62,11 @@ function showBuffers({ motion, prepared }) {
     fill("motion", 0, 1, "-");
     return;
   }
-  fill("elements", prepared.elements, Math.max(prepared.window, prepared.elements),
-    `${prepared.elements}, window ${prepared.window}`);
-  const planned = Math.max(0, prepared.committed_s - motion.motion_s);
+  const inside = Math.min(prepared.elements, prepared.window);
+  fill("elements", inside, prepared.window, `${inside} of ${prepared.window}`);
+  // what an abort has left out was planned, too
+  const stands = prepared.elements <= 1 && Math.abs(motion.v) < 0.001;
+  const planned = stands ? 0 : Math.max(0, prepared.planned_s);
   most.motion = Math.max(most.motion, planned);
   fill("motion", planned, most.motion, `${fixed(planned, 2)} s`);
 }
@@ -89,6 +91,7 @@ export function showSummary(frame, line) {
     ["tool", `=${motion.tool}`],
     ["mode", `=${motion.mode}, ${motion.state}`],
     ["read up to", `=${reached(frame.prepared)}`],
+    ["prepared blocks", `=${(frame.prepared || {}).elements ?? "-"}`],
     ["waits for", `=${motion.stops.join(", ") || "nothing"}`],
   ]);
   fillRows(byId("axis-rows"), frame.axes.map((axis) => [
