@@ -1,4 +1,6 @@
-"""What people do: orders to the PLC, and who gave them."""
+"""What people do: orders to the PLC, answers to dialogs of the CNC's program,
+and who gave them.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +8,8 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
+from hli import orders
 from hli.errors import HliError
-from plc_client import orders
 from plc_client.online import parse_force
 from plc_client.panel import LEVELS
 
@@ -15,6 +17,7 @@ from .events import Events
 
 SYMBOLS_MAX = 64
 TEXT_MAX = 400
+OF_THE_CNC = ("answer",)
 WAITING_MAX = 16  # orders at a time; more are refused
 
 
@@ -38,17 +41,32 @@ class Desk:
         self.cell_s: Callable[[], float | None] = lambda: None
 
     async def ask(self, order: dict[str, Any]) -> dict[str, Any]:
-        """The PLC's answer.  RefusedError: it refuses, or there is none."""
+        """The answer of the PLC, or of the CNC to what is its own.
+
+        RefusedError: it refuses, or there is none.
+        """
+        side = orders.CNC if order["do"] in OF_THE_CNC else orders.PLC
         if self._waiting >= WAITING_MAX:
             raise RefusedError("too many orders wait already")
         self._waiting += 1
         try:
             async with self._one:
-                return await asyncio.to_thread(orders.send, self._name, order)
+                return await asyncio.to_thread(
+                    orders.send, self._name, order, 0.0, side
+                )
         except (HliError, ValueError, OSError) as error:
             raise RefusedError(str(error)) from None
         finally:
             self._waiting -= 1
+
+    async def look(self, order: dict[str, Any]) -> dict[str, Any]:
+        """What the CNC tells; it does not wait for the PLC.  RefusedError."""
+        try:
+            return await asyncio.to_thread(
+                orders.send, self._name, order, 0.0, orders.CNC
+            )
+        except (HliError, ValueError, OSError) as error:
+            raise RefusedError(str(error)) from None
 
     async def act(self, page: str, who: str, given: Any) -> dict[str, Any]:
         """Do what a page asks for; it stands in the events, done or refused.
@@ -71,6 +89,8 @@ class Desk:
         self, page: str, order: dict[str, Any], answer: dict[str, Any]
     ) -> None:
         """Which symbols a page holds forced, as the PLC spells them."""
+        if "forced" not in answer:
+            return
         held = self._forced.setdefault(page, {})
         if order["do"] == "force":
             now = list(answer["forced"])
@@ -152,7 +172,28 @@ def order_of(given: Any) -> tuple[Order, str]:
             "do": "unforce",
             "symbols": paths,
         }, f"unforce {', '.join(paths)}"
-    raise RefusedError("do: operate, force or unforce")
+    if what == "answer":
+        return _answer(given)
+    raise RefusedError("do: operate, force, unforce or answer")
+
+
+def _answer(given: dict[str, Any]) -> tuple[Order, str]:
+    """What somebody enters in a dialog of the program, and presses."""
+    number, values = given.get("number"), given.get("set") or {}
+    press = _text(given.get("press") or "")
+    if type(number) is not int or not isinstance(values, dict):
+        raise RefusedError("an answer has number, set and press")
+    if len(values) > SYMBOLS_MAX:
+        raise RefusedError(f"set: at most {SYMBOLS_MAX} inputs")
+    for name, value in values.items():
+        if len(name) > TEXT_MAX or type(value) not in (int, float):
+            raise RefusedError("set: numbers by the names of inputs")
+    shown = [f"{name}={value:g}" for name, value in values.items()]
+    order = {"do": "answer", "number": number, "set": values, "press": press}
+    return (
+        order,
+        f"answered the dialog: {', '.join([*shown, press or 'Enter'])}",
+    )
 
 
 def _list(value: Any) -> list[Any]:
