@@ -31,6 +31,7 @@ from hli.symbol import (
 )
 from hli.view import ArrayView, Pointers, View, ViewArray
 
+from . import listing
 from .scan_record import ScanRecord
 
 ROWS = 1_000_000
@@ -196,6 +197,7 @@ class SymbolTable:
 
     def update(self, programs: Sequence[Any]) -> None:
         """These tasks from now on."""
+        self.programs = programs
         found: dict[str, Any] = {}
         for program in programs:  # lists of globals and programs of ST
             for name, view in views_of(program.instance).items():
@@ -443,10 +445,12 @@ class Forces:
 
 class Online:
     """Obeys the orders of other processes (``plc_client.orders``): ``force``,
-    ``unforce``, ``read``, ``list``, ``operate``, ``statistics``.
+    ``unforce``, ``read``, ``list``, ``operate``, ``statistics``, ``symbols``,
+    ``fetch``, ``assign``, ``halt``.
 
     ``operate``: what the operator's panel does; ``statistics``: what the PLC
-    has measured.
+    has measured; ``symbols``, ``fetch``, ``assign``: ``plc_client.listing``;
+    ``halt``: scans go on without the tasks' logic, or with it again.
     """
 
     def __init__(
@@ -455,7 +459,9 @@ class Online:
         forces: Forces,
         operate: Callable[[str, Any], dict[str, Any]] | None = None,
         statistics: Callable[[], dict[str, Any]] = dict,
+        halt: Callable[[bool], bool] = bool,
     ) -> None:
+        self._halt = halt
         self._table = table
         self._forces = forces
         self._operate = operate
@@ -477,6 +483,17 @@ class Online:
             answer["values"] = {
                 path: self._read(str(path)) for path in order["symbols"]
             }
+        elif what == "symbols":
+            answer |= listing.described(self._table.programs)
+        elif what == "fetch":
+            answer["values"] = [
+                listing.plain(path, self._symbol(str(path)).value)
+                for path in order["symbols"]
+            ]
+        elif what == "assign":
+            self._assign(order["symbols"])
+        elif what == "halt":
+            answer["halted"] = self._halt(bool(order["value"]))
         elif what == "operate" and self._operate is not None:
             answer["panel"] = self._operate(
                 str(order["what"]), order.get("value")
@@ -484,7 +501,10 @@ class Online:
         elif what == "statistics":
             answer |= self._statistics()
         elif what != "list":
-            known = "force, unforce, read, list, operate, statistics"
+            known = (
+                "force, unforce, read, list, operate, statistics,"
+                " symbols, fetch, assign, halt"
+            )
             raise ValueError(f"order {what!r} is unknown: {known}")
         return {**answer, "forced": dict(self._forces.items())}
 
@@ -506,6 +526,18 @@ class Online:
                 self._forces._forced = before
                 self._forces.any = bool(before)
                 raise SymbolError(f"force {path}={value!r}: {error}") from None
+
+    def _assign(self, given: list[tuple[str, Any]]) -> None:
+        """In this order; none is set if one is unknown or has the wrong kind."""
+        symbols = [(path, self._symbol(str(path)), v) for path, v in given]
+        for path, symbol, value in symbols:
+            if not isinstance(value, list):
+                _check_kind(path, symbol, value)
+        for path, symbol, value in symbols:
+            try:
+                listing.assign(symbol, value)
+            except UNFIT as error:
+                raise SymbolError(f"assign {path}: {error}") from None
 
     def _unforce(self, paths: list[str]) -> None:
         """These, or all without one."""

@@ -10,6 +10,7 @@ from . import recordings
 from . import online
 from . import live
 from . import monitor
+from . import bridges
 from . import export
 from . import explain
 from . import bench

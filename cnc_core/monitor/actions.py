@@ -6,20 +6,14 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from hli.errors import HliError
-from plc_client import orders
 from plc_client.online import parse_force
 from plc_client.panel import LEVELS
 
-from .events import Events
+from ..observing.events import Events
+from ..observing.plc import PlcLine, RefusedError
 
 SYMBOLS_MAX = 64
 TEXT_MAX = 400
-WAITING_MAX = 16  # orders at a time; more are refused
-
-
-class RefusedError(Exception):
-    """An order that is not given, with the reason."""
 
 
 class Desk:
@@ -29,26 +23,12 @@ class Desk:
     """
 
     def __init__(self, name: str, events: Events, *, keep: bool) -> None:
-        self._name, self._events, self._keep = name, events, keep
-        self._one = asyncio.Lock()
-        self._waiting = 0
+        self._events, self._keep = events, keep
+        self.ask = PlcLine(name).ask
         self._open: set[str] = set()
         self._forced: dict[str, dict[str, str]] = {}
         self._leaving: set[asyncio.Future[None]] = set()
         self.cell_s: Callable[[], float | None] = lambda: None
-
-    async def ask(self, order: dict[str, Any]) -> dict[str, Any]:
-        """The PLC's answer.  RefusedError: it refuses, or there is none."""
-        if self._waiting >= WAITING_MAX:
-            raise RefusedError("too many orders wait already")
-        self._waiting += 1
-        try:
-            async with self._one:
-                return await asyncio.to_thread(orders.send, self._name, order)
-        except (HliError, ValueError, OSError) as error:
-            raise RefusedError(str(error)) from None
-        finally:
-            self._waiting -= 1
 
     async def act(self, page: str, who: str, given: Any) -> dict[str, Any]:
         """Do what a page asks for; it stands in the events, done or refused.

@@ -1,0 +1,110 @@
+"""Servers beside a cell for programs by others: ads, opcua."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import signal
+import sys
+from collections.abc import Coroutine
+from typing import Annotated, Any
+
+import typer
+
+from ..errors import CncError
+from .console import app, out
+from .options import SegmentName
+
+NICE = 5  # the cell comes first
+Host = Annotated[
+    str,
+    typer.Option(
+        help="address to listen at; anything else than loopback is open to"
+        " the network"
+    ),
+]
+Allow = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NETID",
+        help="AMS net id of a client that is served; repeatable; needed"
+        " beyond loopback",
+    ),
+]
+
+
+@app.command()
+def ads(
+    name: SegmentName = "hli-cosim",
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="port of TCP, 0: any")
+    ] = 48_898,
+    host: Host = "127.0.0.1",
+    net_id: Annotated[
+        str, typer.Option(help="AMS net id of the server")
+    ] = "127.0.0.1.1.1",
+    allow: Allow = None,
+) -> None:
+    """Serve a cell over ADS, as a TwinCAT controller would: symbols of HLI and
+    PLC at AMS port 851.
+
+    It looks at the cell without writing.  What clients write goes to the PLC.
+
+    Example: hli-cosim ads my-cell
+    """
+    from ..bridges.ads.frames import net_id as net_id_of  # noqa: PLC0415
+    from ..bridges.ads.server import Rules, is_loopback, serve  # noqa: PLC0415
+    from ..bridges.symbols.cell import ServedCell  # noqa: PLC0415
+
+    try:
+        allowed = {net_id_of(text) for text in allow or ()}
+        rules = Rules(net_id_of(net_id), allowed)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+    if not allowed and not is_loopback(host):
+        raise typer.BadParameter(
+            f"--host {host} is open to the network: name the clients with"
+            " --allow NETID"
+        )
+    cell = ServedCell(name)
+
+    def ready(at: str, number: int) -> None:
+        _told(
+            f"ADS at {at}:{number}, AMS net id {net_id}, ports 851 and"
+            f" 550 to 553; {cell.told()}"
+        )
+
+    _served(serve(cell, rules, host, port, ready), f"ADS at {host}:{port}")
+
+
+def _told(text: str) -> None:
+    out.print(text, soft_wrap=True, highlight=False)
+    sys.stdout.flush()
+
+
+def _served(work: Coroutine[Any, Any, None], what: str) -> None:
+    """Run a server until a signal ends it."""
+    with contextlib.suppress(OSError):
+        os.nice(NICE)
+    try:
+        ended_by = asyncio.run(_until_signal(work))
+    except OSError as error:
+        raise CncError(902001, f"{what} cannot be served: {error}") from None
+    raise typer.Exit(128 + ended_by if ended_by else 1)
+
+
+async def _until_signal(work: Coroutine[Any, Any, None]) -> int:
+    came: list[int] = []
+    task = asyncio.ensure_future(work)
+
+    def end(number: int) -> None:
+        came.append(number)
+        task.cancel()
+
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, end, number)
+    with contextlib.suppress(asyncio.CancelledError):
+        await task
+    return came[0] if came else 0
