@@ -14,9 +14,11 @@ import typer
 
 from ..errors import CncError
 from .console import app, out
-from .options import SegmentName
 
 NICE = 5  # the cell comes first
+CellName = Annotated[
+    str, typer.Argument(metavar="[NAME]", help="the cell to serve")
+]
 Host = Annotated[
     str,
     typer.Option(
@@ -36,7 +38,7 @@ Allow = Annotated[
 
 @app.command()
 def ads(
-    name: SegmentName = "hli-cosim",
+    name: CellName = "hli-cosim",
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="port of TCP, 0: any")
     ] = 48_898,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..symbols.cell import ServedCell
-from .codes import AdsError, Code
+from .codes import AdsError, Code, Command
 from .devices import Devices
 from .frames import (
     ADS,
@@ -34,6 +34,8 @@ CONNECTIONS_MAX = 64
 UNSENT_MAX = 8 << 20
 """Bytes that a client may leave unread before it is left."""
 WAITING_MAX = 256
+WITH_NUMBER = (Command.READ, Command.READ_WRITE, Command.ADD_NOTIFICATION)
+"""Commands whose answers have a length or a handle behind the result."""
 FIRST_LOCAL_PORT = 32_768
 
 
@@ -200,7 +202,12 @@ class Connection(asyncio.Protocol):
         if code in (Code.NO_TARGET_PORT, Code.SERVICE_NOT_SUPPORTED):
             self.send(frame.answer(b"", code))
             return
-        self.send(frame.answer(UINT.pack(code) + bytes(4)))
+        self.send(frame.answer(UINT.pack(code).ljust(_shortest(frame), b"\0")))
+
+
+def _shortest(frame: Frame) -> int:
+    """Bytes of an answer that has nothing but its result."""
+    return 8 if frame.command in WITH_NUMBER else 4
 
 
 async def serve(

@@ -92,6 +92,9 @@ class Session:
     ) -> bytes | Span:
         """The bytes, or what the PLC has to be asked for.  AdsError."""
         port = frame.target_port
+        if group == Group.HLI:  # the usual case
+            self._devices.need(port)
+            return self.values.read_bytes(offset, length)
         if group == Group.DEVICE_DATA:
             state = self._devices.state(port)
             return struct.pack("<HH", state, 0)[offset:][:length]

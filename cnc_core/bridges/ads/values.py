@@ -120,10 +120,16 @@ class Values:
         place = span.place
         if place.space != HLI_SPACE:
             return None
+        return self.read_bytes(place.offset + span.begin, span.length)
+
+    def read_bytes(self, offset: int, length: int) -> bytes:
+        """Bytes of the segment.  AdsError."""
         try:
-            return self.cell.read_hli(place.offset + span.begin, span.length)
+            return self.cell.read_hli(offset, length)
         except GoneError as error:
             raise AdsError(Code.NOT_READY, str(error)) from None
+        except SymbolError as error:
+            raise AdsError(Code.INVALID_OFFSET, str(error)) from None
 
     async def read(self, spans: list[Span]) -> list[bytes]:
         """The bytes of symbols of HLI and PLC.  AdsError."""

@@ -21,6 +21,7 @@ from .ownership import plc_leaves, writable
 from .place import HLI_SPACE, Place, parts_of
 from .plc_symbols import PlcSymbols
 
+SEGMENT_SIZE = ctypes.sizeof(layout.HLI_SEGMENT)
 LOOK_S = 0.05  # between two looks whether CNC and PLC live
 ASK_AGAIN_S = 1.0  # for the PLC's symbols, if it did not tell them
 WAITING_MAX = 256
@@ -140,7 +141,7 @@ class ServedCell:
         areas = self.observer.areas
         if areas is None:
             raise GoneError(self.observer.problem)
-        if offset < 0 or offset + size > ctypes.sizeof(layout.HLI_SEGMENT):
+        if offset < 0 or offset + size > SEGMENT_SIZE:
             raise SymbolError("these bytes are not in the HLI")
         return ctypes.string_at(areas.segment.base + offset, size)
 
