@@ -90,6 +90,13 @@ def symbol_entry(place: Place) -> bytes:
     return head + tail
 
 
+def handle_details(place: Place) -> bytes:
+    """What stands behind a new handle if a client has room for it."""
+    name = place.kind.name.encode("cp1252", "replace")
+    head = struct.pack("<IIH", place.size, type_number(place.kind), len(name))
+    return head + name + b"\0"
+
+
 def type_entry(kind: Kind) -> bytes:
     """The entry of a type, with those of its members."""
     items = b""

@@ -18,6 +18,7 @@ from .frames import (
     ADS,
     AMS,
     NET_ID,
+    PORT_CLOSE,
     PORT_CONNECT,
     RESPONSE,
     TCP_HEAD,
@@ -157,6 +158,9 @@ class Connection(asyncio.Protocol):
             if kind == PORT_CONNECT:
                 own += struct.pack("<H", self._server.next_port())
             self.send(TCP_HEAD.pack(kind, len(own)) + own)
+        elif kind == PORT_CLOSE:
+            self.send(TCP_HEAD.pack(kind, 0))
+            self._transport.close()
 
     def _serve(self, frame: Frame) -> None:
         if self._later:  # answers keep the order of the questions

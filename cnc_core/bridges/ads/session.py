@@ -8,7 +8,7 @@ from typing import Any
 
 from .codes import AdsError, Code, Command, Group
 from .devices import Devices
-from .entries import address, symbol_entry
+from .entries import address, handle_details, symbol_entry
 from .frames import FRAME_MAX, Frame
 from .notifications import Notifications
 from .sums import Sums
@@ -170,7 +170,10 @@ class Session:
         """Questions by name.  AdsError."""
         self._devices.need(frame.target_port)
         if group == Group.HANDLE_BY_NAME:
-            return UINT.pack(self.values.new_handle(data))
+            number = self.values.new_handle(data)
+            return UINT.pack(number) + handle_details(
+                self.values.by_name(data)
+            )
         if group == Group.TYPE_BY_NAME:
             name = data.partition(b"\0")[0].decode("cp1252", "replace")
             return self._devices.uploads.type_of(name)
