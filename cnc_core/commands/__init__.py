@@ -17,6 +17,7 @@ from . import bench
 
 __all__ = [
     "bench",
+    "bridges",
     "cell",
     "explain",
     "export",

@@ -8,6 +8,8 @@ import os
 import signal
 import sys
 from collections.abc import Coroutine
+from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -78,6 +80,72 @@ def ads(
         )
 
     _served(serve(cell, rules, host, port, ready), f"ADS at {host}:{port}")
+
+
+@app.command()
+def opcua(
+    name: CellName = "hli-cosim",
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="port of TCP, 0: any")
+    ] = 4840,
+    host: Host = "127.0.0.1",
+    users: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="lines NAME:PASSWORD of those who may write; the file is"
+            " its owner's alone",
+        ),
+    ] = None,
+    certificate: Annotated[
+        Path | None,
+        typer.Option(help="certificate (PEM or DER): secure policies, too"),
+    ] = None,
+    key: Annotated[
+        Path | None, typer.Option(help="private key of the certificate")
+    ] = None,
+) -> None:
+    """Serve a cell over OPC UA: OPC 40502 for CNC systems, and the symbols of
+    HLI and PLC.
+
+    Anonymous clients read.  What others write goes to the PLC.
+
+    Example: hli-cosim opcua my-cell
+    """
+    need("asyncua", "opcua")
+    from ..bridges.opcua.server import Door, serve  # noqa: PLC0415
+    from ..bridges.symbols.cell import ServedCell  # noqa: PLC0415
+
+    if (certificate is None) != (key is None):
+        raise typer.BadParameter("--certificate and --key come together")
+    passwords = _passwords(users) if users else {}
+    cell = ServedCell(name)
+
+    def ready(number: int) -> None:
+        _told(f"opc.tcp://{host}:{number}/ serves {cell.told()}")
+
+    door = Door(host, port, passwords, certificate, key)
+    _served(serve(cell, door, ready), f"OPC UA at {host}:{port}")
+
+
+def need(package: str, extra: str) -> None:
+    """CncError if the package of an extra is missing."""
+    try:
+        import_module(package)
+    except ImportError:
+        raise CncError(
+            902001,
+            f"{extra} needs the extra: pip install 'hli-cosim[{extra}]'",
+        ) from None
+
+
+def _passwords(file: Path) -> dict[str, str]:
+    """Names and passwords.  CncError: others can read the file."""
+    if file.stat().st_mode & 0o077:
+        raise CncError(902001, f"{file}: others can read it; chmod 600 {file}")
+    lines = file.read_text(encoding="utf-8").splitlines()
+    pairs = [line.partition(":") for line in lines if line.strip()]
+    return {name.strip(): password for name, _, password in pairs}
 
 
 def _told(text: str) -> None:

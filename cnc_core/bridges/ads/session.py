@@ -171,9 +171,7 @@ class Session:
         self._devices.need(frame.target_port)
         if group == Group.HANDLE_BY_NAME:
             number = self.values.new_handle(data)
-            return UINT.pack(number) + handle_details(
-                self.values.by_name(data)
-            )
+            return UINT.pack(number) + handle_details(self.values.by_name(data))
         if group == Group.TYPE_BY_NAME:
             name = data.partition(b"\0")[0].decode("cp1252", "replace")
             return self._devices.uploads.type_of(name)
