@@ -109,6 +109,8 @@ def _parts(place: Place) -> list[Place]:
     if not isinstance(kind, Array) or len(kind.dims) > 1:
         return []
     low, count = kind.dims[0]
+    if count > ELEMENTS_MAX:
+        return []
     size = kind.element.size
     return [
         Place(
@@ -117,7 +119,7 @@ def _parts(place: Place) -> list[Place]:
             place.space,
             place.offset + k * size,
         )
-        for k in range(min(count, ELEMENTS_MAX))
+        for k in range(count)
     ]
 
 

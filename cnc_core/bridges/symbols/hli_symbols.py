@@ -47,8 +47,8 @@ def kind_of(ctype: Any) -> Kind:
         return Number(NUMBERS[ctype])
     if layout.is_string(ctype):
         return Text(ctype._length_ - 1, encoding="utf-8")
-    if hasattr(ctype, "_length_"):
-        base, dims = layout.element_type(ctype)
+    base, dims = layout.element_type(ctype)
+    if dims:
         return Array(kind_of(base), tuple((0, n) for n in dims))
     if ctype is layout.HLI_EXT_VAR:  # an ARRAY OF UDINT by itself
         return kind_of(_members_of(ctype)["value"])
