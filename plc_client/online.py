@@ -50,13 +50,18 @@ UNFIT = (
 """What writing a symbol raises if the value does not fit, or the symbol cannot be written."""
 
 
+Key = str | int | tuple[int, ...]
+"""A member's name, an index, or the indices of several dimensions."""
+
+
 class TaskSymbol(Symbol):
     """A variable of a task; reading one that is not there (yet) gives None."""
 
     __slots__ = ("_task",)
 
-    def __init__(self, path: str, task: Any, keys: list[str | int]) -> None:
-        super().__init__(path, keys[:-1], keys[-1])
+    def __init__(self, path: str, task: Any, keys: list[Key]) -> None:
+        last: Any = keys[-1]
+        super().__init__(path, keys[:-1], last)
         self._task = task
 
     @property
@@ -70,10 +75,10 @@ class TaskSymbol(Symbol):
         holder = _walk(self._task.instance, self._holder)
         if holder is None:
             return
-        if isinstance(self._key, int):
-            holder[self._key] = value
-        else:
+        if isinstance(self._key, str):
             setattr(holder, self._key, value)
+        else:
+            holder[self._key] = value
 
     def check(self) -> None:
         """SymbolError: after ``setup()`` there is no such variable, and no
@@ -84,17 +89,17 @@ class TaskSymbol(Symbol):
             if value is None:
                 return  # comes later
             problem = (
-                _no_item(value, key)
-                if isinstance(key, int)
-                else _no_variable(value, key)
+                _no_variable(value, key)
+                if isinstance(key, str)
+                else _no_item(value, key)
             )
             if problem:
                 raise SymbolError(f"symbol {self.path!r}: {spelled}{problem}")
             value = _peek(value, key)
-            spelled += f"[{key}]" if isinstance(key, int) else f".{key}"
+            spelled += _spelled(key)
 
 
-def _no_item(value: Any, index: int) -> str:
+def _no_item(value: Any, index: int | tuple[int, ...]) -> str:
     """What is wrong with an index; a list may still grow."""
     if not hasattr(type(value), "__getitem__"):
         return " is no array"
@@ -103,7 +108,7 @@ def _no_item(value: Any, index: int) -> str:
     )
     return (
         f"[{index}]: the index runs 0..{len(value) - 1}"
-        if fixed and index >= len(value)
+        if fixed and isinstance(index, int) and index >= len(value)
         else ""
     )
 
@@ -159,10 +164,10 @@ def check(symbol: Symbol) -> None:
         symbol.check()
 
 
-def _peek(holder: Any, key: str | int) -> Any:
+def _peek(holder: Any, key: Key) -> Any:
     try:
         return getattr_or_item(holder, key)
-    except (AttributeError, IndexError, KeyError):
+    except (AttributeError, IndexError, KeyError, TypeError):
         return None
 
 
@@ -221,14 +226,25 @@ class SymbolTable:
             raise SymbolError(
                 f"symbol {path!r}: a variable of task {program.name} is needed"
             )
-        keys = [
-            index_of(path, part) if part.startswith("[") else part
-            for part in parts[1:]
-        ]
-        spelled = program.name + "".join(
-            f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys
-        )
+        keys = [_key(path, part) for part in parts[1:]]
+        spelled = program.name + "".join(map(_spelled, keys))
         return TaskSymbol(spelled, program, keys)
+
+
+def _key(path: str, part: str) -> Key:
+    """A name, an index, or the indices of ``[1,2]``."""
+    if not part.startswith("["):
+        return part
+    if "," not in part:
+        return index_of(path, part)
+    numbers = part[1:-1].split(",")
+    return tuple(index_of(path, f"[{number}]") for number in numbers)
+
+
+def _spelled(key: Key) -> str:
+    if isinstance(key, tuple):
+        return f"[{','.join(map(str, key))}]"
+    return f"[{key}]" if isinstance(key, int) else f".{key}"
 
 
 def _walk(value: Any, keys: Any) -> Any:

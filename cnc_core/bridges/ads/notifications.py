@@ -24,6 +24,8 @@ CYCLE_MAX_S = 3600.0
 BEHIND_MAX = 200
 """Cyclic samples that are made up for after a standstill."""
 ASK_S = 0.02  # between two questions to the PLC for its symbols
+CLOCK_SET_NS = 100_000_000
+"""So far the wall's clock may be away before stamps follow it."""
 HEAD = struct.Struct("<II")
 STAMP = struct.Struct("<QI")
 SAMPLE = struct.Struct("<II")
@@ -51,6 +53,7 @@ class Notifications:
         self._values, self._send = values, send
         self._wishes: dict[int, Wish] = {}
         self._last = 0
+        self._offset_ns = 0  # of the wall's clock to the steady one
         self._wake = asyncio.Event()
         self._tasks = [
             asyncio.ensure_future(self._run()),
@@ -118,8 +121,14 @@ class Notifications:
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._wake.wait(), wait)
 
+    def _set_clock(self, now: float) -> None:
+        """Stamps follow the wall's clock, and stay even while nobody sets it."""
+        offset_ns = time.time_ns() - round(now * 1e9)
+        if abs(offset_ns - self._offset_ns) > CLOCK_SET_NS:
+            self._offset_ns = offset_ns
+
     def _sample(self, now: float) -> None:
-        offset_ns = time.time_ns() - int(now * 1e9)
+        self._set_clock(now)
         found: dict[tuple[bytes, int], dict[int, list[bytes]]] = {}
         frames: dict[tuple[bytes, int], Frame] = {}
         for wish in self._wishes.values():
@@ -129,7 +138,7 @@ class Notifications:
             frames[to] = wish.frame
             stamps = found.setdefault(to, {})
             for due, data in _samples(wish, now):
-                stamp = filetime(int(due * 1e9) + offset_ns)
+                stamp = filetime(round(due * 1e9) + self._offset_ns)
                 sample = SAMPLE.pack(wish.number, len(data)) + data
                 stamps.setdefault(stamp, []).append(sample)
         for to, stamps in found.items():

@@ -16,7 +16,7 @@ from ...observing.observer import Observer
 from ...observing.plc import PlcLine, RefusedError
 from .hli_symbols import HliSymbols
 from .kinds import Array, Number, Text, decode, encode
-from .listing import parts_of_place
+from .listing import index_text, parts_of_place
 from .ownership import plc_leaves, writable
 from .place import HLI_SPACE, Place, parts_of
 from .plc_symbols import PlcSymbols
@@ -226,12 +226,9 @@ def _inner(place: Place) -> Iterator[Place]:
     if not isinstance(kind, Array):
         yield from parts_of_place(place)
         return
-    low = kind.dims[0][0]
-    if len(kind.dims) > 1:
-        return  # structures in several dimensions have no path
     for k in range(kind.count):
         at = place.offset + k * kind.element.size
-        path = f"{place.path}[{low + k}]"
+        path = f"{place.path}[{index_text(kind, k)}]"
         yield Place(path, kind.element, place.space, at)
 
 

@@ -42,9 +42,8 @@ def leaves(place: Place) -> Iterator[Place]:
     """The single values in a place, those of all arrays too."""
     kind = place.kind
     if isinstance(kind, Array):
-        low, _ = kind.dims[0]
         for k in range(kind.count):
-            name = f"{place.path}[{_index(kind, k, low)}]"
+            name = f"{place.path}[{index_text(kind, k)}]"
             at = place.offset + k * kind.element.size
             yield from leaves(Place(name, kind.element, place.space, at))
     elif isinstance(kind, Record):
@@ -54,9 +53,8 @@ def leaves(place: Place) -> Iterator[Place]:
         yield place
 
 
-def _index(kind: Array, k: int, low: int) -> str:
-    if len(kind.dims) == 1:
-        return str(low + k)
+def index_text(kind: Array, k: int) -> str:
+    """The indices of the element that has this number."""
     found = []
     for first, count in reversed(kind.dims):
         k, rest = divmod(k, count)

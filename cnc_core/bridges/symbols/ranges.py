@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from .kinds import Array, Record, Text
-from .listing import leaves
+from .listing import index_text, leaves
 from .place import Place
 
 
@@ -35,12 +35,7 @@ def _part(place: Place, offset: int) -> Place | None:
     kind = place.kind
     if isinstance(kind, Array):
         size = kind.element.size
-        k = (offset - place.offset) // size
-        indices = []
-        for low, count in reversed(kind.dims):
-            k, rest = divmod(k, count)
-            indices.append(low + rest)
-        text = ",".join(map(str, reversed(indices)))
+        text = index_text(kind, (offset - place.offset) // size)
         begin = offset - (offset - place.offset) % size
         return Place(f"{place.path}[{text}]", kind.element, place.space, begin)
     if isinstance(kind, Record):
