@@ -11,12 +11,14 @@ from . import sweep
 from . import online
 from . import live
 from . import monitor
+from . import bridges
 from . import export
 from . import explain
 from . import bench
 
 __all__ = [
     "bench",
+    "bridges",
     "cell",
     "explain",
     "export",

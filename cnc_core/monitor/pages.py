@@ -14,7 +14,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from hli.symbol import Symbol
 from hli.view import ArrayView, View
 
-from .actions import RefusedError
+from ..observing.plc import RefusedError
 from .hub import FIRST_TRAIL, FRAME_S, SAMPLE_S, Hub, as_text
 from .security import same_token
 
