@@ -216,6 +216,14 @@ class Frames:
         return starts
 
     def _follow(self, rows: npt.NDArray[Any]) -> None:
+        if not len(rows):
+            return
+        if not (rows["flags"] & (ELEMENT | PIECE)).any():
+            moving = (rows["type"] <= POLYNOMIAL).nonzero()[0]
+            if len(moving):
+                self._driven = rows["end"][moving[-1], : self._axes].copy()
+                self._element = self._driven
+            return
         for flag, name in ((ELEMENT, "_driven"), (PIECE, "_element")):
             which = np.flatnonzero(
                 (rows["type"] <= POLYNOMIAL) & (rows["flags"] & flag == 0)
