@@ -32,7 +32,10 @@ class Asleep:
         self._inside = Pipeline(stages)
         self._kind = kind
         self._awake = False
-        self._rest_from(start)
+        self._start = start.copy()
+        # the last two batches with motions
+        self._before: BlockBatch | None = None
+        self._last: BlockBatch | None = None
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         if not self._awake:
@@ -55,9 +58,7 @@ class Asleep:
 
     def _rest_from(self, position: FloatArray) -> None:
         self._start = position.copy()
-        # the last two batches with motions
-        self._before: BlockBatch | None = None
-        self._last: BlockBatch | None = None
+        self._before = self._last = None
 
     def _wake(self) -> None:
         """The stages get to know where the path comes from."""
