@@ -147,6 +147,10 @@ static void publish_lookahead(struct engine *engine) {
     if (engine->hli.ahead) {
         HLI_AHEAD_STATE *state = &engine->hli.ahead->state;
         show_u32(&state->epoch, epoch_shown(engine->geo.epoch));
+        show_f64(&state->speed, engine->geo.v);
+        for (int i = 0; i < engine->cfg.axis_count; i++) {
+            show_f64(&state->position[i], engine->geo.position[i]);
+        }
         if (engine->timetable.valid) {
             show_f64(&state->motion_time, engine->geo.consumed_s * SECOND_US);
         }
