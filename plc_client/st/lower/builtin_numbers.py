@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from functools import partial
 
 from ..errors import TYPE, Position, StopHere, refuse
@@ -141,7 +143,7 @@ def _chain(
     if any(value.calls for value in values[1:-1]):
         raise refuse(f"a call inside of {name}", pos, "use a variable")
     sign = _OPERATORS[name]
-    pairs = zip(values, values[1:], strict=False)
+    pairs = pairwise(values)
     parts = [operators.binary(context, sign, a, b, pos) for a, b in pairs]
     found = parts[0]
     for part in parts[1:]:
