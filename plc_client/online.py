@@ -442,7 +442,7 @@ class Forces:
 
 
 class Online:
-    """Obeys the orders of other processes (``plc_client.orders``): ``force``,
+    """Obeys the orders of other processes (``hli.orders``): ``force``,
     ``unforce``, ``read``, ``list``, ``operate``, ``statistics``.
 
     ``operate``: what the operator's panel does; ``statistics``: what the PLC
