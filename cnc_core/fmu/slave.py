@@ -14,7 +14,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from hli import segment
+from hli.areas import Areas
 from hli.errors import HliError
+from hli.symbol import Symbol, SymbolError
 from plc_client import AcknowledgeAll, AutoContinue, ContourQueue, task
 from plc_client.blocks import FeedControl, StartProgram
 from plc_client.runner import PlcRunner
@@ -46,6 +49,9 @@ class Instance:
         self._file = folder_of_slave() / "cell.json"
         self._file.write_text(config_text(cell))
         self.runner = self._started(folder, model)
+        # as it is behind the step; the PLC sees it as its scan began
+        self._segment = segment.observe(self.runner.hli.name)
+        self._areas = Areas(self._segment)
         self._held = [
             (i, self.runner.symbol(variable.symbol))
             for i, variable in enumerate(self._inputs)
@@ -80,9 +86,16 @@ class Instance:
 
     def _reader(self, variable: Variable) -> Callable[[], float]:
         if variable.symbol:
-            symbol, scale = self.runner.symbol(variable.symbol), variable.scale
+            symbol, scale = self._symbol(variable.symbol), variable.scale
             return lambda: float(symbol.value) * scale
         return self._of_elements(variable.name)
+
+    def _symbol(self, path: str) -> Symbol:
+        """Of the HLI, or else of the PLC."""
+        try:
+            return self._areas.symbol(path)
+        except SymbolError:
+            return self.runner.symbol(path)
 
     def _of_elements(self, name: str) -> Callable[[], float]:
         ahead: ContourQueue = self.runner["Commands"].ahead
@@ -107,6 +120,8 @@ class Instance:
         return read
 
     def close(self) -> None:
+        self._readers = []
+        self._segment.close()
         self.runner.close()
         self._file.unlink(missing_ok=True)
 
