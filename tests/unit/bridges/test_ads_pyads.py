@@ -22,14 +22,6 @@ WAIT_S = 20.0
 
 
 @pytest.fixture(scope="module")
-def bridged(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bridged]:
-    """One cell and one server for all tests of this file."""
-    found = Bridged(tmp_path_factory.mktemp("bridged"))
-    yield found
-    found.close()
-
-
-@pytest.fixture(scope="module")
 def connect(bridged: Bridged) -> Iterator[Callable[[int], Any]]:
     """Connections to AMS ports of the server."""
     pyads.open_port()
