@@ -21,7 +21,7 @@ from .values import Span, Values
 NOTIFICATIONS_MAX = 2048  # of one client
 CYCLE_MIN_S = 0.001
 CYCLE_MAX_S = 3600.0
-BEHIND_MAX = 200
+BEHIND_MAX = 5000
 """Cyclic samples that are made up for after a standstill."""
 ASK_S = 0.02  # between two questions to the PLC for its symbols
 CLOCK_SET_NS = 100_000_000
