@@ -257,6 +257,26 @@ def test_subscriptions_tell_each_change(served: Any) -> None:
     assert asyncio.run(look()) == [0, 1, 2, 3, 4, 5]
 
 
+def test_subscriptions_outlive_the_plc(served: Any) -> None:
+    """Another PLC comes; the symbol is told of again."""
+
+    async def look() -> list[Any]:
+        told = Told()
+        async with session(served) as one:
+            subscription = await one.client.create_subscription(10, told)
+            served.task.gain = 5.5
+            await subscription.subscribe_data_change(one.symbol("Slow.gain"))
+            await until(lambda: 5.5 in told.values)
+            await asyncio.to_thread(served.restart_plc)
+            await until(lambda: 2.5 in told.values)
+            served.task.gain = 6.5
+            await until(lambda: 6.5 in told.values)
+            await subscription.delete()
+        return told.values
+
+    assert asyncio.run(look())[-1] == 6.5
+
+
 def test_an_error_of_the_channel_is_an_alarm(served: Any) -> None:
     """With its number, its line and the way to its cure."""
 
@@ -289,6 +309,8 @@ def test_malformed_messages_do_no_harm(served: Any) -> None:
             connection.sendall(malformed.opcua(rng))
 
     async def look() -> Any:
+        clients = served.bridge.server.bserver.clients
+        await until(lambda: not clients)  # those that have left
         async with session(served) as one:
             return await one.symbol("MAIN.title").read_value()
 
