@@ -1,6 +1,6 @@
 """The symbols of a running PLC, for programs that are to know all of them.
 
-Three orders of other processes (``plc_client.orders``): ``symbols`` tells
+Three orders of other processes (``hli.orders``): ``symbols`` tells
 names and types, ``fetch`` gives values and arrays, ``assign`` sets values
 once, without forcing them.
 """

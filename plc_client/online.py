@@ -460,7 +460,7 @@ class Forces:
 
 
 class Online:
-    """Obeys the orders of other processes (``plc_client.orders``): ``force``,
+    """Obeys the orders of other processes (``hli.orders``): ``force``,
     ``unforce``, ``read``, ``list``, ``operate``, ``statistics``, ``symbols``,
     ``fetch``, ``assign``, ``halt``.
 

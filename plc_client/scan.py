@@ -20,6 +20,7 @@ import numpy as np
 from hli._sync import lib
 
 from hli import layout
+from hli.orders import Orders
 
 from . import advice, clock, stats
 from .client import Hli
@@ -29,7 +30,6 @@ from .image import InputImage
 from .inputs import Inputs
 from .memory_trace import MemoryTrace
 from .online import Forces, Online, SymbolTable, Watch
-from .orders import Orders
 from .pace import CyclePacer, Pacer, pacer_of
 from .panel import Panel
 from .program import Program, task_statistics
@@ -228,6 +228,20 @@ class Scanner:
         if self.orders.waiting:
             self.orders.serve(self._online)
         self._latch()
+        self._scan()
+
+    @property
+    def now(self) -> Any:
+        """The image as C latches it (``hs_image``)."""
+        return self._now
+
+    def scan_latched(self) -> None:
+        """The same of an image that somebody else has latched (see ``now``)."""
+        self._latched_ns = self._now.cell_time_ns
+        self._scan()
+
+    def _scan(self) -> None:
+        """The scan of the image that is latched."""
         record = self.watch.to
         if record is not None:
             record.scan += 1

@@ -44,6 +44,7 @@ ORDER = [
     "cnc_core.bridges.symbols",
     "cnc_core.observing",
     "cnc_core.benchmarks",
+    "cnc_core.sweep",
     "cnc_core.optimize",
     "cnc_core.planning",
     "cnc_core",

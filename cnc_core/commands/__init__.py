@@ -7,6 +7,7 @@ from . import new
 from . import program
 from . import cell
 from . import recordings
+from . import sweep
 from . import online
 from . import live
 from . import monitor
@@ -27,4 +28,5 @@ __all__ = [
     "online",
     "program",
     "recordings",
+    "sweep",
 ]

@@ -1,4 +1,6 @@
-"""What people do: orders to the PLC, and who gave them."""
+"""What people do: orders to the PLC, answers to dialogs of the CNC's program,
+and who gave them.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,8 @@ class Desk:
 
     def __init__(self, name: str, events: Events, *, keep: bool) -> None:
         self._events, self._keep = events, keep
-        self.ask = PlcLine(name).ask
+        line = PlcLine(name)
+        self.ask, self.look = line.ask, line.look
         self._open: set[str] = set()
         self._forced: dict[str, dict[str, str]] = {}
         self._leaving: set[asyncio.Future[None]] = set()
@@ -51,6 +54,8 @@ class Desk:
         self, page: str, order: dict[str, Any], answer: dict[str, Any]
     ) -> None:
         """Which symbols a page holds forced, as the PLC spells them."""
+        if "forced" not in answer:
+            return
         held = self._forced.setdefault(page, {})
         if order["do"] == "force":
             now = list(answer["forced"])
@@ -132,7 +137,28 @@ def order_of(given: Any) -> tuple[Order, str]:
             "do": "unforce",
             "symbols": paths,
         }, f"unforce {', '.join(paths)}"
-    raise RefusedError("do: operate, force or unforce")
+    if what == "answer":
+        return _answer(given)
+    raise RefusedError("do: operate, force, unforce or answer")
+
+
+def _answer(given: dict[str, Any]) -> tuple[Order, str]:
+    """What somebody enters in a dialog of the program, and presses."""
+    number, values = given.get("number"), given.get("set") or {}
+    press = _text(given.get("press") or "")
+    if type(number) is not int or not isinstance(values, dict):
+        raise RefusedError("an answer has number, set and press")
+    if len(values) > SYMBOLS_MAX:
+        raise RefusedError(f"set: at most {SYMBOLS_MAX} inputs")
+    for name, value in values.items():
+        if len(name) > TEXT_MAX or type(value) not in (int, float):
+            raise RefusedError("set: numbers by the names of inputs")
+    shown = [f"{name}={value:g}" for name, value in values.items()]
+    order = {"do": "answer", "number": number, "set": values, "press": press}
+    return (
+        order,
+        f"answered the dialog: {', '.join([*shown, press or 'Enter'])}",
+    )
 
 
 def _list(value: Any) -> list[Any]:

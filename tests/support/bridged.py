@@ -19,7 +19,7 @@ import plc_client
 from cnc_core.bridges.ads.server import Rules, Server
 from cnc_core.bridges.symbols.cell import ServedCell
 from hli import layout
-from plc_client.orders import Orders
+from hli.orders import Orders
 from plc_client.program import Program
 from plc_client.scan import Scanner
 from plc_client.st.machine.tasks import load_st
