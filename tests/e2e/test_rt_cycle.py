@@ -300,7 +300,7 @@ def test_expressions_are_those_of_the_program(
         ("#RT CYCLE\n#FLUSH\n#RT CYCLE END\n", 22004, 2),
         ("#RT CYCLE\nV.E.LATE = 1\n#RT CYCLE END\n", 22009, 2),
         ("#RT CYCLE\nV.P.A = 1\n#RT CYCLE END\n", 22009, 2),
-        ("#RT CYCLE\nV.RTG.LOOP.COUNT = 0\n#RT CYCLE END\n", 900003, 2),
+        ("#RT CYCLE\nV.RTG.LOOP.OTHER = 0\n#RT CYCLE END\n", 900003, 2),
         ("#RT CYCLE\nV.RTG.OVERRIDE.VEL.CYCLE = 1\n#RT CYCLE END\n", 900003, 2),
         ("#RT CYCLE\nV.E.TEXT = 1\n#RT CYCLE END\n", 907011, 2),
         ("#RT CYCLE\n$IF ONCE 1\n$ELSE\n$ENDIF\n#RT CYCLE END\n", 900010, 3),
@@ -357,3 +357,42 @@ def test_a_value_without_a_finite_result_is_left_out(tmp_path: Path) -> None:
         assert real(cnc, 2) == 5.0
         assert cnc.engine.state.bad_commands > 0
         assert cnc.state.rt_loop_count_r == 0
+
+
+def test_the_count_is_written_by_the_cycle_and_by_the_program(
+    tmp_path: Path,
+) -> None:
+    """V.RTG.LOOP.COUNT is R/W (public page "Channel-specific realtime
+    variables"): it counts on from what is written.  Mode 2 goes by the passes
+    that were driven.
+    """
+    cycle = "$IF EDGE V.RTG.LOOP.COUNT == 2\nV.RTG.LOOP.COUNT = 10\n$ENDIF\n"
+    cycle += "V.RTG.LOOP.ENABLED = V.RTG.LOOP.COUNT < 12\n"
+    text = (
+        f"G1 X10 F6000\n#RT CYCLE [SCOPE=PROG]\n{cycle}#RT CYCLE END\n{LOOP}"
+        "V.E.OUT = V.RTG.LOOP.COUNT\nV.RTG.LOOP.COUNT = 41\n"
+        "V.E.LIMITED = V.RTG.LOOP.COUNT\nX1\nM30\n"
+    )
+    with Inside(tmp_path, text, CELL) as cnc:
+        seen = set()
+        for _ in range(20_000):
+            if cnc.state.program_end_r:
+                break
+            cnc.run(1)
+            seen.add(int(cnc.state.rt_loop_count_r))
+        # the pass that begins at 12 is the last one
+        assert seen - {2} == {0, 1, 10, 11, 12, 13, 41}
+        assert real(cnc, 2) == 13.0
+        assert external(cnc, 3)[0] == 41
+
+
+@pytest.mark.parametrize(
+    "keys", ["[SCOPE=BLOCK]", "[SCOPE=GLOBAL]", "[WHAT=1]"]
+)
+def test_a_refused_cycle_is_one_error(
+    keys: str, cli: Cli, program: Write
+) -> None:
+    """Its end is no error of its own."""
+    text = f"#RT CYCLE {keys}\nV.RTG.LOOP.ENABLED = TRUE\n#RT CYCLE END\nM30\n"
+    outcome = cli("check", program(text), "--json")
+    assert [e["line"] for e in outcome.json["errors"]] == [1]

@@ -421,7 +421,7 @@ class IsgFrontEnd(ProgramLevels):
     def _words(self, block: WordBlock) -> Items:
         executor = self.executor
         rows = executor.execute(block)
-        if self.state.loop.written is not None:
+        if self.state.loop.written:
             return [*self.state.loop.switched(), *rows]
         if block.simple:
             return rows

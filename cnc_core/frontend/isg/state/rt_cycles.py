@@ -21,7 +21,10 @@ from cnc_core.frontend.port import (
 )
 
 RETAINED = "isg real-time cycles"
-PUTS, TAKES = range(5), (5, 6, 8, 10)  # instructions: one value more, or less
+PUTS, TAKES = (
+    range(5),
+    (5, 6, 8, 10, 14),
+)  # instructions: one value more, or less
 
 
 @dataclass
@@ -75,6 +78,7 @@ class RealTimeCycles:
     ) -> None:
         self._port, self._place = port, place
         self.opened: OpenCycle | None = None
+        self.refused = False  # its first line, so that its end is no error
         self._slots: dict[int, int] = {}  # of this program, by ID
         self._unnamed = 0
 
@@ -85,12 +89,16 @@ class RealTimeCycles:
         if self.opened is not None:
             raise fail(22004, "#RT CYCLE inside a real-time cycle", offset)
         if number is None and not (program and starts):
+            self.refused = True
             raise fail(22003, ERRORS[22003], offset)
         self.opened = OpenCycle(number, program, starts, self._place(offset))
 
     def end(self, offset: int) -> None:
         """``#RT CYCLE END``: everything before it has been executed."""
         opened, self.opened = self.opened, None
+        refused, self.refused = self.refused, False
+        if opened is None and refused:
+            return
         if opened is None:
             raise fail(907020, "#RT CYCLE END without its beginning", offset)
         if opened.branches:
