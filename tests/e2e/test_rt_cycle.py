@@ -310,7 +310,7 @@ def test_expressions_are_those_of_the_program(
         ("#RT CYCLE\n#RT CYCLE\n#RT CYCLE END\n", 22004, 2),
         ("#RT CYCLE\nV.E.OUT = 1\n", 907021, 1),
         ("#RT CYCLE END\n", 907020, 1),
-        ("#RT CYCLE [SCOPE = BLOCK]\n#RT CYCLE END\n", 900003, 1),
+        ("#RT CYCLE [SCOPE = LINE]\n#RT CYCLE END\n", 900010, 1),
         ("#RT CYCLE [ID]\n#RT CYCLE END\n", 900010, 1),
         (
             "#RT CYCLE\nV.E.OUT = V.RTA.ACS.ACT_POS.Q\n#RT CYCLE END\n",
@@ -386,9 +386,7 @@ def test_the_count_is_written_by_the_cycle_and_by_the_program(
         assert external(cnc, 3)[0] == 41
 
 
-@pytest.mark.parametrize(
-    "keys", ["[SCOPE=BLOCK]", "[SCOPE=GLOBAL]", "[WHAT=1]"]
-)
+@pytest.mark.parametrize("keys", ["[SCOPE=LINE]", "[SCOPE=GLOBAL]", "[WHAT=1]"])
 def test_a_refused_cycle_is_one_error(
     keys: str, cli: Cli, program: Write
 ) -> None:
@@ -396,3 +394,34 @@ def test_a_refused_cycle_is_one_error(
     text = f"#RT CYCLE {keys}\nV.RTG.LOOP.ENABLED = TRUE\n#RT CYCLE END\nM30\n"
     outcome = cli("check", program(text), "--json")
     assert [e["line"] for e in outcome.json["errors"]] == [1]
+
+
+def test_a_cycle_of_one_block(tmp_path: Path) -> None:
+    """SCOPE = BLOCK acts on the next NC block alone (public page "BLOCK
+    validity"): V.E.OUT follows X there and nowhere else.
+    """
+    cycle = "V.E.OUT = V.RTA.ACS.ACT_POS.X\n#RT CYCLE END\n"
+    text = (
+        f"G1 X10 F6000\n#RT CYCLE [SCOPE=BLOCK]\n{cycle}; nothing\nX20\nX30\n"
+        f"#RT CYCLE DEF [ID=17 SCOPE=BLOCK]\n{cycle}X40\n"
+        "#RT CYCLE START [ID=17]\nX50\nX60\n#RT CYCLE START [ID=17]\nX70\nX80\n"
+        + f"#RT CYCLE [SCOPE=BLOCK]\n{cycle}G4 X0.01\n" * 17  # 16 at a time
+        + "X90\nM30\n"
+    )
+    with Inside(tmp_path, text, CELL) as cnc:
+        seen = set()
+        for _ in range(20_000):
+            if cnc.state.program_end_r:
+                break
+            cnc.run(1)
+            seen.add(round(real(cnc, 2), 1))
+    between = {value for value in seen if value not in {0, 20, 50, 70, 80}}
+    assert any(10 < value < 20 for value in between)
+    assert any(40 < value < 50 for value in between)
+    assert any(60 < value < 70 for value in between)
+    assert not any(
+        begin < value < begin + 10
+        for value in between
+        for begin in (0, 20, 30, 50, 70, 80)
+    )
+    assert {20.0, 50.0, 70.0, 80.0} <= seen

@@ -49,7 +49,8 @@ WRITTEN = {
     "V.RTG.LOOP.ENABLED": SET_ENABLED,
     "V.RTG.LOOP.COUNT": SET_COUNT,
 }
-SCOPES, ACTIONS = ("PROG", "GLOBAL"), ("MOVE_ABORT", "MOVE_CONT")
+SCOPES = ("BLOCK", "PROG", "GLOBAL")
+ACTIONS = ("MOVE_ABORT", "MOVE_CONT")
 COMMAND = re.compile(r"#\s*RT\s+CYCLE\b\s*(?P<word>\w*)", re.I)
 MANAGES = ("END", "ABORT", *STATES)
 INSIDE = "only $IF and assignments may stand in a real-time cycle"
@@ -100,7 +101,7 @@ class RtCycleParser:
                 900003, "#RT CYCLE ABORT ACTION is not supported", offset
             )
         try:
-            number, program = self._keys(offset)
+            number, scope = self._keys(offset)
             self._at_end(name or "CYCLE")
         except CncError:
             self._cycles.refused = name not in STATES
@@ -112,7 +113,7 @@ class RtCycleParser:
         def begin() -> Items:
             self._cycles.begin(
                 number and number(),
-                program=program,
+                scope=scope,
                 starts=starts,
                 offset=offset,
             )
@@ -164,13 +165,11 @@ class RtCycleParser:
 
         return run
 
-    def _keys(self, offset: int) -> tuple[Callable[[], int] | None, bool]:
-        """``[ID=.. SCOPE=.. END_ACTION=..]``: the ID, and whether it ends with
-        the program.
-        """
-        stream, number, program = self._stream, None, True
+    def _keys(self, offset: int) -> tuple[Callable[[], int] | None, str]:
+        """``[ID=.. SCOPE=.. END_ACTION=..]``: the ID, and the scope."""
+        stream, number, scope = self._stream, None, "PROG"
         if not stream.accept("["):
-            return None, True
+            return None, scope
         while not stream.accept("]"):
             key = stream.accept_name("ID", "SCOPE", "END_ACTION")
             if stream.accept(","):
@@ -187,10 +186,10 @@ class RtCycleParser:
             if name == "ID":
                 number = self._number(at)
             elif name == "SCOPE":
-                program = self._name(SCOPES, "SCOPE") == "PROG"
+                scope = self._name(SCOPES, "SCOPE")
             else:
                 self._name(ACTIONS, "END_ACTION")
-        return number, program
+        return number, scope
 
     def _number(self, offset: int) -> Callable[[], int]:
         value = self._formulas.number("ID", offset)
@@ -205,8 +204,6 @@ class RtCycleParser:
 
     def _name(self, known: tuple[str, ...], key: str) -> str:
         stream, offset = self._stream, self._stream.current.offset
-        if key == "SCOPE" and stream.is_name("BLOCK"):
-            raise fail(900003, "SCOPE = BLOCK is not supported", offset)
         word = stream.accept_name(*known)
         if word is None:
             raise fail(
