@@ -311,6 +311,7 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->bad_commands = engine->orders.bad;
     out->plan_cpu_s = engine->commit.cpu_s;
     out->motion_time_s = engine->commit.committed_s;
+    __atomic_load(&engine->geo.consumed_s, &out->consumed_s, __ATOMIC_RELAXED);
     out->phases = engine->commit.phases;
     out->fault = engine->fault;
     out->log_dropped = engine->log.dropped;

@@ -134,8 +134,8 @@ class ProgramMachine:
     ``kinematics``: transformations by number.  ``kin_id``: the first one.
     ``dialects``: settings of single dialects (see ``settings``).
     ``axis_ids``: logical axis numbers.  Empty: 1, 2, ..
-    ``repeated_blocks_max``: executed again, where no machine answers.  0: any
-    number.
+    ``repeated_blocks_max``: with motions, executed again, where no machine
+    answers.  0: any number.
     """
 
     axes: tuple[str, ...]

@@ -21,7 +21,7 @@ import pytest
 import hli
 from cnc_core import Cell
 from cnc_core.commands.demo_run import demo_program
-from plc_client import orders
+from hli import orders
 from support.browser import CHROMIUM, Browser, Tab
 from support.command_line import command
 from support.fake_cnc import unique_name
@@ -61,7 +61,9 @@ class Shown:
 
 
 @pytest.fixture(scope="module")
-def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shown]:
+def shown(
+    tmp_path_factory: pytest.TempPathFactory, browser: Browser
+) -> Iterator[Shown]:
     """The bundled part beside the PLC of the demo, in real time."""
     folder = tmp_path_factory.mktemp("monitor")
     part = folder / "part.nc"
@@ -86,7 +88,6 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shown]:
             text=True,
         )
 
-    browser = Browser(folder / "profile")
     try:
         for which in commands:
             start(which)
@@ -95,7 +96,6 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shown]:
         address = told.readline().strip()
         yield Shown(name, address, browser.tab(), processes, start)
     finally:
-        browser.close()
         for process in processes.values():
             if process.returncode is None:
                 process.terminate()

@@ -107,8 +107,9 @@ class BlockReader(ABC):
         # blocks, waits included, since the last row; without waits; in all
         self._idle = self._computed = self._repeated = 0
         self._breath = 0
-        self._repeated_max = (
-            0 if port.answers else modal.machine.repeated_blocks_max
+        self._moved_again = 0
+        self._moved_again_max = (
+            0 if port.answers or collect else modal.machine.repeated_blocks_max
         )
         self.block_now: BlockText | None = None  # being prepared or executed
         # of the block that is being executed, behind its first one
@@ -261,6 +262,7 @@ class BlockReader(ABC):
         if rows:
             self._idle = self._computed = 0
             self._count_repeated(rows, begin, file.source.position)
+            self._count_moved_again(rows)
         if stop in (scanner.OTHER, scanner.ERROR):
             self._block(file)
         elif stop == scanner.MORE and file.source.exhausted:
@@ -311,6 +313,7 @@ class BlockReader(ABC):
             items = self._refuse_drain() if refused else prepared.run()
             if items:
                 self._queue.extend(items)
+                self._count_moved_again(1)
         except CncError as error:
             self.flow.forget()
             self._error(error, block)
@@ -348,21 +351,21 @@ class BlockReader(ABC):
             self._ended = True
 
     def _count_repeated(self, blocks: int, begin: int, end: int) -> None:
-        """Blocks from ``begin`` to ``end`` of the file are executed.
-
-        Where they come again too often, a check ends, and so does a reading
-        that no machine follows.
-        """
+        """Blocks from ``begin`` to ``end`` of the file are executed."""
         level = self.flow.level
         level.reach(begin, end)
-        if not level.again or self._ended:
-            return
-        self._repeated += blocks
-        if self._collect:
+        if level.again and self._collect and not self._ended:
+            self._repeated += blocks
             self._end_check()
-        elif self._repeated > self._repeated_max > 0:
+
+    def _count_moved_again(self, blocks: int) -> None:
+        """Blocks with rows: no machine follows those that come again for ever."""
+        if not self.flow.level.again or not self._moved_again_max:
+            return
+        self._moved_again += blocks
+        if self._moved_again > self._moved_again_max:
             text = (
-                f"{ERRORS[907001]}: {self._repeated_max} blocks were executed again"
+                f"{ERRORS[907001]}: {self._moved_again_max} blocks moved again"
                 " ([channel] repeated_blocks_max of the cell file)"
             )
             error = CncError(907001, text, self._here())

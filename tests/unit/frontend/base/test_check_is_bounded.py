@@ -80,7 +80,7 @@ def planned(folder: Path, name: str, text: str, most: int) -> int:
 @pytest.mark.parametrize("case", MOVING)
 def test_a_plan_of_a_loop_that_moves_ends(case: str, tmp_path: Path) -> None:
     """Where no machine follows, it is an error that names the cell's member."""
-    with pytest.raises(CncError, match="500 blocks were executed again") as e:
+    with pytest.raises(CncError, match="500 blocks moved again") as e:
         planned(tmp_path, *MOVING[case], 500)
     assert e.value.code == 907001
     assert "repeated_blocks_max" in str(e.value)
@@ -90,8 +90,14 @@ def test_a_plan_without_a_bound_follows_every_pass(tmp_path: Path) -> None:
     """0 blocks: any number; a program that ends is read to its end."""
     text = "G1 F100\n$FOR P1=1,400,1\nX[P1]\n$ENDFOR\nM30\n"
     assert planned(tmp_path, "a.nc", text, 0) > 400
-    with pytest.raises(CncError, match="500 blocks"):
-        planned(tmp_path, "a.nc", text, 500)
+    with pytest.raises(CncError, match="300 blocks"):
+        planned(tmp_path, "a.nc", text, 300)
+
+
+def test_a_plan_of_a_long_computation_goes_on(tmp_path: Path) -> None:
+    """What only computes ends by itself, or by the bound for idle blocks."""
+    text = "P2=0\n$FOR P1=1,3000,1\nP2=P1\n$ENDFOR\nG1 F100 X1\nM30\n"
+    assert planned(tmp_path, "a.nc", text, 10) >= 1
 
 
 @pytest.mark.parametrize("collect", [True, False])
