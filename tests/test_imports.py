@@ -45,6 +45,7 @@ ORDER = [
     "cnc_core.observing",
     "cnc_core.benchmarks",
     "cnc_core.sweep",
+    "cnc_core.fmu",
     "cnc_core.optimize",
     "cnc_core.planning",
     "cnc_core",

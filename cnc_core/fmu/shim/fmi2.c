@@ -12,9 +12,24 @@ typedef unsigned int reference;
 typedef double real;
 typedef int integer, boolean;
 typedef const char *string;
-typedef enum { OK, WARNING, DISCARD, ERROR, FATAL, PENDING } status;
-typedef enum { MODEL_EXCHANGE, CO_SIMULATION } type;
-typedef enum { DO_STEP, PENDING_STATUS, LAST_TIME, TERMINATED } status_kind;
+typedef enum {
+    OK,
+    WARNING,
+    DISCARD,
+    ERROR,
+    FATAL,
+    PENDING
+} status;
+typedef enum {
+    MODEL_EXCHANGE,
+    CO_SIMULATION
+} type;
+typedef enum {
+    DO_STEP,
+    PENDING_STATUS,
+    LAST_TIME,
+    TERMINATED
+} status_kind;
 
 typedef struct {
     void (*logger)(environment, string, status, string, string, ...);
@@ -29,14 +44,18 @@ typedef struct {
     callbacks calls;
     char *name;
     double time;
-    enum { FRESH, RUNNING, BROKEN } state;
+    enum {
+        FRESH,
+        RUNNING,
+        BROKEN
+    } state;
 } instance;
 
 static void to_logger(void *to, const char *text) {
     instance *c = to;
     if (c->calls.logger) {
-        c->calls.logger(c->calls.to, c->name, ERROR, "logStatusError", "%s",
-                        text);
+        c->calls
+            .logger(c->calls.to, c->name, ERROR, "logStatusError", "%s", text);
     }
 }
 
@@ -71,9 +90,13 @@ EXPORT void fmi2FreeInstance(component given) {
     }
 }
 
-EXPORT component fmi2Instantiate(string name, type kind, string guid,
-                                 string resources, const callbacks *calls,
-                                 boolean visible, boolean logging) {
+EXPORT component fmi2Instantiate(string name,
+                                 type kind,
+                                 string guid,
+                                 string resources,
+                                 const callbacks *calls,
+                                 boolean visible,
+                                 boolean logging) {
     (void)visible;
     (void)logging;
     if (!calls) {
@@ -102,7 +125,9 @@ EXPORT component fmi2Instantiate(string name, type kind, string guid,
     return c;
 }
 
-EXPORT status fmi2SetDebugLogging(component given, boolean on, size_t n,
+EXPORT status fmi2SetDebugLogging(component given,
+                                  boolean on,
+                                  size_t n,
                                   const string categories[]) {
     (void)given;
     (void)on;
@@ -111,8 +136,11 @@ EXPORT status fmi2SetDebugLogging(component given, boolean on, size_t n,
     return OK;
 }
 
-EXPORT status fmi2SetupExperiment(component given, boolean has_tolerance,
-                                  real tolerance, real start, boolean has_stop,
+EXPORT status fmi2SetupExperiment(component given,
+                                  boolean has_tolerance,
+                                  real tolerance,
+                                  real start,
+                                  boolean has_stop,
                                   real stop) {
     (void)has_tolerance;
     (void)tolerance;
@@ -151,7 +179,9 @@ EXPORT status fmi2Reset(component given) {
     return OK;
 }
 
-EXPORT status fmi2DoStep(component given, real at, real step,
+EXPORT status fmi2DoStep(component given,
+                         real at,
+                         real step,
                          boolean no_set_state) {
     instance *c = given;
     (void)no_set_state;
@@ -166,7 +196,9 @@ EXPORT status fmi2DoStep(component given, real at, real step,
 }
 
 /* ---- values */
-static status known(component given, const reference at[], size_t n,
+static status known(component given,
+                    const reference at[],
+                    size_t n,
                     int writing) {
     for (size_t i = 0; i < n; i++) {
         if (at[i] >= MODEL_VALUES) {
@@ -177,13 +209,16 @@ static status known(component given, const reference at[], size_t n,
         }
         if (writing && at[i] < MODEL_FIRST_INPUT
             && ((instance *)given)->state != FRESH) {
-            return refuse(given, "a parameter is set before the initialization");
+            return refuse(given,
+                          "a parameter is set before the initialization");
         }
     }
     return OK;
 }
 
-EXPORT status fmi2GetReal(component given, const reference at[], size_t n,
+EXPORT status fmi2GetReal(component given,
+                          const reference at[],
+                          size_t n,
                           real to[]) {
     status out = known(given, at, n, 0);
     for (size_t i = 0; out == OK && i < n; i++) {
@@ -192,7 +227,9 @@ EXPORT status fmi2GetReal(component given, const reference at[], size_t n,
     return out;
 }
 
-EXPORT status fmi2SetReal(component given, const reference at[], size_t n,
+EXPORT status fmi2SetReal(component given,
+                          const reference at[],
+                          size_t n,
                           const real from[]) {
     status out = known(given, at, n, 1);
     for (size_t i = 0; out == OK && i < n; i++) {
@@ -201,7 +238,9 @@ EXPORT status fmi2SetReal(component given, const reference at[], size_t n,
     return out;
 }
 
-EXPORT status fmi2GetInteger(component given, const reference at[], size_t n,
+EXPORT status fmi2GetInteger(component given,
+                             const reference at[],
+                             size_t n,
                              integer to[]) {
     status out = known(given, at, n, 0);
     for (size_t i = 0; out == OK && i < n; i++) {
@@ -210,7 +249,9 @@ EXPORT status fmi2GetInteger(component given, const reference at[], size_t n,
     return out;
 }
 
-EXPORT status fmi2SetInteger(component given, const reference at[], size_t n,
+EXPORT status fmi2SetInteger(component given,
+                             const reference at[],
+                             size_t n,
                              const integer from[]) {
     status out = known(given, at, n, 1);
     for (size_t i = 0; out == OK && i < n; i++) {
@@ -219,7 +260,9 @@ EXPORT status fmi2SetInteger(component given, const reference at[], size_t n,
     return out;
 }
 
-EXPORT status fmi2GetBoolean(component given, const reference at[], size_t n,
+EXPORT status fmi2GetBoolean(component given,
+                             const reference at[],
+                             size_t n,
                              boolean to[]) {
     status out = known(given, at, n, 0);
     for (size_t i = 0; out == OK && i < n; i++) {
@@ -228,7 +271,9 @@ EXPORT status fmi2GetBoolean(component given, const reference at[], size_t n,
     return out;
 }
 
-EXPORT status fmi2SetBoolean(component given, const reference at[], size_t n,
+EXPORT status fmi2SetBoolean(component given,
+                             const reference at[],
+                             size_t n,
                              const boolean from[]) {
     status out = known(given, at, n, 1);
     for (size_t i = 0; out == OK && i < n; i++) {
@@ -237,14 +282,18 @@ EXPORT status fmi2SetBoolean(component given, const reference at[], size_t n,
     return out;
 }
 
-EXPORT status fmi2GetString(component given, const reference at[], size_t n,
+EXPORT status fmi2GetString(component given,
+                            const reference at[],
+                            size_t n,
                             string to[]) {
     (void)at;
     (void)to;
     return n == 0 ? OK : refuse(given, "there are no variables of type String");
 }
 
-EXPORT status fmi2SetString(component given, const reference at[], size_t n,
+EXPORT status fmi2SetString(component given,
+                            const reference at[],
+                            size_t n,
                             const string from[]) {
     (void)at;
     (void)from;
@@ -252,7 +301,8 @@ EXPORT status fmi2SetString(component given, const reference at[], size_t n,
 }
 
 /* ---- refused by name */
-#define NO_STATE "not supported: the state of a cell lies in processes of its own"
+#define NO_STATE                                                               \
+    "not supported: the state of a cell lies in processes of its own"
 #define NO_DERIVATIVES "not supported: a cell has no derivatives"
 
 EXPORT status fmi2GetFMUstate(component given, fmu_state *to) {
@@ -269,14 +319,17 @@ EXPORT status fmi2FreeFMUstate(component given, fmu_state *at) {
     return at && *at ? refuse(given, "fmi2FreeFMUstate is " NO_STATE) : OK;
 }
 
-EXPORT status fmi2SerializedFMUstateSize(component given, fmu_state from,
+EXPORT status fmi2SerializedFMUstateSize(component given,
+                                         fmu_state from,
                                          size_t *to) {
     (void)from;
     (void)to;
     return refuse(given, "fmi2SerializedFMUstateSize is " NO_STATE);
 }
 
-EXPORT status fmi2SerializeFMUstate(component given, fmu_state from, char to[],
+EXPORT status fmi2SerializeFMUstate(component given,
+                                    fmu_state from,
+                                    char to[],
                                     size_t n) {
     (void)from;
     (void)to;
@@ -284,8 +337,10 @@ EXPORT status fmi2SerializeFMUstate(component given, fmu_state from, char to[],
     return refuse(given, "fmi2SerializeFMUstate is " NO_STATE);
 }
 
-EXPORT status fmi2DeSerializeFMUstate(component given, const char from[],
-                                      size_t n, fmu_state *to) {
+EXPORT status fmi2DeSerializeFMUstate(component given,
+                                      const char from[],
+                                      size_t n,
+                                      fmu_state *to) {
     (void)from;
     (void)n;
     (void)to;
@@ -293,9 +348,11 @@ EXPORT status fmi2DeSerializeFMUstate(component given, const char from[],
 }
 
 EXPORT status fmi2GetDirectionalDerivative(component given,
-                                           const reference unknown[], size_t n,
+                                           const reference unknown[],
+                                           size_t n,
                                            const reference variables[],
-                                           size_t m, const real seed[],
+                                           size_t m,
+                                           const real seed[],
                                            real to[]) {
     (void)unknown;
     (void)n;
@@ -306,8 +363,10 @@ EXPORT status fmi2GetDirectionalDerivative(component given,
     return refuse(given, "fmi2GetDirectionalDerivative is " NO_DERIVATIVES);
 }
 
-EXPORT status fmi2SetRealInputDerivatives(component given, const reference at[],
-                                          size_t n, const integer order[],
+EXPORT status fmi2SetRealInputDerivatives(component given,
+                                          const reference at[],
+                                          size_t n,
+                                          const integer order[],
                                           const real from[]) {
     (void)at;
     (void)n;
@@ -317,8 +376,10 @@ EXPORT status fmi2SetRealInputDerivatives(component given, const reference at[],
 }
 
 EXPORT status fmi2GetRealOutputDerivatives(component given,
-                                           const reference at[], size_t n,
-                                           const integer order[], real to[]) {
+                                           const reference at[],
+                                           size_t n,
+                                           const integer order[],
+                                           real to[]) {
     (void)at;
     (void)n;
     (void)order;
@@ -327,8 +388,9 @@ EXPORT status fmi2GetRealOutputDerivatives(component given,
 }
 
 EXPORT status fmi2CancelStep(component given) {
-    return refuse(given, "fmi2CancelStep is not supported: steps are not"
-                         " asynchronous");
+    return refuse(given,
+                  "fmi2CancelStep is not supported: steps are not"
+                  " asynchronous");
 }
 
 EXPORT status fmi2GetStatus(component given, status_kind kind, status *to) {
@@ -346,7 +408,8 @@ EXPORT status fmi2GetRealStatus(component given, status_kind kind, real *to) {
     return OK;
 }
 
-EXPORT status fmi2GetIntegerStatus(component given, status_kind kind,
+EXPORT status fmi2GetIntegerStatus(component given,
+                                   status_kind kind,
                                    integer *to) {
     (void)given;
     (void)kind;
@@ -354,7 +417,8 @@ EXPORT status fmi2GetIntegerStatus(component given, status_kind kind,
     return DISCARD;
 }
 
-EXPORT status fmi2GetBooleanStatus(component given, status_kind kind,
+EXPORT status fmi2GetBooleanStatus(component given,
+                                   status_kind kind,
                                    boolean *to) {
     if (kind != TERMINATED) {
         return DISCARD;
@@ -363,7 +427,8 @@ EXPORT status fmi2GetBooleanStatus(component given, status_kind kind,
     return OK;
 }
 
-EXPORT status fmi2GetStringStatus(component given, status_kind kind,
+EXPORT status fmi2GetStringStatus(component given,
+                                  status_kind kind,
                                   string *to) {
     (void)given;
     (void)kind;

@@ -125,8 +125,14 @@ static int start(slave *s) {
     if (s->pid == 0) {
         /* a copy stays open in the new program */
         snprintf(handle, sizeof handle, "%d", dup(pair[1]));
-        execlp(python, python, "-P", "-m", "cnc_core.fmu.slave", handle,
-               s->resources, (char *)NULL);
+        execlp(python,
+               python,
+               "-P",
+               "-m",
+               "cnc_core.fmu.slave",
+               handle,
+               s->resources,
+               (char *)NULL);
         _exit(127);
     }
     close(pair[1]);
@@ -139,7 +145,8 @@ static void say_end(slave *s) {
     int status = 0;
     pid_t ended = s->pid > 0 ? waitpid(s->pid, &status, 0) : 0;
     if (ended == s->pid && WIFEXITED(status) && WEXITSTATUS(status) == 127) {
-        snprintf(text, sizeof text,
+        snprintf(text,
+                 sizeof text,
                  "%s cannot be started: set HLI_COSIM_PYTHON to a Python that"
                  " has hli-cosim",
                  interpreter());
@@ -179,7 +186,10 @@ static int answer(slave *s) {
     return head[0] == 0 ? 0 : -1;
 }
 
-static int ask(slave *s, uint32_t kind, uint64_t cycles, uint32_t first,
+static int ask(slave *s,
+               uint32_t kind,
+               uint64_t cycles,
+               uint32_t first,
                uint32_t count) {
     struct {
         uint32_t kind, count;
@@ -190,7 +200,8 @@ static int ask(slave *s, uint32_t kind, uint64_t cycles, uint32_t first,
         return -1;
     }
     if (write_all(s->handle, &head, sizeof head) != 0
-        || write_all(s->handle, s->values + first, count * sizeof(double)) != 0) {
+        || write_all(s->handle, s->values + first, count * sizeof(double))
+               != 0) {
         say_end(s);
         return -1;
     }
@@ -210,8 +221,10 @@ int slave_step(slave *s, double step) {
     double whole = round(cycles);
     if (!(whole >= 1.0) || fabs(cycles - whole) > 1e-6) {
         char text[TEXT_MAX];
-        snprintf(text, sizeof text,
-                 "a step of %g s is no multiple of the cell's cycle, %g s", step,
+        snprintf(text,
+                 sizeof text,
+                 "a step of %g s is no multiple of the cell's cycle, %g s",
+                 step,
                  MODEL_CYCLE);
         say(s, text);
         return -1;

@@ -8,7 +8,11 @@
 
 #include "model.h" /* made at the export: counts, start values, cycle */
 
-enum { WIRE_SETUP = 1, WIRE_STEP = 2, WIRE_END = 3 };
+enum {
+    WIRE_SETUP = 1,
+    WIRE_STEP = 2,
+    WIRE_END = 3
+};
 
 typedef void (*wire_log)(void *to, const char *text);
 
