@@ -425,3 +425,20 @@ def test_a_cycle_of_one_block(tmp_path: Path) -> None:
         for begin in (0, 20, 30, 50, 70, 80)
     )
     assert {20.0, 50.0, 70.0, 80.0} <= seen
+
+
+def test_a_loop_that_is_the_first_row_of_the_program_ends(
+    tmp_path: Path,
+) -> None:
+    """Nothing stands ahead of it in the store."""
+    text = (
+        "#RT CYCLE [SCOPE=PROG]\nV.RTG.LOOP.ENABLED = V.RTG.LOOP.COUNT < 2\n"
+        "#RT CYCLE END\n#RT WHILE\nG1 X5 F6000\nX0\n#RT ENDWHILE\nX1\nM30\n"
+    )
+    with Inside(tmp_path, text, CELL) as cnc:
+        for _ in range(5000):
+            if cnc.state.program_end_r:
+                break
+            cnc.run(1)
+        assert cnc.state.program_end_r
+        assert cnc.state.rt_loop_count_r == 3

@@ -75,7 +75,8 @@ static bool is_entry(const struct piece *piece) {
     return (piece->type == NC_RT_LOOP_BEGIN) == (piece->dir > 0);
 }
 
-/* The other end of a real-time loop, 0 as long as it is not prepared. */
+/* The other end of a real-time loop; of its beginning 0 as long as that end is
+ * not prepared. */
 static uint64_t loop_mate(struct engine *engine, const struct piece *piece) {
     return ATOMIC_GET(store_at(&engine->store, piece->origin)->mate);
 }
@@ -83,7 +84,8 @@ static uint64_t loop_mate(struct engine *engine, const struct piece *piece) {
 /* Whether a loop is driven (once more); one without a path would never end. One
  * whose end is not prepared, nor will be, cannot be left out. */
 static bool loop_wanted(struct engine *engine, const struct piece *piece) {
-    if (!loop_mate(engine, piece)) {
+    /* the beginning, which may be the store's first row, is always prepared */
+    if (piece->type == NC_RT_LOOP_BEGIN && !loop_mate(engine, piece)) {
         return true;
     }
     return ATOMIC_GET(engine->orders.rt_loop)
