@@ -32,7 +32,7 @@ from .segment import check_name
 ANSWER_S = 5.0
 """How long an order waits for a scan."""
 _LINE_S = 2.0  # a client that connects and says nothing
-_LINE_MAX = 1 << 20
+_LINE_MAX = 1 << 24  # the list of a large program's symbols
 _SOCKETS = "/proc/net/unix"
 _LISTENS = 0x10000  # __SO_ACCEPTCON of Linux
 _BIND_TRIES, _BIND_PAUSE_S = 10, 0.05  # the process before may just be leaving

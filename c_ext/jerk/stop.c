@@ -1,6 +1,5 @@
-/* Changes that ask for less speed than the plan has.  A reduced override: a
- * ramp down to it.  Feed hold: the shortest legal stop on the path, found by
- * halving the distance to the standstill. */
+/* Feed hold: the shortest legal stop on the path, found by halving the distance
+ * to the standstill. */
 #include <math.h>
 #include "jerk/path/grid.h"
 #include "jerk/solver/constraints.h"
@@ -38,44 +37,12 @@ static struct brake brake_estimate(const jerk_planner *planner, double v1) {
                           : 0.0)};
 }
 
+double way_down_to(const jerk_planner *planner, double v1) {
+    return brake_estimate(planner, v1).distance;
+}
+
 double jerk_stop_distance(const jerk_planner *planner) {
     return planner->at_standstill ? 0.0 : brake_estimate(planner, 0.0).distance;
-}
-
-/* The speed is above what a reduced override allows: a window that comes down
- * to it without falling below. */
-bool plan_ramp(jerk_planner *planner) {
-    static const double tries[] = {1.03, 1.15, 1.5};
-    struct grid *grid = &planner->grid;
-    for (int i = 0; i < 3; i++) {
-        grid_window(planner, grid, 1e30);
-        if (grid->count < 2) {
-            return false;
-        }
-        double target = grid->seg[0].soft;
-        struct brake brake =
-            brake_estimate(planner, planner->scale * sqrt(target));
-        double top =
-            1.01 * brake.top * brake.top / (planner->scale * planner->scale);
-        allow_present(planner, grid, tries[i] * brake.distance, top);
-        grid->land_cap = target;
-        grid->land_from = tries[i] * brake.distance;
-        grid->land_to = 3.0 * grid->land_from;
-        if (solve_window(planner, grid, true, 1.0)) {
-            return plan_accept(planner, grid, planner->prob.solved);
-        }
-    }
-    return false;
-}
-
-/* What iterates took off limits is given back: of a distance that is too short,
- * or of another guess, they say nothing. */
-static void give_back(struct grid *grid) {
-    for (int k = 0; k < grid->count; k++) {
-        struct segment *segment = &grid->seg[k];
-        *segment->tight = segment->before;
-        segment->share = segment->jump * segment->before;
-    }
 }
 
 /* Solve for a stop over the grid: from a profile of constant limits, and where

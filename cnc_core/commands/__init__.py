@@ -7,15 +7,18 @@ from . import new
 from . import program
 from . import cell
 from . import recordings
+from . import sweep
 from . import online
 from . import live
 from . import monitor
+from . import bridges
 from . import export
 from . import explain
 from . import bench
 
 __all__ = [
     "bench",
+    "bridges",
     "cell",
     "explain",
     "export",
@@ -25,4 +28,5 @@ __all__ = [
     "online",
     "program",
     "recordings",
+    "sweep",
 ]

@@ -8,21 +8,14 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from hli import orders
-from hli.errors import HliError
 from plc_client.online import parse_force
 from plc_client.panel import LEVELS
 
-from .events import Events
+from ..observing.events import Events
+from ..observing.plc import PlcLine, RefusedError
 
 SYMBOLS_MAX = 64
 TEXT_MAX = 400
-OF_THE_CNC = ("answer",)
-WAITING_MAX = 16  # orders at a time; more are refused
-
-
-class RefusedError(Exception):
-    """An order that is not given, with the reason."""
 
 
 class Desk:
@@ -32,41 +25,13 @@ class Desk:
     """
 
     def __init__(self, name: str, events: Events, *, keep: bool) -> None:
-        self._name, self._events, self._keep = name, events, keep
-        self._one = asyncio.Lock()
-        self._waiting = 0
+        self._events, self._keep = events, keep
+        line = PlcLine(name)
+        self.ask, self.look = line.ask, line.look
         self._open: set[str] = set()
         self._forced: dict[str, dict[str, str]] = {}
         self._leaving: set[asyncio.Future[None]] = set()
         self.cell_s: Callable[[], float | None] = lambda: None
-
-    async def ask(self, order: dict[str, Any]) -> dict[str, Any]:
-        """The answer of the PLC, or of the CNC to what is its own.
-
-        RefusedError: it refuses, or there is none.
-        """
-        side = orders.CNC if order["do"] in OF_THE_CNC else orders.PLC
-        if self._waiting >= WAITING_MAX:
-            raise RefusedError("too many orders wait already")
-        self._waiting += 1
-        try:
-            async with self._one:
-                return await asyncio.to_thread(
-                    orders.send, self._name, order, 0.0, side
-                )
-        except (HliError, ValueError, OSError) as error:
-            raise RefusedError(str(error)) from None
-        finally:
-            self._waiting -= 1
-
-    async def look(self, order: dict[str, Any]) -> dict[str, Any]:
-        """What the CNC tells; it does not wait for the PLC.  RefusedError."""
-        try:
-            return await asyncio.to_thread(
-                orders.send, self._name, order, 0.0, orders.CNC
-            )
-        except (HliError, ValueError, OSError) as error:
-            raise RefusedError(str(error)) from None
 
     async def act(self, page: str, who: str, given: Any) -> dict[str, Any]:
         """Do what a page asks for; it stands in the events, done or refused.

@@ -26,7 +26,7 @@ from hli.export import json_layout
 from hli.segment import NAME_RULE
 from hli.units import members_told
 
-from .actions import RefusedError
+from ..observing.plc import RefusedError
 from .hub import Hub, finite
 from .pages import Gate, Page
 from .recorded import Recorded

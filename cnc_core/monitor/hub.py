@@ -12,10 +12,11 @@ from typing import Any
 
 from hli.symbol import Symbol, SymbolError
 
-from .actions import Desk, RefusedError
-from .events import Events
+from ..observing.events import Events
+from ..observing.observer import Observer
+from ..observing.plc import RefusedError
+from .actions import Desk
 from .functions import in_units
-from .observer import Observer
 from .route import Route, read_route
 from .source import Source, source_of
 

@@ -105,10 +105,7 @@ def _check(sources: Sources, options: Options | None) -> Checked:
     collector.library, collector.protected = False, protected
     _take(collector, sources, log, options)
     collect.connect(world)
-    before = len(log.errors)
-    lowering = Lowering(world)
-    program = lowering.run()
-    assert before >= 0
+    program = Lowering(world).run()
     own = [c for c in world.classes.values() if _own(c.origin.file)]
     functions = [
         f

@@ -28,7 +28,7 @@ STAMPS = {
     # when a recording was made
     "cnc_core/recording/account.py",
     # when something happened, on the page of the monitor
-    "cnc_core/monitor/events.py",
+    "cnc_core/observing/events.py",
 }
 JUMPING = r"""
 #define _GNU_SOURCE

@@ -6,7 +6,7 @@ import re
 
 from ..errors import NAME, RANGE, TYPE, Position, StopHere
 from ..model import types
-from ..model.classes import ClassType, InterfaceType
+from ..model.classes import Class, ClassType, InterfaceType
 from ..model.world import unknown
 from ..syntax import tree
 from . import literal_values, names
@@ -220,12 +220,20 @@ def _of_instance(
     if isinstance(found, Value):
         found.calls = base.calls
         found.spelled = f"{base.spelled}.{found.spelled}"
-        if not base.writable:
+        if not base.writable or _is_output(context, cls, key, base):
             found.writable = False
         return found
     if isinstance(found, (RoutineRef, PropertyRef)):
         found.calls = base.calls
     return found
+
+
+def _is_output(context: Context, cls: Class, key: str, base: Value) -> bool:
+    """Only a block itself writes its outputs."""
+    found = cls.variable(key)
+    inside = base.text == "self" or context.origin.file.startswith("<")
+    output = found is not None and found.section == "VAR_OUTPUT"
+    return output and not inside
 
 
 def _check_access(

@@ -88,7 +88,7 @@ class World:
             return self._type_of(key, pos)
         cls = self.classes.get(key)
         if cls is None:
-            return None
+            return types.ANY_TYPE if key == "ANYTYPE" else None
         if cls.kind == "interface":
             return self.types.setdefault(key, InterfaceType(cls))
         if self.declare is not None and not (cls.declared or cls.opening):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from plc_client.st import build, sources_of
 from plc_client.st.build import check
+from plc_client.st.errors import REFUSED
 from plc_client.st.machine.loader import StProgram
 
 HEAD = (
@@ -119,3 +120,49 @@ def test_plcopen_bodies_are_read_with_their_lines() -> None:
     program.start()
     program.run(program.entry("MAIN"), 0)
     assert program["MAIN"].x == 8
+
+
+def test_accessor_with_access_and_a_body_in_another_language() -> None:
+    """PROTECTED of a SET is taken; a ladder body is refused with its line."""
+    pou = """<POU Name="FB" Id="{1}">
+<Declaration><![CDATA[FUNCTION_BLOCK FB
+VAR n : INT; END_VAR]]></Declaration>
+<Implementation><ST><![CDATA[P := 2;]]></ST></Implementation>
+<Property Name="P"><Declaration><![CDATA[PROPERTY P : INT]]></Declaration>
+<Set Name="Set"><Declaration><![CDATA[PROTECTED
+VAR
+END_VAR
+]]></Declaration><Implementation><ST><![CDATA[n := P;]]></ST></Implementation></Set>
+</Property>LADDER</POU>
+"""
+    text = f"{HEAD}{pou}</TcPlcObject>"
+    assert not check({"FB.TcPOU": text.replace("LADDER", "")}).log.errors
+    ladder = """
+<Method Name="M"><Declaration><![CDATA[METHOD M]]></Declaration>
+<Implementation><NWL></NWL></Implementation></Method>
+"""
+    (found,) = check({"FB.TcPOU": text.replace("LADDER", ladder)}).log.errors
+    assert (found.code, found.construct) == (REFUSED, "a body in NWL")
+    assert found.line == 14
+
+
+def test_export_of_codesys_2() -> None:
+    """Lists of libraries are left out; a body in FBD is refused by name and line."""
+    text = """(* @PATH := '' *)
+FUNCTION_BLOCK FB_Two
+VAR n : INT; END_VAR
+(* @END_DECLARATION := '0' *)
+n := n + 1;
+END_FUNCTION_BLOCK
+LIBRARY
+Standard.lib 4.10.05 11:14:46
+NumOfPOUs: 1
+CONCAT: 0
+END_LIBRARY
+"""
+    found = check({"two.EXP": text})
+    assert (found.log.errors, found.pous) == ([], 1)
+    foreign = text.replace("n := n + 1;", "_FBD_BODY\n_NETWORKS : 1")
+    (problem,) = check({"two.EXP": foreign}).log.errors
+    assert (problem.code, problem.construct) == (REFUSED, "a body in FBD")
+    assert problem.line == 5
