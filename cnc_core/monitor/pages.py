@@ -22,7 +22,7 @@ SYMBOLS_MAX = 64
 SCOPE_MAX = 8
 PATH_MAX = 200
 HELLO_S = 5.0
-WAITING_MAX = 8  # streams that have not said the token yet
+WAITING_MAX = 32  # streams that have not said the token yet
 SEND_S = 5.0  # a page that takes no frame for so long is left
 MESSAGES_A_SECOND = 20
 WRONG_TOKEN, TOO_MUCH, TOO_SLOW = 4401, 4429, 4408
@@ -203,7 +203,8 @@ class Gate:
         except asyncio.CancelledError:
             if not hearing.cancelled():
                 raise  # the server ends
-            given = None
+            await socket.close(TOO_SLOW, "too many streams wait")
+            return False
         finally:
             hearing.cancel()
             self._waiting.pop(hearing, None)

@@ -18,8 +18,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 import hli
-from cnc_core.monitor.app import PAGES_MAX
-from cnc_core.monitor.pages import WRONG_TOKEN
+from cnc_core.monitor.pages import TOO_SLOW, WAITING_MAX
 from cnc_core.monitor.server import CONNECTIONS, FRAME_BYTES
 from support.command_line import command
 from support.fake_cnc import unique_name
@@ -184,14 +183,14 @@ def test_silent_streams_keep_no_page_out(server: Server) -> None:
     with ExitStack() as stack:
         waiting = [
             stack.enter_context(connect(address, proxy=None))
-            for _ in range(PAGES_MAX + 1)
+            for _ in range(WAITING_MAX + 1)
         ]
         live = stack.enter_context(connect(address, proxy=None))
         live.send(json.dumps({"token": server.token}))
         assert "hello" in json.loads(live.recv(WAIT_S))
         with pytest.raises(ConnectionClosed):
             waiting[0].recv(WAIT_S)
-        assert waiting[0].close_code == WRONG_TOKEN
+        assert waiting[0].close_code == TOO_SLOW
     server.lives()
 
 

@@ -71,6 +71,8 @@ export class Scope {
     const path = byId("trigger-symbol").value;
     this.armed = on && path ? { path, edge: byId("trigger-edge").value, level: Number(byId("trigger-level").value) } : null;
     this.fired = null;
+    const list = this.values[this.paths.indexOf(path)] || [];
+    this.before = list.length ? Number(list[list.length - 1]) : null;
     if (this.armed) this.pause(false);
     byId("trigger-arm").setAttribute("aria-pressed", Boolean(this.armed));
     setText(byId("trigger-arm"), this.armed ? "armed" : "arm");
