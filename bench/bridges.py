@@ -12,6 +12,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import socket
 import subprocess
 import sys
 import time
@@ -119,7 +120,22 @@ def everything() -> Iterator[str]:
         port = ("--port", str(OPCUA_PORT), "--users", str(users))
         started(stack, *cli, "opcua", name, *port, waits="opc.tcp")
         started(stack, "-c", REFERENCE, HOSTS["pyads"], waits="ready")
+        for host in HOSTS.values():
+            listens(host)
         yield name
+
+
+def listens(host: str) -> None:
+    """Until somebody listens there."""
+    end = time.monotonic() + 20.0
+    while True:
+        try:
+            socket.create_connection((host, 48_898)).close()
+        except OSError:
+            assert time.monotonic() < end, host
+            time.sleep(0.05)
+        else:
+            return
 
 
 # -- ADS

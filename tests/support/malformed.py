@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import gc
+import os
 import random
 import struct
+from pathlib import Path
 
+PAGE = os.sysconf("SC_PAGE_SIZE")
+GROWTH_MAX = 24 << 20
 HEAD = struct.Struct("<6sH6sHHHIII")
 GROUPS = [0x4040, 0x100000, 0x200000, 0x130100, 0x120100, 0x120101]
 GROUPS += [*range(0xF000, 0xF012), *range(0xF07E, 0xF088), 0xF100, 0x9999]
@@ -12,6 +17,12 @@ NUMBERS = [0, 1, 2, 3, 4, 8, 84, 255, 65535, 1 << 20, (1 << 31) - 1]
 NUMBERS += [1 << 31, (1 << 32) - 1]
 NAMES = [b"", b"gpCh[0]", b"gpCh[0]^.x\0", b"gpCh[-1]", b"MAIN.pair\0", b"["]
 NAMES += [b"gpCh" + b"[0]" * 300, b"Slow." * 100, b"\xff\0\xff", b"A" * 5000]
+
+
+def resident() -> int:
+    """Bytes of this process in memory, with the server in it."""
+    gc.collect()
+    return int(Path("/proc/self/statm").read_text().split()[1]) * PAGE
 
 
 def ads(random: random.Random) -> bytes:

@@ -3,29 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-import gc
-import os
 import random
 import socket
 import struct
 import time
-from pathlib import Path
 
 import pytest
 
 from support import malformed
 from support.bridged import ADS_HOST, ADS_PORT, Bridged
+from support.malformed import GROWTH_MAX, resident
 
 FEED = b"gpCh[0]^.bahn_state.active_feed_r\0"
-PAGE = os.sysconf("SC_PAGE_SIZE")
 WAIT_S = 20.0
-GROWTH_MAX = 24 << 20
-
-
-def resident() -> int:
-    """Bytes of this process in memory, with the server in it."""
-    gc.collect()
-    return int(Path("/proc/self/statm").read_text().split()[1]) * PAGE
 
 
 def question(command: int, data: bytes) -> bytes:
@@ -79,6 +69,10 @@ def throw(seed: int, count: int) -> None:
 def unharmed(bridged: Bridged) -> None:
     """The server answers right, the PLC scans on."""
     bridged.channel.bahn_state.active_feed_r = 1357
+    end = time.monotonic() + WAIT_S
+    while bridged.server.connections:  # of those that have left
+        assert time.monotonic() < end, "connections stay"
+        time.sleep(0.005)
     with connected() as connection:
         found = value_by_name(connection, FEED)
     assert struct.unpack("<i", found) == (1357,)

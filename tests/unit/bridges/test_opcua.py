@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import logging
 import random
 import socket
 from collections.abc import AsyncIterator, Callable, Iterator
@@ -15,6 +17,7 @@ from cnc_core.bridges.symbols.cell import ServedCell
 from hli import layout
 from support import clients, malformed
 from support.bridged import Bridged
+from support.malformed import GROWTH_MAX, resident
 
 asyncua: Any = pytest.importorskip("asyncua")
 ua: Any = asyncua.ua
@@ -37,6 +40,8 @@ def served(bridged: Bridged) -> Iterator[Bridged]:
     """The cell with a server of OPC UA; ``url`` is its address."""
     from cnc_core.bridges.opcua.server import Bridge, Door  # noqa: PLC0415
 
+    # as the command does it; pytest would keep what is logged
+    logging.getLogger("asyncua").setLevel(logging.CRITICAL)
     coord = bridged.channel.bahn_state.coord_r[0]
     coord.name, coord.log_axis_nr_r = "X", 1
     for k, axis in enumerate(bridged.cnc.areas.gpAx[:3]):
@@ -300,13 +305,32 @@ def test_an_error_of_the_channel_is_an_alarm(served: Any) -> None:
     assert "explain 270061" in event.HelpSource
 
 
+def throw(served: Any, seed: int, count: int) -> None:
+    """Malformed messages, each over a connection of its own."""
+    rng = random.Random(seed)
+    port = int(served.url.rpartition(":")[2].strip("/"))
+    for _ in range(count):
+        with (
+            contextlib.suppress(OSError),
+            socket.create_connection(("127.0.0.1", port), 20.0) as connection,
+        ):
+            connection.sendall(malformed.opcua(rng))
+
+
+@pytest.mark.long
+def test_ten_thousand_malformed_messages_and_no_growth(served: Any) -> None:
+    """The memory of the server does not grow with them."""
+    throw(served, 50, 2000)
+    before = resident()
+    for seed in range(5):
+        throw(served, seed, 2000)
+    test_malformed_messages_do_no_harm(served)
+    assert resident() - before < GROWTH_MAX
+
+
 def test_malformed_messages_do_no_harm(served: Any) -> None:
     """The server answers right behind them."""
-    rng = random.Random(3)
-    port = int(served.url.rpartition(":")[2].strip("/"))
-    for _ in range(150):
-        with socket.create_connection(("127.0.0.1", port), 20.0) as connection:
-            connection.sendall(malformed.opcua(rng))
+    throw(served, 3, 150)
 
     async def look() -> Any:
         clients = served.bridge.server.bserver.clients
