@@ -138,7 +138,7 @@ ERRORS: dict[int, str] = {
     906008: "the program ends during tool radius compensation",
     906006: "G05 without selection or deselection of tool radius compensation",
     # our own: program flow and variables
-    907001: "too many blocks without a motion: the program does not end",
+    907001: "the program does not end",
     907002: "too many subprograms in each other",
     907010: "variable is not declared",
     907011: "a number is expected, not a text",
@@ -297,7 +297,7 @@ ERRORS: dict[int, str] = {
         "M_GORETRACE: the path goes on meanwhile, "
         "the macro cannot move axes, put out functions or wait"
     ),
-    909173: "the program does not end, what follows is not executed",
+    909173: "the program does not seem to end, what follows is not executed",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",

@@ -48,12 +48,14 @@ HLI_TECH_UNIT_AX_MAXIDX = 39
 HLI_CUSTOMER_VAL_MAXIDX = 7
 HLI_ERR_MASK_MAXIDX = 583
 HLI_G_FUNCTION_MAXIDX = 15
+HLI_KEY_MAXIDX = 11
+HLI_HW_MAXIDX = 5
 HLI_ESA_MAXIDX = 2
 # UDINT words of one external-variable area: 1000 variables of 24 bytes
 HLI_EXT_VAR_MAXIDX = 5999
 HLI_INTF_VERSION_NAME_LAENGE = 23
 # The extension HLI_AHEAD: not of the manual, so it has a version of its own
-HLI_AHEAD_VERSION = 1
+HLI_AHEAD_VERSION = 2
 HLI_AHEAD_CH_MAXIDX = 0
 HLI_AHEAD_SLOT_MAXIDX = 3
 HLI_AHEAD_AXIS_MAXIDX = 8
@@ -344,6 +346,19 @@ class HLI_DECODER_STATE(Structure):
     ]
 
 
+class HLI_HB_DISPLAY(Structure):
+    _fields_ = [
+        ("state", UINT),
+        ("operation_mode", UINT),
+        ("control_element", UINT),
+        ("fill_1", UINT),
+        ("hr_aufloesung", DINT),
+        ("tipp_geschw", DINT),
+        ("jog_geschw", DINT),
+        ("jog_weg", DINT),
+    ]
+
+
 class HLI_COORD(Structure):
     _fields_ = [
         ("log_axis_nr_r", UINT),
@@ -357,6 +372,7 @@ class HLI_COORD(Structure):
         ("acs_position_r", DINT),
         ("dist_to_geom_end_r", DINT),
         ("fill_2", DINT),
+        ("hb_display_r", HLI_HB_DISPLAY),
     ]
 
 
@@ -603,6 +619,135 @@ class HLI_CONTOUR_LOOKAHEAD(Structure):
     ]
 
 
+# ---------------------------------------------------------------------------
+# manual mode: units with usage check
+class HLI_HB_ACTIVATION(Structure):
+    _fields_ = [
+        ("log_achs_nr", UINT),
+        ("control_element", UINT),
+        ("operation_mode", UINT),
+        ("param_index", UINT),
+        ("fill_1", UINT * 2),
+    ]
+
+
+class HLI_HB_TIP_PARAMETER(Structure):
+    _fields_ = [("log_achs_nr", UINT), ("fill_1", UINT), ("speed", UDINT)]
+
+
+class HLI_HB_JOG_PARAMETER(Structure):
+    _fields_ = [
+        ("log_achs_nr", UINT),
+        ("fill_1", UINT),
+        ("distance", UDINT),
+        ("speed", UDINT),
+        ("fill_2", DINT),
+    ]
+
+
+class HLI_HB_HR_PARAMETER(Structure):
+    _fields_ = [("log_achs_nr", UINT), ("fill_1", UINT), ("resolution", DINT)]
+
+
+class HLI_HB_RAPID_KEY(Structure):
+    _fields_ = [("log_key_nr", UINT), ("key_pressed", UINT), ("fill_1", UDINT)]
+
+
+class HLI_HB_KEY(Structure):
+    _fields_ = [
+        ("log_key_nr", UINT),
+        ("direction", INT),
+        ("life_time", UDINT),
+        ("f_refresh", BOOL),
+        ("fill_1", BYTE * 3),
+        ("fill_2", DINT),
+    ]
+
+
+class MC_CONTROL_HB_ACTIVATION_UNIT(Structure):
+    _fields_ = [
+        ("request_r", HLI_HB_ACTIVATION),
+        ("enable_w", BOOL),
+        ("fill_1", BYTE * 3),
+        ("command_w", HLI_HB_ACTIVATION),
+        ("request_semaphor_rw", BOOL),
+        ("command_semaphor_rw", BOOL),
+        ("fill_2", BYTE * 2),
+    ]
+
+
+class MC_CONTROL_HB_TIP_PARAM_UNIT(Structure):
+    _fields_ = [
+        ("request_r", HLI_HB_TIP_PARAMETER),
+        ("enable_w", BOOL),
+        ("fill_1", BYTE * 3),
+        ("command_w", HLI_HB_TIP_PARAMETER),
+        ("request_semaphor_rw", BOOL),
+        ("command_semaphor_rw", BOOL),
+        ("fill_2", BYTE * 2),
+    ]
+
+
+class MC_CONTROL_HB_JOG_PARAM_UNIT(Structure):
+    _fields_ = [
+        ("request_r", HLI_HB_JOG_PARAMETER),
+        ("enable_w", BOOL),
+        ("fill_1", BYTE * 3),
+        ("command_w", HLI_HB_JOG_PARAMETER),
+        ("request_semaphor_rw", BOOL),
+        ("command_semaphor_rw", BOOL),
+        ("fill_2", BYTE * 2),
+    ]
+
+
+class MC_CONTROL_HB_HR_PARAM_UNIT(Structure):
+    _fields_ = [
+        ("request_r", HLI_HB_HR_PARAMETER),
+        ("enable_w", BOOL),
+        ("fill_1", BYTE * 3),
+        ("command_w", HLI_HB_HR_PARAMETER),
+        ("request_semaphor_rw", BOOL),
+        ("command_semaphor_rw", BOOL),
+        ("fill_2", BYTE * 2),
+    ]
+
+
+class MC_CONTROL_HB_RAPID_KEY_UNIT(Structure):
+    _fields_ = [
+        ("request_r", HLI_HB_RAPID_KEY),
+        ("enable_w", BOOL),
+        ("fill_1", BYTE * 3),
+        ("command_w", HLI_HB_RAPID_KEY),
+        ("request_semaphor_rw", BOOL),
+        ("command_semaphor_rw", BOOL),
+        ("fill_2", BYTE * 2),
+    ]
+
+
+class MC_CONTROL_HB_KEY_UNIT(Structure):
+    _fields_ = [
+        ("request_r", HLI_HB_KEY),
+        ("enable_w", BOOL),
+        ("fill_1", BYTE * 3),
+        ("command_w", HLI_HB_KEY),
+        ("request_semaphor_rw", BOOL),
+        ("command_semaphor_rw", BOOL),
+        ("fill_2", BYTE * 2),
+    ]
+
+
+class HLI_HB_MC_CONTROL(Structure):
+    _fields_ = [
+        ("activation", MC_CONTROL_HB_ACTIVATION_UNIT),
+        ("tip_parameter", MC_CONTROL_HB_TIP_PARAM_UNIT),
+        ("jog_parameter", MC_CONTROL_HB_JOG_PARAM_UNIT),
+        ("hr_parameter", MC_CONTROL_HB_HR_PARAM_UNIT),
+        ("rapid_key", MC_CONTROL_HB_RAPID_KEY_UNIT),
+        ("key", MC_CONTROL_HB_KEY_UNIT * (HLI_KEY_MAXIDX + 1)),
+        ("handwheel_incs", MC_CONTROL_SGN32_UNIT * (HLI_HW_MAXIDX + 1)),
+    ]
+
+
 # --------------------------------------------------------------------------- areas
 class HLI_CHANNEL(Structure):
     _fields_ = [
@@ -627,6 +772,8 @@ class HLI_CHANNEL(Structure):
         ("lc_error", MC_ERROR),
         ("fill_2", BYTE * 56),  # the look-ahead unit starts on a cache line
         ("contour_lookahead", HLI_CONTOUR_LOOKAHEAD),
+        ("hb_mc_control", HLI_HB_MC_CONTROL),
+        ("fill_3", BYTE * 48),
     ]
 
 
@@ -635,6 +782,31 @@ class HLI_IPO_MC_CONTROL(Structure):
         ("feedhold", MC_CONTROL_BOOL_UNIT),
         ("override", MC_CONTROL_UNS16_UNIT),
         ("override_valid", MC_CONTROL_BOOL_UNIT),
+        ("dyn_pos_limit_low", MC_CONTROL_SGN32_UNIT),
+        ("dyn_pos_limit_high", MC_CONTROL_SGN32_UNIT),
+    ]
+
+
+class HLI_ADD_CMD_VALUE(Structure):
+    _fields_ = [
+        ("m_add_pos_value", DINT),
+        ("m_add_speed_value", DINT),
+        ("sgn32_free_1", DINT),
+        ("sgn32_free_2", DINT),
+        ("sgn32_free_3", DINT),
+        ("sgn32_free_4", DINT),
+        ("sgn32_free_5", DINT),
+        ("sgn32_free_6", DINT),
+    ]
+
+
+class MC_CONTROL_ADD_CMD_VALUE_UNIT(Structure):
+    _fields_ = [
+        ("request_r", HLI_ADD_CMD_VALUE),
+        ("enable_w", BOOL),
+        ("fill_1", BYTE * 7),
+        ("command_w", HLI_ADD_CMD_VALUE),
+        ("state_r", HLI_ADD_CMD_VALUE),
     ]
 
 
@@ -643,6 +815,7 @@ class HLI_LR_MC_CONTROL(Structure):
         ("release_feedhold", MC_CONTROL_BOOL_UNIT),
         ("drive_on", MC_CONTROL_BOOL_UNIT),
         ("torque_permission", MC_CONTROL_BOOL_UNIT),
+        ("add_cmd_values", MC_CONTROL_ADD_CMD_VALUE_UNIT),
     ]
 
 
@@ -877,7 +1050,9 @@ class HLI_AHEAD_STATE(Structure):
         ("edition", UDINT),
         ("plan_valid", BOOL),
         ("fill_1", BYTE * 7),
-        ("fill_2", BYTE * 40),
+        ("speed", LREAL),
+        ("position", LREAL * (HLI_AHEAD_AXIS_MAXIDX + 1)),
+        ("fill_2", BYTE * 24),
     ]
 
 

@@ -63,6 +63,7 @@ techno_unit_late_sync | | both | functions of late synchronisation, with gaps
 mc_error | | both | errors of the CNC
 lc_error | | both | errors of the PLC
 contour_lookahead | | both | the contour look-ahead unit; begins on a cache line
+hb_mc_control | | both | units of the manual mode; there is none
 HLI_HEAD_CHANNEL
     head of a channel
 version_w | | | not evaluated
@@ -231,6 +232,16 @@ act_position_r | 0.1 um | | present position
 current_position_r | 0.1 um | | present position
 acs_position_r | 0.1 um | | present position of the axis itself
 dist_to_geom_end_r | 0.1 um | | 0
+hb_display_r | | CNC | status of the manual mode
+HLI_HB_DISPLAY
+    status of the manual mode of an axis; there is no manual mode
+state | | CNC | 0: not active
+operation_mode | | CNC | 0: none
+control_element | | CNC | 0: none
+hr_aufloesung | increments | CNC | 0: no handwheel
+tipp_geschw | 1 um/s | CNC | 0: no continuous jog
+jog_geschw | 1 um/s | CNC | 0: no incremental jog (reconstructed name)
+jog_weg | 0.1 um | CNC | 0: no incremental jog (reconstructed name)
 TECHNO_UNIT_CH TECHNO_UNIT_AX
     an M, H or T function of the channel, or a spindle function
 please_rw | | | the CNC sets it behind the data; the PLC clears it once it has
@@ -371,16 +382,82 @@ used_units_std_sync_r | | | technology units in use
 used_units_late_sync_r | | | 0
 techno_unit_std_sync | | both | spindle functions
 techno_unit_late_sync | | both | 0
+HLI_HB_MC_CONTROL
+    units of the manual mode; commands are taken, counted as bad and not done
+activation | | both | not supported: commands are refused
+tip_parameter | | both | not supported: commands are refused
+jog_parameter | | both | not supported: commands are refused
+hr_parameter | | both | not supported: commands are refused
+rapid_key | | both | not supported: commands are refused
+key | | both | not supported: commands are refused
+handwheel_incs | increments | both | not supported: not evaluated
+MC_CONTROL_HB_ACTIVATION_UNIT MC_CONTROL_HB_TIP_PARAM_UNIT
+MC_CONTROL_HB_JOG_PARAM_UNIT MC_CONTROL_HB_HR_PARAM_UNIT
+MC_CONTROL_HB_RAPID_KEY_UNIT MC_CONTROL_HB_KEY_UNIT
+    unit with usage check of the manual mode
+request_r | | | 0
+enable_w | | | TRUE: the CNC looks at the semaphore
+command_w | | | not evaluated
+request_semaphor_rw | | | 0
+command_semaphor_rw | | | the PLC sets it behind the data; the CNC clears it
+HLI_HB_ACTIVATION
+    a control element for an axis
+log_achs_nr | | as its holder | logical axis number
+control_element | | as its holder | logical number of a button pair or handwheel
+operation_mode | | as its holder | 0 none, 1 handwheel, 2 continuous jog, 3 incremental jog
+param_index | | as its holder | parameter set, 0 to 2 (reconstructed name)
+HLI_HB_TIP_PARAMETER
+    continuous jog
+log_achs_nr | | as its holder | logical axis number
+speed | 1 um/s | as its holder | path velocity
+HLI_HB_JOG_PARAMETER
+    incremental jog
+log_achs_nr | | as its holder | logical axis number
+distance | 0.1 um | as its holder | way of one press
+speed | 1 um/s | as its holder | path velocity
+HLI_HB_HR_PARAMETER
+    handwheel
+log_achs_nr | | as its holder | logical axis number
+resolution | 0.1 um | as its holder | way of one revolution
+HLI_HB_RAPID_KEY
+    rapid traverse of a button
+log_key_nr | | as its holder | logical button number
+key_pressed | | as its holder | TRUE: rapid
+HLI_HB_KEY
+    press of a button
+log_key_nr | | as its holder | logical button number
+direction | | as its holder | -1, 0 or 1: begins negative, ends, begins positive
+life_time | cycles | as its holder | the press ends by itself then; 0: it does not
+f_refresh | | as its holder | TRUE: the time begins again (reconstructed name)
 HLI_IPO_MC_CONTROL
     control units of an axis
 feedhold | | both | holds the path while this axis moves
 override | 0.1 % | both | shown; acts on independent axes only
 override_valid | | both | TRUE: the override counts
+dyn_pos_limit_low | 0.1 um | both | not supported: no limit, `state_r` stays 0
+dyn_pos_limit_high | 0.1 um | both | not supported: no limit, `state_r` stays 0
+HLI_ADD_CMD_VALUE
+    values that a PLC adds to those of the interpolator
+m_add_pos_value | 0.1 um | as its holder | not evaluated
+m_add_speed_value | 1 um/s | as its holder | not evaluated
+sgn32_free_1 | | as its holder | not evaluated
+sgn32_free_2 | | as its holder | not evaluated
+sgn32_free_3 | | as its holder | not evaluated
+sgn32_free_4 | | as its holder | not evaluated
+sgn32_free_5 | | as its holder | not evaluated
+sgn32_free_6 | | as its holder | not evaluated
+MC_CONTROL_ADD_CMD_VALUE_UNIT
+    added values; not supported
+request_r | | | 0
+enable_w | | | not evaluated
+command_w | | | not evaluated
+state_r | | | 0
 HLI_LR_MC_CONTROL
     releases of an axis
 release_feedhold | | both | TRUE or not enabled, or the path stands
 drive_on | | both | TRUE or not enabled, or the path stands
 torque_permission | | both | TRUE or not enabled, or the path stands
+add_cmd_values | | both | not supported: nothing is added
 HLI_LR_STATE
     status of an axis
 end_position_acs_r | 0.1 um | | position at the end of the block
@@ -440,7 +517,7 @@ planner_late | | CNC | times the path braked or stood because no motion was plan
 planner_late_cycles | cycles | CNC | cycles of the path that this took
 HLI_AHEAD
     `gpAhead[i]`: the look-ahead extension of a channel; not of the manual
-version_r | | | version of the extension, 1
+version_r | | | version of the extension, 2
 sizeof_r | bytes | | its size
 answer | | CNC | what the last answer of `contour_lookahead` is, beside its elements
 slot_rw | | both | of each slot: phase (`HLI_AHEAD_FREE` ..) in the low byte, above it
@@ -499,6 +576,8 @@ motion_time | us | CNC | motion time; stands while the path waits for the PLC
 epoch | | CNC | the present epoch
 edition | | CNC | changes with the plan
 plan_valid | | CNC | TRUE: the plan holds
+speed | mm/s | CNC | path speed as interpolated
+position | mm, degrees | CNC | of the channel's axes as interpolated, not rounded to 0.1 um
 HLI_AHEAD_PLAN
     the plan of the coming motion
 seq | | CNC | seqlock; odd while the CNC writes

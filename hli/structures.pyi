@@ -282,6 +282,28 @@ class HLI_DECODER_STATE(View):
     wait_after_error_r: bool
     """TRUE: stands behind an error; written by: CNC."""
 
+class HLI_HB_DISPLAY(View):
+    """Status of the manual mode of an axis; there is no manual mode."""
+
+    state: int
+    """0: not active; written by: CNC."""
+    operation_mode: int
+    """0: none; written by: CNC."""
+    control_element: int
+    """0: none; written by: CNC."""
+    hr_aufloesung: int
+    """0: no handwheel; unit: increments; written by: CNC."""
+    tipp_geschw: int
+    """0: no continuous jog; unit: 1 um/s; written by: CNC."""
+    jog_geschw: int
+    """0: no incremental jog (reconstructed name); unit: 1 um/s; written by:
+    CNC.
+    """
+    jog_weg: int
+    """0: no incremental jog (reconstructed name); unit: 0.1 um; written by:
+    CNC.
+    """
+
 class HLI_COORD(View):
     """Status of one axis of the channel."""
 
@@ -303,6 +325,8 @@ class HLI_COORD(View):
     """Present position of the axis itself; unit: 0.1 um; written by: CNC."""
     dist_to_geom_end_r: int
     """0; unit: 0.1 um; written by: CNC."""
+    hb_display_r: HLI_HB_DISPLAY
+    """Status of the manual mode; written by: CNC."""
 
 class HLI_BAHN_STATE(View):
     """Status of the path."""
@@ -703,6 +727,178 @@ class HLI_CONTOUR_LOOKAHEAD(View):
     state: HLI_CONTOUR_LOOKAHEAD_STATE
     """What there is, every cycle, under the seqlock; written by: CNC."""
 
+class HLI_HB_ACTIVATION(View):
+    """A control element for an axis."""
+
+    log_achs_nr: int
+    """Logical axis number; written by: as its holder."""
+    control_element: int
+    """Logical number of a button pair or handwheel; written by: as its
+    holder.
+    """
+    operation_mode: int
+    """0 none, 1 handwheel, 2 continuous jog, 3 incremental jog; written by:
+    as its holder.
+    """
+    param_index: int
+    """Parameter set, 0 to 2 (reconstructed name); written by: as its holder."""
+
+class HLI_HB_TIP_PARAMETER(View):
+    """Continuous jog."""
+
+    log_achs_nr: int
+    """Logical axis number; written by: as its holder."""
+    speed: int
+    """Path velocity; unit: 1 um/s; written by: as its holder."""
+
+class HLI_HB_JOG_PARAMETER(View):
+    """Incremental jog."""
+
+    log_achs_nr: int
+    """Logical axis number; written by: as its holder."""
+    distance: int
+    """Way of one press; unit: 0.1 um; written by: as its holder."""
+    speed: int
+    """Path velocity; unit: 1 um/s; written by: as its holder."""
+
+class HLI_HB_HR_PARAMETER(View):
+    """Handwheel."""
+
+    log_achs_nr: int
+    """Logical axis number; written by: as its holder."""
+    resolution: int
+    """Way of one revolution; unit: 0.1 um; written by: as its holder."""
+
+class HLI_HB_RAPID_KEY(View):
+    """Rapid traverse of a button."""
+
+    log_key_nr: int
+    """Logical button number; written by: as its holder."""
+    key_pressed: int
+    """TRUE: rapid; written by: as its holder."""
+
+class HLI_HB_KEY(View):
+    """Press of a button."""
+
+    log_key_nr: int
+    """Logical button number; written by: as its holder."""
+    direction: int
+    """-1, 0 or 1: begins negative, ends, begins positive; written by: as its
+    holder.
+    """
+    life_time: int
+    """The press ends by itself then; 0: it does not; unit: cycles; written
+    by: as its holder.
+    """
+    f_refresh: bool
+    """TRUE: the time begins again (reconstructed name); written by: as its
+    holder.
+    """
+
+class MC_CONTROL_HB_ACTIVATION_UNIT(View):
+    """Unit with usage check of the manual mode."""
+
+    request_r: HLI_HB_ACTIVATION
+    """0; written by: CNC."""
+    enable_w: bool
+    """TRUE: the CNC looks at the semaphore; written by: PLC."""
+    command_w: HLI_HB_ACTIVATION
+    """Not evaluated; written by: PLC."""
+    request_semaphor_rw: bool
+    """0; written by: both."""
+    command_semaphor_rw: bool
+    """The PLC sets it behind the data; the CNC clears it; written by: both."""
+
+class MC_CONTROL_HB_TIP_PARAM_UNIT(View):
+    """Unit with usage check of the manual mode."""
+
+    request_r: HLI_HB_TIP_PARAMETER
+    """0; written by: CNC."""
+    enable_w: bool
+    """TRUE: the CNC looks at the semaphore; written by: PLC."""
+    command_w: HLI_HB_TIP_PARAMETER
+    """Not evaluated; written by: PLC."""
+    request_semaphor_rw: bool
+    """0; written by: both."""
+    command_semaphor_rw: bool
+    """The PLC sets it behind the data; the CNC clears it; written by: both."""
+
+class MC_CONTROL_HB_JOG_PARAM_UNIT(View):
+    """Unit with usage check of the manual mode."""
+
+    request_r: HLI_HB_JOG_PARAMETER
+    """0; written by: CNC."""
+    enable_w: bool
+    """TRUE: the CNC looks at the semaphore; written by: PLC."""
+    command_w: HLI_HB_JOG_PARAMETER
+    """Not evaluated; written by: PLC."""
+    request_semaphor_rw: bool
+    """0; written by: both."""
+    command_semaphor_rw: bool
+    """The PLC sets it behind the data; the CNC clears it; written by: both."""
+
+class MC_CONTROL_HB_HR_PARAM_UNIT(View):
+    """Unit with usage check of the manual mode."""
+
+    request_r: HLI_HB_HR_PARAMETER
+    """0; written by: CNC."""
+    enable_w: bool
+    """TRUE: the CNC looks at the semaphore; written by: PLC."""
+    command_w: HLI_HB_HR_PARAMETER
+    """Not evaluated; written by: PLC."""
+    request_semaphor_rw: bool
+    """0; written by: both."""
+    command_semaphor_rw: bool
+    """The PLC sets it behind the data; the CNC clears it; written by: both."""
+
+class MC_CONTROL_HB_RAPID_KEY_UNIT(View):
+    """Unit with usage check of the manual mode."""
+
+    request_r: HLI_HB_RAPID_KEY
+    """0; written by: CNC."""
+    enable_w: bool
+    """TRUE: the CNC looks at the semaphore; written by: PLC."""
+    command_w: HLI_HB_RAPID_KEY
+    """Not evaluated; written by: PLC."""
+    request_semaphor_rw: bool
+    """0; written by: both."""
+    command_semaphor_rw: bool
+    """The PLC sets it behind the data; the CNC clears it; written by: both."""
+
+class MC_CONTROL_HB_KEY_UNIT(View):
+    """Unit with usage check of the manual mode."""
+
+    request_r: HLI_HB_KEY
+    """0; written by: CNC."""
+    enable_w: bool
+    """TRUE: the CNC looks at the semaphore; written by: PLC."""
+    command_w: HLI_HB_KEY
+    """Not evaluated; written by: PLC."""
+    request_semaphor_rw: bool
+    """0; written by: both."""
+    command_semaphor_rw: bool
+    """The PLC sets it behind the data; the CNC clears it; written by: both."""
+
+class HLI_HB_MC_CONTROL(View):
+    """Units of the manual mode; commands are taken, counted as bad and not
+    done.
+    """
+
+    activation: MC_CONTROL_HB_ACTIVATION_UNIT
+    """Not supported: commands are refused; written by: both."""
+    tip_parameter: MC_CONTROL_HB_TIP_PARAM_UNIT
+    """Not supported: commands are refused; written by: both."""
+    jog_parameter: MC_CONTROL_HB_JOG_PARAM_UNIT
+    """Not supported: commands are refused; written by: both."""
+    hr_parameter: MC_CONTROL_HB_HR_PARAM_UNIT
+    """Not supported: commands are refused; written by: both."""
+    rapid_key: MC_CONTROL_HB_RAPID_KEY_UNIT
+    """Not supported: commands are refused; written by: both."""
+    key: ViewArray[MC_CONTROL_HB_KEY_UNIT]
+    """Not supported: commands are refused; written by: both."""
+    handwheel_incs: ViewArray[MC_CONTROL_SGN32_UNIT]
+    """Not supported: not evaluated; unit: increments; written by: both."""
+
 class HLI_CHANNEL(View):
     """``gpCh[i]``."""
 
@@ -732,6 +928,8 @@ class HLI_CHANNEL(View):
     """Errors of the PLC; written by: both."""
     contour_lookahead: HLI_CONTOUR_LOOKAHEAD
     """The contour look-ahead unit; begins on a cache line; written by: both."""
+    hb_mc_control: HLI_HB_MC_CONTROL
+    """Units of the manual mode; there is none; written by: both."""
 
 class HLI_IPO_MC_CONTROL(View):
     """Control units of an axis."""
@@ -742,8 +940,48 @@ class HLI_IPO_MC_CONTROL(View):
     """Shown; acts on independent axes only; unit: 0.1 %; written by: both."""
     override_valid: MC_CONTROL_BOOL_UNIT
     """TRUE: the override counts; written by: both."""
+    dyn_pos_limit_low: MC_CONTROL_SGN32_UNIT
+    """Not supported: no limit, ``state_r`` stays 0; unit: 0.1 um; written
+    by: both.
+    """
+    dyn_pos_limit_high: MC_CONTROL_SGN32_UNIT
+    """Not supported: no limit, ``state_r`` stays 0; unit: 0.1 um; written
+    by: both.
+    """
     feed_hold: MC_CONTROL_BOOL_UNIT
     """Alias of ``feedhold``."""
+
+class HLI_ADD_CMD_VALUE(View):
+    """Values that a PLC adds to those of the interpolator."""
+
+    m_add_pos_value: int
+    """Not evaluated; unit: 0.1 um; written by: as its holder."""
+    m_add_speed_value: int
+    """Not evaluated; unit: 1 um/s; written by: as its holder."""
+    sgn32_free_1: int
+    """Not evaluated; written by: as its holder."""
+    sgn32_free_2: int
+    """Not evaluated; written by: as its holder."""
+    sgn32_free_3: int
+    """Not evaluated; written by: as its holder."""
+    sgn32_free_4: int
+    """Not evaluated; written by: as its holder."""
+    sgn32_free_5: int
+    """Not evaluated; written by: as its holder."""
+    sgn32_free_6: int
+    """Not evaluated; written by: as its holder."""
+
+class MC_CONTROL_ADD_CMD_VALUE_UNIT(View):
+    """Added values; not supported."""
+
+    request_r: HLI_ADD_CMD_VALUE
+    """0; written by: CNC."""
+    enable_w: bool
+    """Not evaluated; written by: PLC."""
+    command_w: HLI_ADD_CMD_VALUE
+    """Not evaluated; written by: PLC."""
+    state_r: HLI_ADD_CMD_VALUE
+    """0; written by: CNC."""
 
 class HLI_LR_MC_CONTROL(View):
     """Releases of an axis."""
@@ -754,6 +992,8 @@ class HLI_LR_MC_CONTROL(View):
     """TRUE or not enabled, or the path stands; written by: both."""
     torque_permission: MC_CONTROL_BOOL_UNIT
     """TRUE or not enabled, or the path stands; written by: both."""
+    add_cmd_values: MC_CONTROL_ADD_CMD_VALUE_UNIT
+    """Not supported: nothing is added; written by: both."""
 
 class HLI_LR_STATE(View):
     """Status of an axis."""
@@ -1067,6 +1307,12 @@ class HLI_AHEAD_STATE(View):
     """Changes with the plan; written by: CNC."""
     plan_valid: bool
     """TRUE: the plan holds; written by: CNC."""
+    speed: float
+    """Path speed as interpolated; unit: mm/s; written by: CNC."""
+    position: ArrayView[float]
+    """Of the channel's axes as interpolated, not rounded to 0.1 um; unit:
+    mm, degrees; written by: CNC.
+    """
 
 class HLI_AHEAD_KNOT(View):
     """A place in time."""
@@ -1106,7 +1352,7 @@ class HLI_AHEAD(View):
     """
 
     version_r: int
-    """Version of the extension, 1; written by: CNC."""
+    """Version of the extension, 2; written by: CNC."""
     sizeof_r: int
     """Its size; unit: bytes; written by: CNC."""
     answer: HLI_AHEAD_ANSWER

@@ -122,11 +122,13 @@ def resolve(areas: Any, path: str) -> Symbol:
     return Symbol(spelled, holder, key)
 
 
-def getattr_or_item(holder: Any, key: str | int) -> Any:
-    """One step down."""
+def getattr_or_item(holder: Any, key: str | int | tuple[int, ...]) -> Any:
+    """One step down; several numbers: an array of several dimensions."""
     if isinstance(holder, Pointers) and isinstance(key, int):
         return holder[key : key + 1][0]  # None where it is not configured
-    return holder[key] if isinstance(key, int) else getattr(holder, key)
+    if isinstance(key, str):
+        return getattr(holder, key)
+    return holder[key]
 
 
 def _step(

@@ -376,7 +376,7 @@ def view_class(structure: type[ctypes.Structure]) -> type[View]:
             members[name] = _property(
                 name, ctype, getattr(structure, name).offset
             )
-    for alias, target in _aliases(structure):
+    for alias, target in aliases_of(structure):
         members[alias] = _alias(target)
     if structure is layout.HLI_CONTOUR_LOOKAHEAD_RESPONSE:
         members["as_array"] = lambda self: self.block.as_array()
@@ -402,7 +402,7 @@ def view_class(structure: type[ctypes.Structure]) -> type[View]:
     )
 
 
-def _aliases(structure: type[ctypes.Structure]) -> list[tuple[str, str]]:
+def aliases_of(structure: type[ctypes.Structure]) -> list[tuple[str, str]]:
     """(alias, member) of a structure; ``a.b`` aliases belong to the structure
     of the member ``a``.
     """

@@ -17,6 +17,7 @@ from typing import Any
 from hli._sync import lib
 
 from hli.errors import HliError, HliNotFound, HliNotReady
+from hli.orders import Orders
 from hli.owners import cnc_writes
 from hli.symbol import SymbolError
 
@@ -24,7 +25,6 @@ from . import builtin, stats
 from .client import DEFAULT_NAME, Hli, connect
 from .guard import Guard
 from .online import UNFIT, Forces, TaskSymbol, Watch, parse_force
-from .orders import Orders
 from .scan import Ending, Program, Scanner, report
 from .scan_record import TABLES, ScanRecord, memory_of, program_of
 from .sources import load_tasks

@@ -31,6 +31,7 @@ from hli.symbol import (
 )
 from hli.view import ArrayView, Pointers, View, ViewArray
 
+from . import listing
 from .scan_record import ScanRecord
 
 ROWS = 1_000_000
@@ -49,13 +50,18 @@ UNFIT = (
 """What writing a symbol raises if the value does not fit, or the symbol cannot be written."""
 
 
+Key = str | int | tuple[int, ...]
+"""A member's name, an index, or the indices of several dimensions."""
+
+
 class TaskSymbol(Symbol):
     """A variable of a task; reading one that is not there (yet) gives None."""
 
     __slots__ = ("_task",)
 
-    def __init__(self, path: str, task: Any, keys: list[str | int]) -> None:
-        super().__init__(path, keys[:-1], keys[-1])
+    def __init__(self, path: str, task: Any, keys: list[Key]) -> None:
+        last: Any = keys[-1]
+        super().__init__(path, keys[:-1], last)
         self._task = task
 
     @property
@@ -69,10 +75,10 @@ class TaskSymbol(Symbol):
         holder = _walk(self._task.instance, self._holder)
         if holder is None:
             return
-        if isinstance(self._key, int):
-            holder[self._key] = value
-        else:
+        if isinstance(self._key, str):
             setattr(holder, self._key, value)
+        else:
+            holder[self._key] = value
 
     def check(self) -> None:
         """SymbolError: after ``setup()`` there is no such variable, and no
@@ -83,17 +89,17 @@ class TaskSymbol(Symbol):
             if value is None:
                 return  # comes later
             problem = (
-                _no_item(value, key)
-                if isinstance(key, int)
-                else _no_variable(value, key)
+                _no_variable(value, key)
+                if isinstance(key, str)
+                else _no_item(value, key)
             )
             if problem:
                 raise SymbolError(f"symbol {self.path!r}: {spelled}{problem}")
             value = _peek(value, key)
-            spelled += f"[{key}]" if isinstance(key, int) else f".{key}"
+            spelled += _spelled(key)
 
 
-def _no_item(value: Any, index: int) -> str:
+def _no_item(value: Any, index: int | tuple[int, ...]) -> str:
     """What is wrong with an index; a list may still grow."""
     if not hasattr(type(value), "__getitem__"):
         return " is no array"
@@ -102,7 +108,7 @@ def _no_item(value: Any, index: int) -> str:
     )
     return (
         f"[{index}]: the index runs 0..{len(value) - 1}"
-        if fixed and index >= len(value)
+        if fixed and isinstance(index, int) and index >= len(value)
         else ""
     )
 
@@ -158,10 +164,10 @@ def check(symbol: Symbol) -> None:
         symbol.check()
 
 
-def _peek(holder: Any, key: str | int) -> Any:
+def _peek(holder: Any, key: Key) -> Any:
     try:
         return getattr_or_item(holder, key)
-    except (AttributeError, IndexError, KeyError):
+    except (AttributeError, IndexError, KeyError, TypeError):
         return None
 
 
@@ -196,6 +202,7 @@ class SymbolTable:
 
     def update(self, programs: Sequence[Any]) -> None:
         """These tasks from now on."""
+        self.programs = programs
         found: dict[str, Any] = {}
         for program in programs:  # lists of globals and programs of ST
             for name, view in views_of(program.instance).items():
@@ -219,14 +226,25 @@ class SymbolTable:
             raise SymbolError(
                 f"symbol {path!r}: a variable of task {program.name} is needed"
             )
-        keys = [
-            index_of(path, part) if part.startswith("[") else part
-            for part in parts[1:]
-        ]
-        spelled = program.name + "".join(
-            f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys
-        )
+        keys = [_key(path, part) for part in parts[1:]]
+        spelled = program.name + "".join(map(_spelled, keys))
         return TaskSymbol(spelled, program, keys)
+
+
+def _key(path: str, part: str) -> Key:
+    """A name, an index, or the indices of ``[1,2]``."""
+    if not part.startswith("["):
+        return part
+    if "," not in part:
+        return index_of(path, part)
+    numbers = part[1:-1].split(",")
+    return tuple(index_of(path, f"[{number}]") for number in numbers)
+
+
+def _spelled(key: Key) -> str:
+    if isinstance(key, tuple):
+        return f"[{','.join(map(str, key))}]"
+    return f"[{key}]" if isinstance(key, int) else f".{key}"
 
 
 def _walk(value: Any, keys: Any) -> Any:
@@ -442,11 +460,13 @@ class Forces:
 
 
 class Online:
-    """Obeys the orders of other processes (``plc_client.orders``): ``force``,
-    ``unforce``, ``read``, ``list``, ``operate``, ``statistics``.
+    """Obeys the orders of other processes (``hli.orders``): ``force``,
+    ``unforce``, ``read``, ``list``, ``operate``, ``statistics``, ``symbols``,
+    ``fetch``, ``assign``, ``halt``.
 
     ``operate``: what the operator's panel does; ``statistics``: what the PLC
-    has measured.
+    has measured; ``symbols``, ``fetch``, ``assign``: ``plc_client.listing``;
+    ``halt``: scans go on without the tasks' logic, or with it again.
     """
 
     def __init__(
@@ -455,7 +475,9 @@ class Online:
         forces: Forces,
         operate: Callable[[str, Any], dict[str, Any]] | None = None,
         statistics: Callable[[], dict[str, Any]] = dict,
+        halt: Callable[[bool], bool] = bool,
     ) -> None:
+        self._halt = halt
         self._table = table
         self._forces = forces
         self._operate = operate
@@ -477,6 +499,17 @@ class Online:
             answer["values"] = {
                 path: self._read(str(path)) for path in order["symbols"]
             }
+        elif what == "symbols":
+            answer |= listing.described(self._table.programs)
+        elif what == "fetch":
+            answer["values"] = [
+                listing.plain(path, self._symbol(str(path)).value)
+                for path in order["symbols"]
+            ]
+        elif what == "assign":
+            self._assign(order["symbols"])
+        elif what == "halt":
+            answer["halted"] = self._halt(bool(order["value"]))
         elif what == "operate" and self._operate is not None:
             answer["panel"] = self._operate(
                 str(order["what"]), order.get("value")
@@ -484,7 +517,10 @@ class Online:
         elif what == "statistics":
             answer |= self._statistics()
         elif what != "list":
-            known = "force, unforce, read, list, operate, statistics"
+            known = (
+                "force, unforce, read, list, operate, statistics,"
+                " symbols, fetch, assign, halt"
+            )
             raise ValueError(f"order {what!r} is unknown: {known}")
         return {**answer, "forced": dict(self._forces.items())}
 
@@ -506,6 +542,18 @@ class Online:
                 self._forces._forced = before
                 self._forces.any = bool(before)
                 raise SymbolError(f"force {path}={value!r}: {error}") from None
+
+    def _assign(self, given: list[tuple[str, Any]]) -> None:
+        """In this order; none is set if one is unknown or has the wrong kind."""
+        symbols = [(path, self._symbol(str(path)), v) for path, v in given]
+        for path, symbol, value in symbols:
+            if not isinstance(value, list):
+                _check_kind(path, symbol, value)
+        for path, symbol, value in symbols:
+            try:
+                listing.assign(symbol, value)
+            except UNFIT as error:
+                raise SymbolError(f"assign {path}: {error}") from None
 
     def _unforce(self, paths: list[str]) -> None:
         """These, or all without one."""

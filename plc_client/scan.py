@@ -20,6 +20,7 @@ import numpy as np
 from hli._sync import lib
 
 from hli import layout
+from hli.orders import Orders
 
 from . import advice, clock, stats
 from .client import Hli
@@ -29,7 +30,6 @@ from .image import InputImage
 from .inputs import Inputs
 from .memory_trace import MemoryTrace
 from .online import Forces, Online, SymbolTable, Watch
-from .orders import Orders
 from .pace import CyclePacer, Pacer, pacer_of
 from .panel import Panel
 from .program import Program, task_statistics
@@ -78,6 +78,7 @@ class Scanner:
         self._guard = guard or Guard()
         self._own_guard = guard is None
         self._stop = self._restart = False
+        self.halted = False  # scans without the tasks' logic
         self.before_restart: Callable[[], Sequence[Program] | None] = lambda: (
             self.programs
         )
@@ -101,7 +102,11 @@ class Scanner:
         )  # of other processes; a PLC process puts its own here
         self.panel = Panel(hli, self.symbols, self.forces)
         self._online = Online(
-            self.symbols, self.forces, self.panel.operate, self._statistics
+            self.symbols,
+            self.forces,
+            self.panel.operate,
+            self._statistics,
+            self.halt,
         )
 
     def trace(self) -> MemoryTrace:
@@ -115,6 +120,14 @@ class Scanner:
     def request_restart(self) -> None:
         """Restart the PLC before the next scan; may be called from a signal handler."""
         self._restart = True
+
+    def halt(self, value: bool) -> bool:
+        """Leave the tasks' logic out from now on, or run it again.
+
+        What they have written stands.
+        """
+        self.halted = value
+        return value
 
     def run(self) -> Ending:
         """Setup, presence, scans.  Raises PlcError when the user's code fails."""
@@ -215,6 +228,20 @@ class Scanner:
         if self.orders.waiting:
             self.orders.serve(self._online)
         self._latch()
+        self._scan()
+
+    @property
+    def now(self) -> Any:
+        """The image as C latches it (``hs_image``)."""
+        return self._now
+
+    def scan_latched(self) -> None:
+        """The same of an image that somebody else has latched (see ``now``)."""
+        self._latched_ns = self._now.cell_time_ns
+        self._scan()
+
+    def _scan(self) -> None:
+        """The scan of the image that is latched."""
         record = self.watch.to
         if record is not None:
             record.scan += 1
@@ -275,6 +302,7 @@ class Scanner:
         return (
             self._stop
             or self._restart
+            or self.halted
             or self.orders.waiting
             or self.inputs.any
             or self.forces.any
@@ -298,7 +326,11 @@ class Scanner:
         """The tasks that are due, in order of priority."""
         at_ns = None if self._on_wall else self._latched_ns
         for program in self.programs:
-            if program.due <= now:
+            if program.due > now:
+                continue
+            if self.halted:
+                program.schedule(now)
+            else:
                 program.scan(now, at_ns, self._end_seen)
 
     def _statistics(self) -> dict[str, Any]:

@@ -21,6 +21,7 @@ _ATTRIBUTE = "__plc_task__"
 WATCHDOG_S = 10.0
 ST_SUFFIXES = (
     ".st",
+    ".exp",
     ".tcpou",
     ".tcdut",
     ".tcgvl",

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from hli import layout
+from support.browser import CHROMIUM, Browser
 from support.command_line import SHM, Outcome
 from support.osai_programs import shop
 from support.processes import leftovers
@@ -32,6 +33,16 @@ def warm_commands(
     server = Server(tmp_path_factory.mktemp("warm"))
     yield server
     server.close()
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """Debian's chromium; a test without it is skipped."""
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    found = Browser(tmp_path_factory.mktemp("browser") / "profile")
+    yield found
+    found.close()
 
 
 @pytest.fixture

@@ -28,8 +28,6 @@ static int is_due(const hs_scans *scans, uint64_t cycle) {
 /* HS_OK, HS_TIMEOUT: no image is to be had, HS_TRAPPED. */
 static int scan(hs_replay *replay, uint64_t cycle, int64_t cell_ns) {
     hs_scans *scans = replay->scans;
-    store_u64_relaxed(replay->cycle_at, cycle);
-    store_u64_relaxed(replay->cell_time_at, (uint64_t)cell_ns);
     if (!is_due(scans, cycle)) {
         return HS_OK;
     }
@@ -60,28 +58,48 @@ static int is_known(const hs_replay *replay) {
     return 1;
 }
 
+/* What the CNC changed ahead of the next scan; the clock stands at it. */
+static uint32_t begin(hs_replay *replay) {
+    uint32_t i = replay->next++;
+    apply(replay, replay->memory, replay->ends[2 * i]);
+    store_u64_relaxed(replay->cycle_at, replay->cycles[i]);
+    store_u64_relaxed(replay->cell_time_at, (uint64_t)replay->cell_ns[i]);
+    return i;
+}
+
+int hs_replay_begin(hs_replay *replay, hs_image *image) {
+    begin(replay);
+    return hs_image_latch(image, HS_LATCH_TRIES);
+}
+
+int hs_replay_end(hs_replay *replay) {
+    apply(replay, NULL, replay->ends[2 * replay->next - 1]);
+    replay->differing = hs_trace_differing(replay->memory,
+                                           replay->recorded,
+                                           replay->masks,
+                                           replay->runs,
+                                           replay->run_count,
+                                           replay->found);
+    if (replay->differing == 0) {
+        return HS_OK;
+    }
+    if (!is_known(replay)) {
+        return HS_ASIDE;
+    }
+    replay->same++;
+    return HS_OK;
+}
+
 int hs_replay_scans(hs_replay *replay) {
     while (replay->next < replay->count) {
-        uint32_t i = replay->next++;
-        apply(replay, replay->memory, replay->ends[2 * i]);
+        uint32_t i = begin(replay);
         int result = scan(replay, replay->cycles[i], replay->cell_ns[i]);
+        if (result == HS_OK) {
+            result = hs_replay_end(replay);
+        }
         if (result != HS_OK) {
             return result;
         }
-        apply(replay, NULL, replay->ends[2 * i + 1]);
-        replay->differing = hs_trace_differing(replay->memory,
-                                               replay->recorded,
-                                               replay->masks,
-                                               replay->runs,
-                                               replay->run_count,
-                                               replay->found);
-        if (replay->differing == 0) {
-            continue;
-        }
-        if (!is_known(replay)) {
-            return HS_ASIDE;
-        }
-        replay->same++;
     }
     return HS_OK;
 }

@@ -34,5 +34,10 @@ typedef struct hs_replay {
  * something otherwise than it is known; HS_TRAPPED: a task was stopped;
  * HS_TIMEOUT: the memory never stood still. */
 int hs_replay_scans(hs_replay *replay);
+/* The two halves of a scan whose tasks run elsewhere. Begin: the CNC's changes,
+ * the clock and the image; HS_TIMEOUT: the memory never stood still. End:
+ * HS_ASIDE: the scan left something otherwise than it is known. */
+int hs_replay_begin(hs_replay *replay, struct hs_image *image);
+int hs_replay_end(hs_replay *replay);
 /* cdef end */
 #endif

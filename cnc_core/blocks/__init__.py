@@ -107,6 +107,7 @@ TANGENTS = 255  # degree of an element that names its tangents in the pool
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 EVENT_COMMAND, EVENT_OVERRIDE, EVENT_RT_LOOP = 5, 6, 7
 EVENT_ESA_TIME, ESA_TIMES = 8, 3  # code of the first time, how many there are
+EVENT_RT_COUNT = 11
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
 CHAMFER, EDGE, ROUND = 1, 2, 3  # code of a corner row
 MARKER_NAMES = {
@@ -144,6 +145,9 @@ NC_BLOCK = np.dtype(
     align=True,
 )
 assert NC_BLOCK.itemsize == 176
+NO_ROWS, NO_POOL = np.empty(0, NC_BLOCK), np.empty(0)
+# by type: whether a row is a block
+COUNTED = ~np.isin(np.arange(256), SILENT)
 
 
 @dataclass
@@ -168,7 +172,7 @@ class BlockBatch:
 
     @classmethod
     def empty(cls) -> BlockBatch:
-        return cls(np.empty(0, NC_BLOCK))
+        return cls(NO_ROWS, NO_POOL)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -181,7 +185,7 @@ class BlockBatch:
 
 def number_of_blocks(batch: BlockBatch) -> int:
     """Rows that are blocks, not said to the stages or the engine alone."""
-    return int((~np.isin(batch.rows["type"], SILENT)).sum())
+    return int(np.count_nonzero(COUNTED[batch.rows["type"]]))
 
 
 def number_of_last(batch: BlockBatch) -> int:

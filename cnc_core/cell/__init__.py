@@ -136,10 +136,12 @@ class Cell:
         plc_args: dict[str, Any] | None = None,
         look: Callable[[str], None] = lambda _: None,
         warm: bool = False,
+        attended: bool = False,
     ) -> RunResult:
         """As ``run``, with options that are complete.
 
         ``look``: called with the segment's name again and again.
+        ``attended``: a monitor runs beside it, whose page answers dialogs.
         ``warm``: further runs may follow; a worker makes the processes.
         """
         refuse_cell_start()
@@ -154,7 +156,7 @@ class Cell:
         sweep_folders()
         folder = options.out or OUT_FOLDER
         before = files_below(folder)
-        self._job = job = self._start(program, choice, options, warm)
+        self._job = job = self._start(program, choice, options, warm, attended)
 
         def collected(*, judged: bool) -> RunResult:
             result = self._collect(job, options, judged=judged)
@@ -210,6 +212,7 @@ class Cell:
         choice: PlcChoice,
         options: RunOptions,
         warm: bool,
+        attended: bool,
     ) -> Job:
         if options.name:
             _refuse_living(options.name)
@@ -234,6 +237,7 @@ class Cell:
             samples=parts.cnc if parts else None,
             once=True,
             terminal=sys.stdin is not None and sys.stdin.isatty(),
+            attended=attended,
         )
         started = time.monotonic()
         record = plc_part(parts, options.record_only)

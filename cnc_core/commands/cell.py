@@ -81,7 +81,7 @@ def run(
         run_bar(f"running {file.name}", file) as look,
         Cell(config) as cell,
     ):
-        result = cell.run_with(options, file, plc, look=look)
+        result = cell.run_with(options, file, plc, look=look, attended=monitor)
     if options.dialect is None and result.dialect:
         say_dialect(result.dialect)
     if as_json:
@@ -290,7 +290,12 @@ def cnc(
 
     check_choices(options)
     chosen = CncOptions(
-        file, name, options.run_options(), config=config, wait_plc=wait
+        file,
+        name,
+        options.run_options(),
+        config=config,
+        wait_plc=wait,
+        attended=monitor,
     )
     recording = None
     if options.record:

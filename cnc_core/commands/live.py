@@ -87,7 +87,7 @@ class Watched:
             path: plain(symbol.value) for path, symbol in self._symbols.items()
         }
         if self._asked:
-            from plc_client import orders  # noqa: PLC0415
+            from hli import orders  # noqa: PLC0415
 
             order = {"do": "read", "symbols": self._asked}
             values |= orders.send(self._name, order)["values"]

@@ -31,7 +31,7 @@ def _order(
     name: str, wait: float, do: str, symbols: list[Any], as_json: bool
 ) -> None:
     """One order to a running PLC; prints what it reads and what is forced then."""
-    from plc_client import orders  # noqa: PLC0415
+    from hli import orders  # noqa: PLC0415
 
     answer = orders.send(name, {"do": do, "symbols": symbols}, wait)
     if as_json:

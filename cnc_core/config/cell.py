@@ -413,6 +413,7 @@ class CellConfig(Table):
             axis_ids=self.axis_ids,
             kinematics=self.kinematic_machines,
             kin_id=self.kin_id,
+            repeated_blocks_max=self.channel.repeated_blocks_max,
         )
 
     def warnings(self) -> list[str]:

@@ -101,6 +101,7 @@ class ChannelConfig(Table):
         default_factory=list
     )
     kin_id: Annotated[int, Field(ge=0, le=999)] | None = None
+    repeated_blocks_max: Annotated[int, Field(ge=0)] = 100_000
     skip_levels: list[Annotated[int, Field(ge=1, le=10)]] = Field(
         default_factory=list
     )

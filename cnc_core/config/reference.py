@@ -87,6 +87,9 @@ esa_time | s
 kin_id |
     kinematic that `#KIN ID` and `#TRAFO ON` choose without a number; default:
     the first table; 0 without such a table: none
+repeated_blocks_max |
+    blocks with motions or functions that `plan` and `blocks` execute again
+    before a program counts as endless (907001); 0: any number
 skip_levels |
     block skip levels that are on, taken over at program start
 state_after_program |

@@ -134,6 +134,8 @@ class ProgramMachine:
     ``kinematics``: transformations by number.  ``kin_id``: the first one.
     ``dialects``: settings of single dialects (see ``settings``).
     ``axis_ids``: logical axis numbers.  Empty: 1, 2, ..
+    ``repeated_blocks_max``: with motions, executed again, where no machine
+    answers.  0: any number.
     """
 
     axes: tuple[str, ...]
@@ -156,6 +158,7 @@ class ProgramMachine:
     kin_id: int | None = None
     dialects: tuple[object, ...] = ()
     axis_ids: tuple[int, ...] = ()
+    repeated_blocks_max: int = 0
 
     @property
     def programs(self) -> tuple[str, ...]:

@@ -1,5 +1,5 @@
 """Who answers the dialogs of a program: a script of answers, or an operator at
-the terminal.
+the terminal or at the monitor's page.
 
 A script is a JSON list, one entry a dialog in the order in which they come: the
 name of a button (``"YES"``), or ``{"set": {"INPUT": 5.0}, "press": "BUTTON"}``.
@@ -11,10 +11,11 @@ import json
 import select
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from ..errors import CncError, Place
 from ..files import read_text
@@ -44,8 +45,26 @@ class Answer:
     given: bool = True
 
 
+class Desk(Protocol):
+    """A place beside the terminal where somebody may answer."""
+
+    @property
+    def attended(self) -> bool:
+        """Whether somebody sits there."""
+        ...
+
+    def shown(self, question: Question) -> AbstractContextManager[None]:
+        """A dialog is open."""
+        ...
+
+    def answered(self, wait_s: float) -> Answer | None:
+        """The answer to the open dialog, if it comes within this time."""
+        ...
+
+
 class Operator:
-    """Answers from ``script``, behind it from the terminal if ``terminal``.
+    """Answers from ``script``, behind it from the terminal if ``terminal``, or
+    from the ``desk``.
 
     ``interrupted``: the run is to end.
     """
@@ -55,12 +74,11 @@ class Operator:
         script: Sequence[Answer] = (),
         terminal: bool = False,
         interrupted: Callable[[], bool] = lambda: False,
+        desk: Desk | None = None,
     ) -> None:
-        self._script, self._terminal, self.interrupted = (
-            list(script),
-            terminal,
-            interrupted,
-        )
+        self._script, self._terminal = list(script), terminal
+        self.interrupted = interrupted
+        self._desk = desk
 
     @property
     def waiting(self) -> bool:
@@ -70,7 +88,22 @@ class Operator:
     def ask(self, question: Question) -> Answer | None:
         if self._script:
             return self._script.pop(0)
-        return self._at_terminal(question) if self._terminal else None
+        desk = self._desk
+        if desk is None:
+            return self._at_terminal(question) if self._terminal else None
+        if not (self._terminal or desk.attended):
+            return None
+        with desk.shown(question):
+            if self._terminal:
+                return self._at_terminal(question)
+            return self._at_desk(desk)
+
+    def _at_desk(self, desk: Desk) -> Answer | None:
+        while not self.interrupted():
+            answer = desk.answered(LOOK_S)
+            if answer is not None:
+                return answer
+        return None
 
     def _at_terminal(self, question: Question) -> Answer | None:
         """One line a time: ``NAME=VALUE`` fills an input, a button's name
@@ -82,8 +115,8 @@ class Operator:
             sys.stdout.write(_prompt(question))
             sys.stdout.flush()
             line = self._line()
-            if line is None:
-                return None
+            if line is None:  # the end of the input, or an answer at the desk
+                return self._desk.answered(0.0) if self._desk else None
             name, equals, value = (part.strip() for part in line.partition("="))
             if equals and name.upper() in question.inputs:
                 number = _number(value)
@@ -100,6 +133,8 @@ class Operator:
         while not self.interrupted():
             if select.select([sys.stdin], [], [], LOOK_S)[0]:
                 return sys.stdin.readline() or None
+            if self._desk is not None and self._desk.answered(0.0):
+                return None
         return None
 
 

@@ -1,4 +1,6 @@
-"""What people do: orders to the PLC, and who gave them."""
+"""What people do: orders to the PLC, answers to dialogs of the CNC's program,
+and who gave them.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +8,14 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from hli.errors import HliError
-from plc_client import orders
 from plc_client.online import parse_force
 from plc_client.panel import LEVELS
 
-from .events import Events
+from ..observing.events import Events
+from ..observing.plc import PlcLine, RefusedError
 
 SYMBOLS_MAX = 64
 TEXT_MAX = 400
-WAITING_MAX = 16  # orders at a time; more are refused
-
-
-class RefusedError(Exception):
-    """An order that is not given, with the reason."""
 
 
 class Desk:
@@ -29,26 +25,13 @@ class Desk:
     """
 
     def __init__(self, name: str, events: Events, *, keep: bool) -> None:
-        self._name, self._events, self._keep = name, events, keep
-        self._one = asyncio.Lock()
-        self._waiting = 0
+        self._events, self._keep = events, keep
+        line = PlcLine(name)
+        self.ask, self.look = line.ask, line.look
         self._open: set[str] = set()
         self._forced: dict[str, dict[str, str]] = {}
         self._leaving: set[asyncio.Future[None]] = set()
         self.cell_s: Callable[[], float | None] = lambda: None
-
-    async def ask(self, order: dict[str, Any]) -> dict[str, Any]:
-        """The PLC's answer.  RefusedError: it refuses, or there is none."""
-        if self._waiting >= WAITING_MAX:
-            raise RefusedError("too many orders wait already")
-        self._waiting += 1
-        try:
-            async with self._one:
-                return await asyncio.to_thread(orders.send, self._name, order)
-        except (HliError, ValueError, OSError) as error:
-            raise RefusedError(str(error)) from None
-        finally:
-            self._waiting -= 1
 
     async def act(self, page: str, who: str, given: Any) -> dict[str, Any]:
         """Do what a page asks for; it stands in the events, done or refused.
@@ -71,6 +54,8 @@ class Desk:
         self, page: str, order: dict[str, Any], answer: dict[str, Any]
     ) -> None:
         """Which symbols a page holds forced, as the PLC spells them."""
+        if "forced" not in answer:
+            return
         held = self._forced.setdefault(page, {})
         if order["do"] == "force":
             now = list(answer["forced"])
@@ -152,7 +137,28 @@ def order_of(given: Any) -> tuple[Order, str]:
             "do": "unforce",
             "symbols": paths,
         }, f"unforce {', '.join(paths)}"
-    raise RefusedError("do: operate, force or unforce")
+    if what == "answer":
+        return _answer(given)
+    raise RefusedError("do: operate, force, unforce or answer")
+
+
+def _answer(given: dict[str, Any]) -> tuple[Order, str]:
+    """What somebody enters in a dialog of the program, and presses."""
+    number, values = given.get("number"), given.get("set") or {}
+    press = _text(given.get("press") or "")
+    if type(number) is not int or not isinstance(values, dict):
+        raise RefusedError("an answer has number, set and press")
+    if len(values) > SYMBOLS_MAX:
+        raise RefusedError(f"set: at most {SYMBOLS_MAX} inputs")
+    for name, value in values.items():
+        if len(name) > TEXT_MAX or type(value) not in (int, float):
+            raise RefusedError("set: numbers by the names of inputs")
+    shown = [f"{name}={value:g}" for name, value in values.items()]
+    order = {"do": "answer", "number": number, "set": values, "press": press}
+    return (
+        order,
+        f"answered the dialog: {', '.join([*shown, press or 'Enter'])}",
+    )
 
 
 def _list(value: Any) -> list[Any]:

@@ -26,9 +26,9 @@ from hli.export import json_layout
 from hli.segment import NAME_RULE
 from hli.units import members_told
 
-from .actions import RefusedError
+from ..observing.plc import RefusedError
 from .hub import Hub, finite
-from .pages import Page, greeted
+from .pages import Gate, Page
 from .recorded import Recorded
 from .security import App, Guard, bearer, body_of, same_token
 from .source import Source
@@ -74,6 +74,7 @@ class Monitor:
         self._hubs: dict[str, tuple[Hub, asyncio.Task[None]]] = {}
         self._pages: dict[str, tuple[Page, Hub]] = {}
         self._open = 0
+        self._gate = Gate()
         self._seen = False
         self._measuring = asyncio.Lock()
         self._recorded = Recorded(served.recordings)
@@ -245,13 +246,13 @@ class Monitor:
         return found
 
     async def _live(self, socket: WebSocket) -> None:
+        if not await self._gate.pass_(socket, self._served.token):
+            return
         if self._open >= PAGES_MAX:
             await socket.close(4503, "too many pages are open")
             return
         self._open += 1
         try:
-            if not await greeted(socket, self._served.token):
-                return
             try:
                 hub = self.hub(socket.query_params.get("cell", ""))
             except RefusedError as error:

@@ -12,18 +12,24 @@ from typing import Any
 
 from hli.symbol import Symbol, SymbolError
 
-from .actions import Desk, RefusedError
-from .events import Events
+from ..observing.events import Events
+from ..observing.observer import Observer
+from ..observing.plc import RefusedError
+from .actions import Desk
 from .functions import in_units
-from .observer import Observer
 from .route import Route, read_route
 from .source import Source, source_of
 
 SAMPLE_S = 0.01
 IDLE_S = 0.05  # between two looks while nobody has a page open
 FRAME_S = 0.05
-SLOW_S = 0.25  # between two looks at what changes slowly
-ASK_S = 0.2  # between two readings of variables of the PLC
+SLOW_S = 0.1  # between two looks at what changes slowly
+ASK_S = 0.1  # between two readings of variables of the PLC
+STATISTICS_S = 0.4  # between two readings of its statistics
+CNC_S, CNC_IDLE_S = (
+    0.15,
+    1.0,
+)  # between two looks at dialogs, with pages and without
 TRAIL = 20_000
 FIRST_TRAIL = 4000
 
@@ -58,6 +64,10 @@ class Hub:
         self.asked: dict[str, Any] = {}  # of the PLC: values by path
         self.asked_at = 0.0
         self.statistics: dict[str, Any] = {}
+        self._statistics_at = 0.0
+        self.cnc: dict[str, Any] = {}  # dialog, and how far the program is
+        self.cnc_at = 0.0
+        self._said = 0  # number of the last text of the CNC
         self.wanted: dict[str, int] = {}  # paths to ask for, with their pages
 
     def _cell_s(self) -> float | None:
@@ -67,15 +77,18 @@ class Hub:
     # -- the task
     async def run(self) -> None:
         """Sample until it is cancelled."""
-        asking = asyncio.create_task(self._ask())
+        asking = [
+            asyncio.create_task(task()) for task in (self._ask, self._ask_cnc)
+        ]
         try:
             while True:
                 self._look()
                 await asyncio.sleep(SAMPLE_S if self.pages else IDLE_S)
         finally:
-            asking.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await asking
+            for task in asking:
+                task.cancel()
+                with contextlib.suppress(asyncio.CancelledError):
+                    await task
             self.observer.close()
 
     def _look(self) -> None:
@@ -86,6 +99,7 @@ class Hub:
         if self.observer.life != self._life:
             self._life = self.observer.life
             self._trail.clear()
+            self._said = 0
         sample = sight.sample()
         last = self._trail[-1] if self._trail else None
         if last is None or sample[1:] != last[1:]:
@@ -118,19 +132,22 @@ class Hub:
         self.route_number += 1
 
     def _look_for_error(self) -> None:
-        """A new error in the channel's error unit."""
+        """A new error in the channel's error unit, if the CNC does not tell it
+        in words.
+        """
         areas = self.observer.areas
         assert areas is not None
         head: Any = areas.gpCh[0].mc_error._c.satz_r.kopf
         found = int(head.error_id), int(head.cycle)
-        if found[0] and found != self._error:
+        if found[0] and found != self._error and not self.cnc:
             text = f"error {found[0]}"
             place = f", line {head.line}" if head.line > 0 else ""
             self.events.add("error", text + place, cell_s=self._cell_s())
         self._error = found
 
     async def _ask(self) -> None:
-        """Ask the PLC for what pages want of it."""
+        """Ask the PLC for what pages want of it; a page has its frames first."""
+        await asyncio.sleep(STATISTICS_S)
         while True:
             await asyncio.sleep(ASK_S)
             sight = self.observer.sight
@@ -139,12 +156,39 @@ class Hub:
                 self.statistics = {}
                 continue
             with contextlib.suppress(RefusedError):
-                self.statistics = await self.desk.ask({"do": "statistics"})
-                if self.wanted:
-                    order = {"do": "read", "symbols": [*self.wanted]}
-                    answer = await self.desk.ask(order)
-                    self.asked.update(answer["values"])
-                self.asked_at = time.monotonic()
+                await self._ask_plc()
+
+    async def _ask_plc(self) -> None:
+        now = time.monotonic()
+        if now - self._statistics_at > STATISTICS_S:
+            self.statistics = await self.desk.ask({"do": "statistics"})
+            self._statistics_at = time.monotonic()
+        if self.wanted:
+            order = {"do": "read", "symbols": [*self.wanted]}
+            begun = time.monotonic()
+            answer = await self.desk.ask(order)
+            self.asked.update(answer["values"])
+            self.asked_at = begun
+
+    async def _ask_cnc(self) -> None:
+        """Ask the CNC for dialogs and for what its program says."""
+        while True:
+            await asyncio.sleep(CNC_S if self.pages else CNC_IDLE_S)
+            if self.observer.sight is None:
+                self.cnc = {}
+                continue
+            order = {"do": "look", "since": self._said}
+            order["attended"] = self.pages > 0
+            begun = time.monotonic()
+            try:
+                self.cnc = await self.desk.look(order)
+            except RefusedError:  # of another user, or just ending
+                self.cnc = {}
+                continue
+            self.cnc_at = begun
+            for number, wall, kind, text in self.cnc.pop("said"):
+                self._said = number
+                self.events.add(kind, text, "CNC", self._cell_s(), wall)
 
     # -- what pages take
     def frame(self) -> dict[str, Any]:
@@ -169,8 +213,23 @@ class Hub:
                 "functions": in_units(sight.areas),
                 "counters": sight.counters(),
             }
-        age = round((now - self.asked_at) * 1e3) if self.asked_at else None
-        return found | self._slow | {"plc": self.statistics, "plc_age_ms": age}
+        return found | self._slow | self._told(now)
+
+    def _told(self, now: float) -> dict[str, Any]:
+        """What PLC and CNC tell when they are asked, with its age, ms."""
+
+        def age(at: float) -> int | None:
+            return round((now - at) * 1e3) if at else None
+
+        return {
+            "plc": self.statistics,
+            "plc_age_ms": age(self._statistics_at),
+            "asked_age_ms": age(self.asked_at),
+            "asked": [*self.wanted],
+            "dialog": self.cnc.get("dialog"),
+            "prepared": self.cnc.get("prepared", {}),
+            "cnc_age_ms": age(self.cnc_at) if self.cnc else None,
+        }
 
     def trail(self, begin: int) -> list[list[float]]:
         """Samples from this number on, as far as they are kept."""

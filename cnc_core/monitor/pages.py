@@ -14,7 +14,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from hli.symbol import Symbol
 from hli.view import ArrayView, View
 
-from .actions import RefusedError
+from ..observing.plc import RefusedError
 from .hub import FIRST_TRAIL, FRAME_S, SAMPLE_S, Hub, as_text
 from .security import same_token
 
@@ -22,6 +22,7 @@ SYMBOLS_MAX = 64
 SCOPE_MAX = 8
 PATH_MAX = 200
 HELLO_S = 5.0
+WAITING_MAX = 8  # streams that have not said the token yet
 SEND_S = 5.0  # a page that takes no frame for so long is left
 MESSAGES_A_SECOND = 20
 WRONG_TOKEN, TOO_MUCH, TOO_SLOW = 4401, 4429, 4408
@@ -179,18 +180,45 @@ def plain(value: Any) -> Any:
     return value
 
 
-async def greeted(socket: WebSocket, token: str) -> bool:
-    """Accept, and wait for the token as the first message."""
-    await socket.accept()
+class Gate:
+    """Where streams wait until they have said the token.
+
+    Of too many the one goes that has waited for longest.
+    """
+
+    def __init__(self) -> None:
+        self._waiting: dict[asyncio.Task[str | None], None] = {}
+
+    async def pass_(self, socket: WebSocket, token: str) -> bool:
+        """Accept, and wait for the token as the first message."""
+        await socket.accept()
+        hearing = asyncio.ensure_future(_first_words(socket))
+        self._waiting[hearing] = None
+        if len(self._waiting) > WAITING_MAX:
+            next(iter(self._waiting)).cancel()
+        try:
+            given = await hearing
+        except WebSocketDisconnect:
+            return False
+        except asyncio.CancelledError:
+            if not hearing.cancelled():
+                raise  # the server ends
+            given = None
+        finally:
+            hearing.cancel()
+            self._waiting.pop(hearing, None)
+        if same_token(given, token):
+            return True
+        await socket.close(WRONG_TOKEN, "the token is wrong")
+        return False
+
+
+async def _first_words(socket: WebSocket) -> str | None:
+    """The token that a stream says; None: it says none in time."""
     try:
         async with asyncio.timeout(HELLO_S):
             first = json.loads(await socket.receive_text())
-        given = first.get("token") if isinstance(first, dict) else None
     except (TimeoutError, ValueError, KeyError, RecursionError):
-        given = None
-    except WebSocketDisconnect:
-        return False
-    if same_token(given, token):
-        return True
-    await socket.close(WRONG_TOKEN, "the token is wrong")
-    return False
+        return None
+    given = first.get("token") if isinstance(first, dict) else None
+    return given if isinstance(given, str) else None

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import CncError
+from ..observing.plc import RefusedError
+from ..observing.sight import MM
 from ..recording.reading import Recording, Table
-from .actions import RefusedError
-from .sight import MM
 
 ROWS = 20_000
 LINES = 20_000

@@ -23,8 +23,8 @@ from ..blocks import (
 from ..config import load_config
 from ..errors import CncError
 from ..files import open_regular
+from ..observing.sight import spatial
 from ..program import Program
-from .sight import spatial
 from .source import Source
 
 READ_S = 3.0  # wall time for a program; the rest of a longer one is not drawn

@@ -16,6 +16,7 @@ from ..errors import CncError
 from .security import App
 
 CONNECTIONS = 64
+BACKLOG = 512  # that wait to be looked at
 FIRST_REQUEST_S = 5.0
 KEEP_ALIVE_S = 15
 FRAME_BYTES = 64 * 1024
@@ -24,16 +25,39 @@ END_S = 2
 
 
 class FewConnections(H11Protocol):
-    """Closes a connection that is one too many, or that says nothing."""
+    """Closes a connection that says nothing for long, and one too many.
+
+    Where there are too many, the one goes that has been idle for longest, so
+    silent ones do not keep a page out; where all are busy, the new one goes.
+    """
 
     _patience: asyncio.TimerHandle | None = None
+    _since = 0.0
 
     def connection_made(self, transport: Any) -> None:
         super().connection_made(transport)
+        self._since = self.loop.time()
         if len(self.connections) > CONNECTIONS:
-            transport.abort()
-            return
-        self._patience = self.loop.call_later(FIRST_REQUEST_S, self._look)
+            self._make_room()
+        if not transport.is_closing():
+            self._patience = self.loop.call_later(FIRST_REQUEST_S, self._look)
+
+    def _make_room(self) -> None:
+        idle = [
+            each
+            for each in self.connections
+            if isinstance(each, FewConnections)
+            and each.idle
+            and each is not self
+        ]
+        oldest = min(idle, key=lambda each: each._since, default=self)
+        self.connections.discard(oldest)
+        oldest.transport.abort()
+
+    @property
+    def idle(self) -> bool:
+        """No request of it is being answered."""
+        return self.cycle is None or self.cycle.response_complete
 
     def _look(self) -> None:
         if self.cycle is None and not self.transport.is_closing():
@@ -63,7 +87,7 @@ def listening(host: str, port: int, *, exactly: bool) -> socket.socket:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             found.bind((host, number))
-            found.listen(CONNECTIONS)
+            found.listen(BACKLOG)
         except (OSError, OverflowError) as error:
             found.close()
             problem = error
@@ -100,7 +124,7 @@ async def serve(app: App, at: socket.socket) -> int:
         h11_max_incomplete_event_size=HEADER_BYTES,
         timeout_keep_alive=KEEP_ALIVE_S,
         timeout_graceful_shutdown=END_S,
-        backlog=CONNECTIONS,
+        backlog=BACKLOG,
     )
     server = _Server(config)
     came: list[int] = []

@@ -29,13 +29,14 @@ from ..program.restart import Restart
 from .identity import CLOCKS, SERVICES, fill_identity, scratch_folder
 from .live_port import LivePort
 from .modes import READY, SELECTED, ModeControl
+from .operator_desk import OperatorDesk
 from .options import OUT_FOLDER, CncOptions
 from .plc_life import PlcLife
 from .preparation import Preparation
 from .recording import missing_rows, recorder_for
 from .report import engine_figures
 from .said import Said
-from .scene import ENDED, NOT_STARTED, RUNNING, RunScene
+from .scene import ENDED, NOT_STARTED, RUNNING, RunScene, place_now
 from .start_units import NO_FUNCTIONS, execution_mode, skip_levels
 from .waiting import StandWatch, TimeLimits, Waiting
 
@@ -85,8 +86,11 @@ class CncProcess:
         script = (
             read_answers(options.run.answers) if options.run.answers else []
         )
+        self.desk = OperatorDesk(self._prepared, attended=options.attended)
         self._operator = Operator(
-            script, terminal=options.terminal and sys.stdin.isatty()
+            script,
+            terminal=options.terminal and sys.stdin.isatty(),
+            desk=self.desk,
         )
         self.watchdog: CncError | None = None
         segment.sweep()
@@ -178,9 +182,11 @@ class CncProcess:
         try:
             if self.service == "immediate":
                 self.engine.serve_start()
+            self.desk.open(self.options.name)
             self.segment.publish()
             self._drive()
         finally:
+            self.desk.close()
             if self.stop_signal:
                 self.waiting = self.waits.last
             self._close()
@@ -345,7 +351,7 @@ class CncProcess:
         )
         if self.recorder:
             self.preparation.told = self.recorder.event
-            port.told = self.recorder.event
+        port.told = self._heard
         self._note("start", path.name)
         self.scene.phase, self.scene.preparation = RUNNING, self.preparation
         self._tell(f"program {path.name} started")
@@ -362,6 +368,12 @@ class CncProcess:
             and not self.options.run.hold_start
         ):
             self.engine.start()
+
+    def _heard(self, kind: str, text: str) -> None:
+        """What the program says."""
+        self.desk.say(kind, text)
+        if self.recorder:
+            self.recorder.event(kind, text)
 
     def _take_restart(self) -> Restart | None:
         """Where the first program is taken up; those behind it begin at their
@@ -549,10 +561,27 @@ class CncProcess:
     def _note(
         self, kind: str, text: str = "", error: CncError | None = None
     ) -> None:
-        """Record an event, if anything is recorded."""
+        """An event: for the recording, and for whoever looks."""
+        self.desk.say(kind, text or str(error or ""))
         if self.recorder:
             code, line = (error.code, error.place.line) if error else (0, 0)
             self.recorder.event(kind, text or str(error or ""), code, line)
+
+    def _prepared(self) -> dict[str, Any]:
+        """How far the program is read and planned."""
+        state, preparation = self.engine.state, self.preparation
+        found: dict[str, Any] = {
+            "rows": int(state.rows_taken) - int(state.row_done),
+            "elements": int(state.elements) - int(state.element),
+            "window": self.options.lookahead
+            or self.cell.channel.lookahead_blocks,
+            "planned_s": float(state.motion_time_s) - float(state.consumed_s),
+        }
+        if preparation and preparation.program:
+            (_, line, n), text = place_now(preparation.program)
+            found |= {"line": line, "n": n, "text": text}
+            found["read"] = preparation.done
+        return found
 
     # ---------------------------------------------------------------- report
     def report(self) -> dict[str, Any]:

@@ -154,7 +154,8 @@ class CncOptions:
 
     ``report``: file of the report; ``samples``: file of the CNC's part of the
     recording.  ``once``: one program, then the end.  ``terminal``:
-    an operator sits there, if standard input is a terminal.
+    an operator sits there, if standard input is a terminal.  ``attended``: a
+    monitor is started beside it, whose page answers dialogs.
     """
 
     file: Path
@@ -168,6 +169,7 @@ class CncOptions:
     lookahead: int | None = None
     core: int = -1
     terminal: bool = True
+    attended: bool = False
 
     def as_json(self) -> str:
         """The options as the process takes them on its command line."""

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from cnc_core.blocks.pool import joined
 
 from .. import frontend
-from ..blocks import NC_BLOCK, BlockBatch
+from ..blocks import FILTER, NC_BLOCK, BlockBatch
 from ..config import CellConfig
 from ..errors import ERRORS, CncError, Place
 from ..files import open_regular
@@ -27,6 +27,7 @@ from ..frontend.port import ChannelPort, OfflinePort, Wait
 from ..geometry.filters.run_filter import FilterReport
 from ..geometry.profiles.limits import AxisDynamics
 from ..geometry.profiles.time_filter import ProfileFilter
+from ..geometry.stages.asleep import Asleep
 from ..geometry.stages.axis_limits import AxisLimits
 from ..geometry.stages.contouring import (
     Contouring,
@@ -38,7 +39,7 @@ from ..geometry.stages.kinematics import TOLERANCE as CARRY_TOLERANCE
 from ..geometry.stages.kinematics import KinematicsStage, ProgrammedView
 from ..geometry.stages.orbit import Orbit
 from ..geometry.stages.parameter_feed import ParameterFeed
-from ..geometry.stages.path_mode import PathMode
+from ..geometry.stages.path_mode import NoPathMode, PathMode
 from ..geometry.stages.profiles import Profiles
 from ..geometry.stages.radius_compensation import RadiusCompensation
 from ..geometry.stages.smoothing import Smoothing
@@ -193,24 +194,38 @@ class Program:
         self.contouring = Contouring(
             start, contour_machine(cell), self._place, self._warn
         )
+        # a check asks neither for feeds nor for deviations
+        checked = self.collect and programmed
         return [
             Corners(start, main, self._place),
             self.compensation,
             DropZeroLength(),
             Orbit(start, main, self._place),
             Spline(start, main, self._place),
+            Asleep(self._filter_stages(checked), FILTER, start),
+            DropZeroLength(),
+            NoPathMode() if checked else PathMode(start, main),
+            self.contouring,
+            self.smoothing,
+            *([] if checked else [self._driven(start, main)]),
+        ]
+
+    def _filter_stages(self, checked: bool) -> list[Stage]:
+        if checked:
+            return list(self.filters)
+        return [
             self.filtered,
             *(
                 stage
                 for pair in zip(self._taps, self.filters, strict=True)
                 for stage in pair
             ),
-            DropZeroLength(),
-            PathMode(start, main),
-            self.contouring,
-            self.smoothing,
-            Driven(start, main, [self.filtered, *self._taps]),
         ]
+
+    def _driven(
+        self, start: npt.NDArray[np.float64], main: tuple[int, int, int]
+    ) -> Driven:
+        return Driven(start, main, [self.filtered, *self._taps])
 
     def _axis_stages(self, machine: ProgramMachine, programmed: bool) -> Stage:
         """Profiles, which come first, and the stages from the path of the tip

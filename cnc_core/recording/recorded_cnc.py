@@ -55,6 +55,18 @@ class Difference:
     __hash__ = None  # type: ignore[assignment]
 
 
+def seek(row: Any, batch: Batch, scan: int) -> None:
+    """The next scan of ``hs_replay``."""
+    row.next = scan
+    row.row = int(batch.ends[2 * scan - 1]) if scan else 0
+
+
+def know(row: Any, known: Difference) -> None:
+    """What may differ in the scans of ``hs_replay``.  The caller keeps it."""
+    row.known, row.known_count = known.words, len(known.words)
+    row.old, row.new_ = known.old, known.new
+
+
 class RecordedCnc:
     """The segment of a recorded run.  A context manager; ``close()`` removes it.
 
@@ -123,10 +135,8 @@ class RecordedCnc:
         count = _differing(*self._compared)
         return list(self._found[0:count]) if count else []
 
-    def in_c(self, batch: Batch, first: int, known: Difference) -> Any:
-        """``hs_replay`` for the scans of a batch from this one on; ``known``:
-        what may differ.  The caller keeps ``known``.
-        """
+    def rows(self, batch: Batch) -> Any:
+        """``hs_replay`` for the scans of a batch; see ``seek`` and ``know``."""
         memory, recorded, masks, runs, run_count, found = self._compared
         side = self.areas.sidecar.cnc
         return ffi.new(
@@ -148,12 +158,6 @@ class RecordedCnc:
                 "at": batch.at,
                 "values": batch.values,
                 "count": len(batch.cycles),
-                "next": first,
-                "known": known.words,
-                "old": known.old,
-                "new_": known.new,
-                "known_count": len(known.words),
-                "row": int(batch.ends[2 * first - 1]) if first else 0,
             },
         )
 

@@ -4,7 +4,7 @@ as C takes them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -23,8 +23,8 @@ Words = tuple[Any, Any, int]
 
 
 class Scan(NamedTuple):
-    """One scan of the recorded PLC: what the CNC changed ahead of it, what the
-    PLC changed in it, the watched symbols at its end.
+    """One scan of the recorded PLC: what the CNC changed ahead of it, and what
+    the PLC changed in it.
     """
 
     number: int
@@ -33,19 +33,19 @@ class Scan(NamedTuple):
     cell_ns: int
     came: Words
     wrote: Words
-    watched: Sequence[float]
 
 
 @dataclass
 class Batch:
     """Consecutive scans: arrays (n,), ``ends`` (2 n,) of the words that came and
     that were written; ``at`` and ``values`` are C pointers to all words.
+    ``watched``: symbols at the scans' ends (n, symbols).
     """
 
     numbers: Values
     cycles: Values
     times: npt.NDArray[np.float64]
-    watched: list[list[float]]
+    watched: npt.NDArray[np.float64]
     ends: npt.NDArray[np.uint32]
     words: npt.NDArray[np.uint32]
     contents: Values
@@ -69,7 +69,6 @@ class Batch:
             int(self.cell_ns[i]),
             self._words(first, middle),
             self._words(middle, last),
-            [column[i] for column in self.watched],
         )
 
     def _words(self, first: int, end: int) -> Words:
@@ -104,13 +103,21 @@ def batches_of(recording: Recording) -> Iterator[Batch]:
             numbers[:count],
             cycles[:count],
             times[:count],
-            [column[:count].tolist() for column in watched],
+            _table(watched, count),
             ends.astype(np.uint32),
             np.ascontiguousarray(words[order], np.uint32),
             np.ascontiguousarray(contents[order], np.uint64),
         )
         if count < len(numbers):
             return
+
+
+def _table(columns: list[Rows], count: int) -> npt.NDArray[np.float64]:
+    """The first rows of columns, side by side."""
+    found = np.empty((count, len(columns)))
+    for i, column in enumerate(columns):
+        found[:, i] = column[:count]
+    return found
 
 
 def _times(recording: Recording) -> Iterator[list[Rows]]:

@@ -7,7 +7,7 @@ The CNC cannot react to it any more, so the first difference counts most.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,8 +28,10 @@ from plc_client.sources import load_tasks
 
 from .reading import Recording
 from .recorded_answers import Answers
-from .recorded_cnc import Difference, RecordedCnc, no_scans
+from .recorded_cnc import Difference, RecordedCnc, know, no_scans, seek
 from .recorded_scans import Batch, Scan, batches_of, symbols_of
+
+NEVER_STILL = "the recorded memory never stands still"
 
 
 @dataclass
@@ -162,33 +164,39 @@ class _Run:
 
     def _batch(self, scanner: Scanner, batch: Batch, at: int) -> None:
         """The scans of a batch from this one on."""
+        row = self._cnc.rows(batch)
         while at < len(batch):
-            if self._in_c(scanner):
-                at = self._batch_in_c(scanner, batch, at)
-            else:
-                scan = batch.scan(at)
-                self._begin(scan)
-                self._scan(scanner, scan)
-                self._end(scan)
-                self._compare_symbols(scan)
+            if self._answers.concern(self._differing):
+                self._one(scanner, batch, at)
                 at += 1
+                continue
+            seek(row, batch, at)
+            know(row, self._known)
+            if self._in_c(scanner):
+                self._scans_in_c(scanner, batch, row)
+            else:
+                self._scans_in_python(scanner, batch, row)
+            at = int(row.next)
         self._out.scans += len(batch)
         self._out.time_s = float(batch.times[-1]) - self._begun_s
 
+    def _one(self, scanner: Scanner, batch: Batch, at: int) -> None:
+        """A scan ahead of which the CNC has to answer."""
+        scan = batch.scan(at)
+        self._begin(scan)
+        if self._when_due(scanner)(scan.cycle):
+            scanner.scan()
+        self._end(scan)
+        self._compare_symbols(batch, at, [self._watched()])
+
     def _in_c(self, scanner: Scanner) -> bool:
         """Whether nothing of the next scan needs Python."""
-        return (
-            scanner.compiled
-            and self._cnc.lockstep
-            and not self._symbols
-            and not self._answers.concern(self._differing)
-        )
+        return scanner.compiled and self._cnc.lockstep and not self._symbols
 
-    def _batch_in_c(self, scanner: Scanner, batch: Batch, at: int) -> int:
+    def _scans_in_c(self, scanner: Scanner, batch: Batch, row: Any) -> None:
         """Scans in C up to the batch's end or the first that leaves something
-        otherwise than the one before; number of the next one.
+        otherwise than the one before.
         """
-        row = self._cnc.in_c(batch, at, self._known)
 
         def loop(scans: Any) -> int:
             row.scans = scans
@@ -197,12 +205,42 @@ class _Run:
 
         result = scanner.scan_by(loop)
         if result == lib.HS_TIMEOUT:
-            raise HliTimeout("the recorded memory never stands still")
-        self._count(row.same)
-        self._differing = list(row.found[0 : row.differing])
+            raise HliTimeout(NEVER_STILL)
+        self._found(row)
         if result == lib.HS_ASIDE:
             self._note(batch.scan(row.next - 1))
-        return int(row.next)
+
+    def _scans_in_python(
+        self, scanner: Scanner, batch: Batch, row: Any
+    ) -> None:
+        """The same with tasks in Python: C does what is between them."""
+        first, cycles = row.next, batch.cycles.tolist()
+        begin, end, image = lib.hs_replay_begin, lib.hs_replay_end, scanner.now
+        is_due, scan = self._when_due(scanner), scanner.scan_latched
+        watched, values = bool(self._symbols), []
+        result = lib.HS_OK
+        for cycle in cycles[first:]:
+            if begin(row, image) != lib.HS_OK:
+                raise HliTimeout(NEVER_STILL)
+            if is_due(cycle):
+                scan()
+            result = end(row)
+            if watched:
+                values.append(self._watched())
+            if result != lib.HS_OK:
+                break
+        self._found(row)
+        aside = result == lib.HS_ASIDE
+        self._compare_symbols(batch, first, values[:-1] if aside else values)
+        if aside:
+            self._note(batch.scan(row.next - 1))
+            self._compare_symbols(batch, row.next - 1, values[-1:])
+
+    def _found(self, row: Any) -> None:
+        """What scans have left that began and ended in C."""
+        self._count(row.same)
+        row.same = 0
+        self._differing = list(row.found[0 : row.differing])
 
     def _begin(self, scan: Scan) -> None:
         differing = self._differing
@@ -212,16 +250,21 @@ class _Run:
         if differing:
             self._answers.after()
 
-    def _scan(self, scanner: Scanner, scan: Scan) -> None:
-        """The tasks that are due; where the recorded PLC ran by the wall clock,
-        those that are due soon.
+    def _when_due(self, scanner: Scanner) -> Callable[[int], bool]:
+        """Whether tasks are due in a cycle; where the recorded PLC ran by the
+        wall clock, those that are due soon count.
         """
-        if not self._cnc.lockstep:
+        if self._cnc.lockstep:
+            due = scanner.next_due
+            return lambda cycle: due() <= cycle
+
+        def soon(cycle: int) -> bool:
             for program in scanner.programs:
-                if program.due <= scan.cycle + program.interval_ticks // 2:
-                    program.due = min(program.due, scan.cycle)
-        if scanner.next_due() <= scan.cycle:
-            scanner.scan()
+                if program.due <= cycle + program.interval_ticks // 2:
+                    program.due = min(program.due, cycle)
+            return scanner.next_due() <= cycle
+
+        return soon
 
     def _end(self, scan: Scan) -> None:
         self._differing = self._cnc.end(scan)
@@ -278,13 +321,30 @@ class _Run:
             else:
                 self._symbols.append((i, path, symbol))
 
-    def _compare_symbols(self, scan: Scan) -> None:
-        for i, path, symbol in self._symbols:
-            old, new = scan.watched[i], number_of(symbol.value)
-            if not _same(old, new):
-                self._tell_first(scan, path, old, new)
-                counts = self._out.counts
-                counts[path] = counts.get(path, 0) + 1
+    def _watched(self) -> list[float]:
+        """The watched symbols now."""
+        return [number_of(symbol.value) for _, _, symbol in self._symbols]
+
+    def _compare_symbols(
+        self, batch: Batch, first: int, values: list[list[float]]
+    ) -> None:
+        """The symbols at the ends of scans from this one on."""
+        if not self._symbols or not values:
+            return
+        columns = [i for i, _, _ in self._symbols]
+        old = batch.watched[first : first + len(values), columns]
+        new = np.array(values)
+        differ = (old != new) & ~(np.isnan(old) & np.isnan(new))
+        for row, k in np.argwhere(differ)[:1]:
+            scan, path = batch.scan(first + int(row)), self._symbols[k][1]
+            a, b = float(old[row, k]), float(new[row, k])
+            self._tell_first(scan, path, a, b)
+        counts = self._out.counts
+        for (_, path, _), n in zip(
+            self._symbols, differ.sum(axis=0).tolist(), strict=True
+        ):
+            if n:
+                counts[path] = counts.get(path, 0) + n
 
     def _at(self, word: int) -> list[Member]:
         """The members that a PLC writes in these 8 bytes."""

@@ -47,7 +47,7 @@ def class_of(structure: Any) -> str:
         if not name.startswith("fill_"):
             lines.append(f"    {name}: {type_of(ctype)}")
             lines += indented(docstring(meaning(*said[name])))
-    for alias, target in view._aliases(structure):
+    for alias, target in view.aliases_of(structure):
         lines.append(f"    {alias}: {type_of(fields[target])}")
         lines += indented(docstring(f"Alias of ``{target}``."))
     lines += indented(EXTRA.get(structure.__name__, ()))

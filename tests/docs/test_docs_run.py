@@ -23,12 +23,12 @@ import pytest
 
 from plc_client import blocks
 from plc_client.blocks import FunctionBlock, ProcessState
-from support.warm_commands import Server
+from support.warm_commands import SCRIPT, Server
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUNS = ("python", "bash", "sh")
-KNOWN = (*RUNS, "text", "toml", "mermaid", "nc", "c", "json", "")
+KNOWN = (*RUNS, "text", "toml", "mermaid", "nc", "c", "js", "json", "")
 FENCE = re.compile(
     r"^```(\{?\w*\}?)([^\n]*)\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE
 )
@@ -60,7 +60,7 @@ def blocks_of(page: Path) -> Iterator[Block]:
         yield Block(line, match[1], options, match[3], skip[1] if skip else "")
 
 
-def run(block: Block, folder: Path, programs: Path) -> None:
+def run(block: Block, folder: Path, programs: Path, warm: Server) -> None:
     """Execute one block; fails with its output."""
     python = Path(sys.executable).parent
     environment = os.environ | {
@@ -73,7 +73,7 @@ def run(block: Block, folder: Path, programs: Path) -> None:
     if block.language == "python":
         script = folder / f"block_{block.line}.py"
         script.write_text(block.text)
-        command = [sys.executable, str(script)]
+        command = warm.command(SCRIPT, script)
     else:
         command = [
             "bash",
@@ -115,7 +115,7 @@ def test_every_block_of_the_page_works(
 ) -> None:
     """In the page's order, in one folder that holds a small part.nc and the project's examples."""
     programs = tmp_path_factory.mktemp("programs")
-    warm_commands.program(programs)
+    warm_commands.programs(programs)
     (tmp_path / "part.nc").write_text(PART)
     shutil.copytree(
         ROOT / "examples",
@@ -128,7 +128,7 @@ def test_every_block_of_the_page_works(
         if "file" in block.options:
             (tmp_path / block.options["file"]).write_text(block.text)
         elif block.language in RUNS:
-            run(block, tmp_path, programs)
+            run(block, tmp_path, programs, warm_commands)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))

@@ -91,7 +91,7 @@ def test_explain_tells_what_a_number_means() -> None:
     said = run(app, ["explain", "907001", "P-ERR-270053", "20131:"])
     assert said.exit_code == 0
     lines = said.output.splitlines()
-    assert lines[0].startswith("907001: too many blocks without a motion")
+    assert lines[0].startswith("907001: the program does not end")
     assert lines[1].startswith("  why: ")
     assert sum(line.startswith("  what helps: ") for line in lines) == 3
     listed = run(app, ["explain"]).output.splitlines()

@@ -28,7 +28,10 @@ STAMPS = {
     # when a recording was made
     "cnc_core/recording/account.py",
     # when something happened, on the page of the monitor
-    "cnc_core/monitor/events.py",
+    "cnc_core/observing/events.py",
+    # stamps of the values that servers tell
+    "cnc_core/bridges/ads/notifications.py",
+    "cnc_core/bridges/opcua/entries.py",
 }
 JUMPING = r"""
 #define _GNU_SOURCE

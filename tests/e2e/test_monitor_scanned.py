@@ -6,6 +6,7 @@ import json
 import random
 import socket
 import subprocess
+from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 import hli
+from cnc_core.monitor.app import PAGES_MAX
+from cnc_core.monitor.pages import WRONG_TOKEN
 from cnc_core.monitor.server import CONNECTIONS, FRAME_BYTES
 from support.command_line import command
 from support.fake_cnc import unique_name
@@ -141,24 +144,54 @@ def test_a_foreign_origin_gets_no_stream(server: Server) -> None:
 
 @pytest.mark.parametrize("count", few([300, 10_000], 1))
 def test_many_connections_at_once(server: Server, count: int) -> None:
-    """So many are open as are allowed; the others are closed; then it goes on."""
-    left = count
-    while left > 0:
-        with ExitStack() as stack:
-            sockets = [
-                stack.enter_context(
-                    socket.create_connection(("127.0.0.1", server.port))
-                )
-                for _ in range(min(left, 300))
-            ]
-            closed = 0
-            for each in sockets[CONNECTIONS + 10 :]:
-                each.settimeout(WAIT_S)
-                with suppress(ConnectionResetError):
-                    assert each.recv(1) == b""
-                closed += 1
-            assert closed >= len(sockets) - CONNECTIONS - 10
-        left -= 300
+    """Silent ones: no more are open than are allowed, and whoever asks is
+    answered beside them.
+    """
+    held: deque[socket.socket] = deque()
+    with ExitStack() as stack:
+        for k in range(count):
+            held.append(silent(server, stack))
+            if len(held) > 2 * CONNECTIONS:
+                held.popleft().close()
+            if k % 100 == 99:
+                server.lives()
+        assert sum(not is_closed(each) for each in held) <= CONNECTIONS
+    server.lives()
+
+
+def silent(server: Server, stack: ExitStack) -> socket.socket:
+    """A connection that says nothing."""
+    address = "127.0.0.1", server.port
+    return stack.enter_context(socket.create_connection(address, WAIT_S))
+
+
+def is_closed(each: socket.socket) -> bool:
+    """Whether the server has ended a connection."""
+    each.setblocking(False)
+    try:
+        return each.recv(1) == b""
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+
+
+def test_silent_streams_keep_no_page_out(server: Server) -> None:
+    """More streams wait for a token than pages may be open: a page with the
+    token gets its frames, and those that waited for longest are left.
+    """
+    address = f"ws://127.0.0.1:{server.port}/api/live?cell={server.name}"
+    with ExitStack() as stack:
+        waiting = [
+            stack.enter_context(connect(address, proxy=None))
+            for _ in range(PAGES_MAX + 1)
+        ]
+        live = stack.enter_context(connect(address, proxy=None))
+        live.send(json.dumps({"token": server.token}))
+        assert "hello" in json.loads(live.recv(WAIT_S))
+        with pytest.raises(ConnectionClosed):
+            waiting[0].recv(WAIT_S)
+        assert waiting[0].close_code == WRONG_TOKEN
     server.lives()
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cnc_core import Cell, Recording
-from cnc_core.recording.recorded_answers import RecordedContour
+from cnc_core.recording.recorded_answers import Answers, RecordedContour
 from cnc_core.recording.replay import Replay, _Run, programs_of, replay
 from cnc_core.recording.targets import write_target
 from hli import layout
@@ -263,3 +263,19 @@ def test_scans_in_c_find_what_scans_in_python_find(
         del found["realtime_factor"]
     assert in_c == in_python
     assert in_c["scans"] > sum(in_c["counts"].values()) > 100
+
+
+def test_scans_begun_in_c_find_what_single_scans_find(
+    recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A Python PLC that differs now and then, with a watched symbol: the same
+    first difference and counts where each scan is begun and ended by Python.
+    """
+    plc = changed(tmp_path, "60.0 if", "61.0 if")
+    together = again(recorded, plc).as_json()
+    monkeypatch.setattr(Answers, "concern", lambda *_: True)
+    alone = again(recorded, plc).as_json()
+    for found in (together, alone):
+        del found["realtime_factor"]
+    assert together == alone
+    assert together["scans"] > sum(together["counts"].values()) > 100

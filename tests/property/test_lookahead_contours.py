@@ -251,3 +251,30 @@ def test_a_tolerance_changes_nothing_that_is_told(
     with Machine(tmp_path, program.plain, dialect) as cnc:
         assert differences(cnc.ahead(), plain[0]) == []
         assert differences(cnc.log(), plain[1]) == []
+
+
+TILTED = """N10 G17 G90
+N20 #CS ON [0, 0, 0, -14, 47, -27]
+N30 #HSC ON [BSPLINE PATH_DEV = 0.05]
+N40 G1 X10 F3000
+N50 G3 X20 Y10 J10
+N60 G1 Y25
+N70 G3 X10 Y35 I-10
+N80 #HSC OFF
+N90 #CS OFF
+N100 G1 X0
+M30
+"""
+
+
+def test_smoothing_in_a_tilted_frame_turns_no_element(tmp_path: Path) -> None:
+    """A circle of a tilted plane is driven in pieces; what follows it is told
+    from its programmed end.  All of N40 to N70 are tangential.
+    """
+    plain = TILTED.replace("#HSC", "; #HSC")
+    with Machine(tmp_path, plain, "isg") as cnc:
+        expected = cnc.ahead()
+    with Machine(tmp_path, TILTED, "isg") as cnc:
+        told = cnc.ahead()
+    assert [e["tangent_variation"] for e in told[:4]] == pytest.approx([0] * 4)
+    assert differences(told, expected) == []

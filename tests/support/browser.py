@@ -48,9 +48,10 @@ class Tab:
             self._note(message)
 
     def _note(self, message: dict[str, Any]) -> None:
-        if message["method"] == "Runtime.exceptionThrown":
+        method = message.get("method")  # none: an answer that came too late
+        if method == "Runtime.exceptionThrown":
             self.said.append(json.dumps(message["params"])[:600])
-        if message["method"] == "Log.entryAdded":
+        if method == "Log.entryAdded":
             entry = message["params"]["entry"]
             if entry["level"] == "error":
                 self.said.append(f"{entry['text']} {entry.get('url', '')}")
@@ -138,8 +139,17 @@ class Browser:
         self._port = int(told.read_text().split()[0])
         self._tabs: list[Tab] = []
 
+    @property
+    def pid(self) -> int:
+        """Its first process."""
+        return self._process.pid
+
     def tab(self) -> Tab:
-        """The first tab."""
+        """The one tab, empty."""
+        if self._tabs:
+            self._tabs[0].go("about:blank")
+            self._tabs[0].said.clear()
+            return self._tabs[0]
         address = f"http://127.0.0.1:{self._port}/json/list"
         with urlopen(address, timeout=ANSWER_S) as answer:
             pages = json.load(answer)

@@ -3,7 +3,8 @@
 Reading the packages takes most of a short command.  A server, one for each
 pytest process, has read them.  For every command it makes a copy of itself
 (fork), which becomes ``hli-cosim``; that one makes copies for the CNC and the
-PLC of a run.  Each command has processes of its own, as a user's has.
+PLC of a run.  Each command has processes of its own, as a user's has.  A copy
+can become a script of a user, too.
 
 ``-m support.warm_commands SOCKET`` is the server; ``warm_client.py`` is its
 client as a program of its own.
@@ -18,12 +19,14 @@ import importlib
 import json
 import os
 import pkgutil
+import runpy
 import select
 import shlex
 import signal
 import socket
 import subprocess
 import sys
+import weakref
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -36,6 +39,8 @@ NOT_READ = (
     "plc_client.st.pytest_items",
 )
 MAINS = ("cnc_core.process", "plc_client")
+# in front of a script, of a module
+SCRIPT, MODULE = "--script", "--module"
 
 
 class Copy:
@@ -75,7 +80,9 @@ class Copy:
 
 
 class Copying:
-    """In place of ``cnc_core.cell.worker.Worker``: copies of this process."""
+    """In place of ``cnc_core.cell.worker.Worker``, and of starting processes
+    anew: copies of this process.
+    """
 
     usable = True
 
@@ -115,6 +122,8 @@ def _copy(become: Callable[[], int | None], streams: Sequence[int]) -> Copy:
     if pid:
         return Copy(pid)
     status: Any = 1
+    # temporary folders of the process that was copied are not ours to remove
+    weakref.finalize._registry.clear()
     try:
         for target, stream in enumerate(streams):
             os.dup2(stream, target)
@@ -148,6 +157,34 @@ def _read_everything() -> None:
                 importlib.import_module(found.name)
 
 
+def _become(request: dict[str, Any], mains: dict[str, Any]) -> None:
+    """What the client asks for, in its folder and environment."""
+    os.chdir(request["folder"])
+    os.environ.clear()
+    os.environ.update(request["environment"])
+    copying = Copying(mains)
+    importlib.import_module("cnc_core.cell.worker")._state["worker"] = copying
+    importlib.import_module("cnc_core.cell.child")._started = copying.start
+    first, *others = request["arguments"] or [""]
+    if first in (SCRIPT, MODULE):
+        _run_python(first, *others)
+    else:
+        sys.argv = ["hli-cosim", *request["arguments"]]
+        importlib.import_module("cnc_core.cli").main()
+
+
+def _run_python(kind: str, name: str, *arguments: str) -> None:
+    """As ``python name`` or ``python -m name``."""
+    searched = os.environ.get("PYTHONPATH", "")
+    here = str(Path(name).parent) if kind == SCRIPT else os.getcwd()
+    sys.argv = [name, *arguments]
+    sys.path[:1] = [here, *filter(None, [searched])]
+    if kind == SCRIPT:
+        runpy.run_path(name, run_name="__main__")
+    else:
+        runpy.run_module(name, run_name="__main__", alter_sys=True)
+
+
 def of_clients(
     asked: dict[int, tuple[socket.socket, Copy]],
 ) -> list[socket.socket]:
@@ -160,8 +197,6 @@ def serve(path: str) -> None:
     mains = {
         name: importlib.import_module(f"{name}.__main__").main for name in MAINS
     }
-    cli = importlib.import_module("cnc_core.cli")
-    worker = importlib.import_module("cnc_core.cell.worker")
     sync = importlib.import_module("hli._sync").lib
     server = os.getpid()
     listener = socket.socket(socket.AF_UNIX)
@@ -189,12 +224,7 @@ def serve(path: str) -> None:
                     sync.hs_die_with_parent(signal.SIGTERM, server)
                     for ours in kept:
                         ours.close()
-                    os.chdir(request["folder"])
-                    os.environ.clear()
-                    os.environ.update(request["environment"])
-                    sys.argv = ["hli-cosim", *request["arguments"]]
-                    worker._state.update(runs=1, worker=Copying(mains))
-                    cli.main()
+                    _become(request, mains)
 
                 copy = _copy(become, streams)
                 for stream in streams:
@@ -240,11 +270,15 @@ class Server:
             *map(str, arguments),
         ]
 
-    def program(self, folder: Path) -> None:
-        """Write ``hli-cosim`` into a folder, for a search path."""
-        file = folder / "hli-cosim"
-        file.write_text(f'#!/bin/sh\nexec {shlex.join(self.command())} "$@"\n')
-        file.chmod(0o700)
+    def programs(self, folder: Path) -> None:
+        """Write ``hli-cosim``, ``pytest`` and ``python`` into a folder, for a
+        search path; ``python`` takes scripts alone.
+        """
+        firsts = {"hli-cosim": [], "pytest": [MODULE, "pytest"]}
+        for name, first in (firsts | {"python": [SCRIPT]}).items():
+            line = shlex.join(self.command(*first))
+            (folder / name).write_text(f'#!/bin/sh\nexec {line} "$@"\n')
+            (folder / name).chmod(0o700)
 
 
 if __name__ == "__main__":

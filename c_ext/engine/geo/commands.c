@@ -186,6 +186,46 @@ static void take_insert_command(struct engine *engine,
     store_u8_release(&unit->command_semaphor_rw, 0);
 }
 
+/* A unit with usage check that is not supported: its command is taken and
+ * counted as bad, so that a PLC does not wait for ever. */
+static void refuse_command(struct orders *orders,
+                           const uint8_t *enable,
+                           uint8_t *semaphor) {
+    if (flag(semaphor) && flag(enable)) {
+        orders->bad++;
+        store_u8_release(semaphor, 0);
+    }
+}
+
+/* There is no manual mode. */
+static void refuse_manual(struct engine *engine, bool present) {
+    HLI_HB_MC_CONTROL *units = &engine->hli.channel->hb_mc_control;
+    struct orders *orders = &engine->orders;
+    if (!present) {
+        return;
+    }
+    refuse_command(orders,
+                   &units->activation.enable_w,
+                   &units->activation.command_semaphor_rw);
+    refuse_command(orders,
+                   &units->tip_parameter.enable_w,
+                   &units->tip_parameter.command_semaphor_rw);
+    refuse_command(orders,
+                   &units->jog_parameter.enable_w,
+                   &units->jog_parameter.command_semaphor_rw);
+    refuse_command(orders,
+                   &units->hr_parameter.enable_w,
+                   &units->hr_parameter.command_semaphor_rw);
+    refuse_command(orders,
+                   &units->rapid_key.enable_w,
+                   &units->rapid_key.command_semaphor_rw);
+    for (int i = 0; i <= HLI_KEY_MAXIDX; i++) {
+        refuse_command(orders,
+                       &units->key[i].enable_w,
+                       &units->key[i].command_semaphor_rw);
+    }
+}
+
 void take_rt_loop(struct engine *engine) {
     bool enabled = engine->orders.rt_loop_program;
     if (engine->hli.segment) {
@@ -195,6 +235,22 @@ void take_rt_loop(struct engine *engine) {
                              enabled);
     }
     ATOMIC_SET(engine->orders.rt_loop, enabled);
+}
+
+static int32_t passes_over(const struct geo *geo) {
+    return geo->loop_count > 0 ? geo->loop_count : 0;
+}
+
+static int32_t whole(double value) {
+    return (int32_t)fmin(fmax(round(value), INT32_MIN), INT32_MAX);
+}
+
+int32_t loop_count_told(const struct geo *geo) {
+    return whole((double)passes_over(geo) + geo->loop_written);
+}
+
+void loop_count_set(struct geo *geo, double count) {
+    geo->loop_written = whole(whole(count) - (double)passes_over(geo));
 }
 
 void program_enables_loops(struct engine *engine, bool enabled) {
@@ -254,6 +310,7 @@ void take_commands(struct engine *engine) {
     }
     take_shortcut(engine, bahn_mc_control, present);
     take_insert_command(engine, bahn_mc_control, present);
+    refuse_manual(engine, present);
     take_rt_loop(engine);
     ATOMIC_SET(engine->orders.single,
                level_bool(&bahn_mc_control->single_block, present, false));

@@ -134,6 +134,7 @@ typedef struct engine_config {
 #define ENGINE_RT_ONCE 11
 #define ENGINE_RT_EDGE 12
 #define ENGINE_RT_ALWAYS 13
+#define ENGINE_RT_SET_COUNT 14
 /* `kind` of ENGINE_RT_UNARY */
 #define ENGINE_RT_MINUS 0
 #define ENGINE_RT_ABS 1
@@ -199,6 +200,7 @@ typedef struct engine_state {
     uint64_t requests_mode1, requests_mode2, requests_bad, bad_commands;
     double plan_cpu_s;    /* CPU time of the planner */
     double motion_time_s; /* committed motion, dwells included */
+    double consumed_s;    /* of it driven */
     uint64_t phases;
     int32_t fault;
     uint32_t log_dropped;       /* entries lost to contour_lookahead_log_max */

@@ -87,6 +87,9 @@ class Level:
     ``nest``: open control statements, innermost last.
     ``user``: data of the dialect.
     ``repeats``: its blocks may come again.
+    ``furthest``: the end of the last block that its run has reached.
+    ``again``: the block that is executed was executed before, in this run of
+    the level or in one of its callers.  ``called_again``: in one of its callers.
     """
 
     file: ProgramFile
@@ -95,7 +98,15 @@ class Level:
     back: Mark = START
     nest: list[Any] = field(default_factory=list)
     repeats: bool = False
+    furthest: int = 0
+    again: bool = False
+    called_again: bool = False
     user: Any = None
+
+    def reach(self, begin: int, end: int) -> None:
+        """The block from ``begin`` to ``end`` is executed."""
+        self.again = self.called_again or begin < self.furthest
+        self.furthest = max(self.furthest, end)
 
 
 class Flow:
@@ -211,6 +222,7 @@ class Flow:
     def _enter(self, level: Level, here: Mark) -> Mark:
         level.back = here
         level.repeats = True
+        level.called_again = self.level.again
         self.levels.append(level)
         self.level = level
         self.source.seek(level.start.position)

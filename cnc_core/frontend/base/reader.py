@@ -107,6 +107,10 @@ class BlockReader(ABC):
         # blocks, waits included, since the last row; without waits; in all
         self._idle = self._computed = self._repeated = 0
         self._breath = 0
+        self._moved_again = 0
+        self._moved_again_max = (
+            0 if port.answers or collect else modal.machine.repeated_blocks_max
+        )
         self.block_now: BlockText | None = None  # being prepared or executed
         # of the block that is being executed, behind its first one
         self._lines_left = 0
@@ -252,12 +256,13 @@ class BlockReader(ABC):
             if self._ended:
                 self.flow.close()
             return 0
-        stop, rows = scanner.OTHER, 0
+        stop, rows, begin = scanner.OTHER, 0, file.source.position
         if self._scan and self._plain():
             rows, stop = self.modal.scan(file.source, out)
         if rows:
             self._idle = self._computed = 0
-            self._count_repeated(rows * self.flow.level.repeats)
+            self._count_repeated(rows, begin, file.source.position)
+            self._count_moved_again(rows)
         if stop in (scanner.OTHER, scanner.ERROR):
             self._block(file)
         elif stop == scanner.MORE and file.source.exhausted:
@@ -281,7 +286,7 @@ class BlockReader(ABC):
         except CncError as error:
             self.modal.count_lines(block.lines_read)
             self._error(error, block)
-            self._count_repeated(self.flow.level.repeats)
+            self._count_repeated(1, position, file.source.position)
             return
         prepared.begin, prepared.end = position, file.source.position
         if self.flow.level.repeats:
@@ -298,6 +303,7 @@ class BlockReader(ABC):
             return
         refused, self._drained = prepared.drain and not self._drained, False
         self._breathe()
+        self._count_repeated(1, prepared.begin, prepared.end)
         block, modal = prepared.text, self.modal
         self.flow.source.seek(prepared.end)
         modal.count_lines(1)
@@ -307,6 +313,7 @@ class BlockReader(ABC):
             items = self._refuse_drain() if refused else prepared.run()
             if items:
                 self._queue.extend(items)
+                self._count_moved_again(1)
         except CncError as error:
             self.flow.forget()
             self._error(error, block)
@@ -330,23 +337,44 @@ class BlockReader(ABC):
         repeats = self.flow.level.repeats
         self._idle += repeats
         self._computed += repeats
-        self._count_repeated(repeats)
         checked = self._collect and self._computed > IDLE_CHECKED
         if checked or self._idle > self.idle_blocks_max:
             most = IDLE_CHECKED if checked else self.idle_blocks_max
             error = CncError(
-                907001, f"{ERRORS[907001]} ({most} blocks)", self._here()
+                907001,
+                f"{ERRORS[907001]}: {most} blocks without a motion",
+                self._here(),
             )
             self._keep(_key_of(error), error)
             if not self._collect:
                 self._queue.append(error)
             self._ended = True
 
-    def _count_repeated(self, count: int) -> None:
-        """A check ends where blocks have come again too often."""
-        self._repeated += count
-        if not self._collect or self._ended:
+    def _count_repeated(self, blocks: int, begin: int, end: int) -> None:
+        """Blocks from ``begin`` to ``end`` of the file are executed."""
+        level = self.flow.level
+        level.reach(begin, end)
+        if level.again and self._collect and not self._ended:
+            self._repeated += blocks
+            self._end_check()
+
+    def _count_moved_again(self, blocks: int) -> None:
+        """Blocks with rows: no machine follows those that come again for ever."""
+        if not self.flow.level.again or not self._moved_again_max:
             return
+        self._moved_again += blocks
+        if self._moved_again > self._moved_again_max:
+            text = (
+                f"{ERRORS[907001]}: {self._moved_again_max} blocks moved again"
+                " ([channel] repeated_blocks_max of the cell file)"
+            )
+            error = CncError(907001, text, self._here())
+            self._keep(_key_of(error), error)
+            self._queue.append(error)
+            self._ended = True
+
+    def _end_check(self) -> None:
+        """A check ends where blocks have come again too often."""
         if self.errors:
             ends = self._repeated > REPEATS_BEHIND_ERROR
         else:

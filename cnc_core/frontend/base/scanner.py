@@ -103,6 +103,7 @@ class Modal:
     def __init__(self, machine: ProgramMachine, rules: Rules = Rules()) -> None:
         if len(machine.axes) > NC_AXES:
             raise ValueError(f"{len(machine.axes)} axes, at most {NC_AXES}")
+        self.machine = machine
         self._result = ffi.new("nc_scan_result *")
         self._modal = m = ffi.new("nc_modal *")
         lib.nc_modal_init(m)

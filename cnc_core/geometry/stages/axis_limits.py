@@ -13,6 +13,7 @@ import numpy.typing as npt
 from cnc_core.blocks import (
     CIRCULAR,
     ELEMENT,
+    LINEAR,
     POLYNOMIAL,
     SOFT_LIMITS,
     BlockBatch,
@@ -114,6 +115,9 @@ class AxisLimits:
         """
         ends = rows["end"][:, : len(self.names)]
         starts = np.vstack([self.last, ends[:-1]])
+        if (rows["type"] == LINEAR).all():
+            self.last = ends[-1].copy()
+            return ends, ends
         low, high = ends.copy(), ends.copy()
         for plane in (17, 18, 19):
             arcs = np.flatnonzero(

@@ -22,6 +22,7 @@ from cnc_core.blocks import (
     ELEMENT,
     PIECE,
     POLYNOMIAL,
+    TANGENTS,
     BlockBatch,
     motion_planes,
 )
@@ -86,6 +87,8 @@ class Frames:
         # where pieces and elements stand, frame coordinates
         self._driven = start.copy()
         self._element = start.copy()
+        # an element of this frame names its tangents
+        self._naming = False
         self.deviation = 0.0
 
     def push(self, batch: BlockBatch) -> BlockBatch:
@@ -141,6 +144,7 @@ class Frames:
         the coordinates around it.
         """
         self._coordinates = Coordinates.of(row[0])
+        self._naming = False
         self._driven = row["end"][0][: self._axes].copy()
         self._element = self._driven.copy()
         self._inside.resync(self._driven)
@@ -177,9 +181,23 @@ class Frames:
         out[moving] = ends
         pool = self._turned_pool(out, rows, batch.pool)
         tilted = self._turn_circles(out)
-        if not len(tilted):
+        self._naming |= len(tilted) > 0
+        named = self._named(out, tilted)
+        if not len(tilted) and not len(named):
             return BlockBatch(out, pool)
-        return self._cut_circles(out, rows, starts, tilted, pool)
+        return self._cut_circles(out, rows, starts, (tilted, named), pool)
+
+    def _named(
+        self, out: npt.NDArray[Any], tilted: npt.NDArray[np.int64]
+    ) -> npt.NDArray[np.int64]:
+        """Elements that name their tangents: tilted circles, and what is
+        smoothed behind one.  Nobody else knows where such an element begins.
+        """
+        flags, kind = out["flags"], out["type"]
+        smoothed = (flags & ELEMENT != 0) & (out["degree"] != TANGENTS)
+        name = smoothed & (kind <= CIRCULAR) & self._naming
+        name[tilted] = flags[tilted] & PIECE == 0
+        return np.flatnonzero(name)
 
     def _starts(self, rows: npt.NDArray[Any]) -> FloatArray:
         """(n, axes) where each motion begins, in the frame; elements and pieces
@@ -198,6 +216,14 @@ class Frames:
         return starts
 
     def _follow(self, rows: npt.NDArray[Any]) -> None:
+        if not len(rows):
+            return
+        if not (rows["flags"] & (ELEMENT | PIECE)).any():
+            moving = (rows["type"] <= POLYNOMIAL).nonzero()[0]
+            if len(moving):
+                self._driven = rows["end"][moving[-1], : self._axes].copy()
+                self._element = self._driven
+            return
         for flag, name in ((ELEMENT, "_driven"), (PIECE, "_element")):
             which = np.flatnonzero(
                 (rows["type"] <= POLYNOMIAL) & (rows["flags"] & flag == 0)
@@ -285,31 +311,30 @@ class Frames:
         out: npt.NDArray[Any],
         rows: npt.NDArray[Any],
         starts: FloatArray,
-        tilted: npt.NDArray[np.int64],
+        which: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]],
         pool: FloatArray,
     ) -> BlockBatch:
-        """Elements and pieces in place of the circles ``tilted``."""
-        keep = np.setdiff1d(np.arange(len(rows)), tilted)
+        """Elements and pieces in place of the tilted circles, ``which[0]``;
+        tangents for the elements ``which[1]``.
+        """
+        tilted, named = which
+        keep = np.setdiff1d(np.arange(len(rows)), np.union1d(tilted, named))
         circles = rows[tilted]
-        paths = Paths(circles, starts[tilted], np.empty(0), self._main)
         carrier = _Turned(self._coordinates.frame, self._main)
         driven = np.flatnonzero(circles["flags"] & ELEMENT == 0)
-        seen = np.flatnonzero(circles["flags"] & PIECE == 0)
         pools = [pool]
         parts = [(keep, 0, out[keep])]
-        if len(seen):
+        if len(named):
             elements, tangents = element_rows(
-                out[tilted[seen]],
-                Paths(
-                    circles[seen], starts[tilted[seen]], np.empty(0), self._main
-                ),
+                out[named],
+                Paths(rows[named], starts[named], np.empty(0), self._main),
                 len(pool),
             )
             turned = (
                 tangents.reshape(-1, 3) @ self._coordinates.frame.rotation.T
             )
             pools.append(turned.ravel())
-            parts.append((tilted[seen], 0, elements))
+            parts.append((named, 0, elements))
         if len(driven):
             paths = Paths(
                 circles[driven], starts[tilted[driven]], np.empty(0), self._main

@@ -103,6 +103,25 @@ def slowing(turn: FloatArray, start: float, floor: float) -> FloatArray:
     return np.clip(start / np.maximum(turn, SMALL), floor, 1.0)
 
 
+class NoPathMode:
+    """In the place of ``PathMode`` where nobody asks for feeds and stops:
+    settings are consumed.
+    """
+
+    def push(self, batch: BlockBatch) -> BlockBatch:
+        kind = batch.rows["type"]
+        mine = (kind == PATH_MODE) | (kind == FILTER)
+        if not mine.any():
+            return batch
+        return BlockBatch(batch.rows[~mine], batch.pool)
+
+    def drain(self) -> BlockBatch:
+        return BlockBatch.empty()
+
+    def resync(self, position: FloatArray) -> None:
+        pass
+
+
 class PathMode:
     """Stage behind the filters.
 

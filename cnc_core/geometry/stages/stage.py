@@ -84,7 +84,7 @@ class Pipeline:
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         self._drained = False
-        return self._from(0, lambda: batch)
+        return self._from(0, batch, None)
 
     def drain(self) -> BlockBatch:
         """What the stages hold, each one's rest pushed through those behind it."""
@@ -92,8 +92,11 @@ class Pipeline:
             return BlockBatch.empty()
         parts = []
         for i, stage in enumerate(self.stages):
+            held, refusal = _tried(stage.drain)
+            if refusal is None and not len(held) and held.profile is None:
+                continue
             try:
-                parts.append(self._from(i + 1, stage.drain))
+                parts.append(self._from(i + 1, held, refusal))
             except RefusedRow as refused:
                 raise RefusedRow(
                     refused.error,
@@ -103,13 +106,14 @@ class Pipeline:
         self._drained = True
         return joined(parts)
 
-    def _from(self, first: int, source: Callable[[], BlockBatch]) -> BlockBatch:
-        """Rows through the stages from ``first`` on.
+    def _from(
+        self, first: int, batch: BlockBatch, refusal: RefusedRow | None
+    ) -> BlockBatch:
+        """Rows through the stages from ``first`` on, and why there are no more.
 
         Of several refused rows the one ahead of the others counts.  Stages see
         no empty batches.
         """
-        batch, refusal = _tried(source)
         for stage in self.stages[first:]:
             if not len(batch) and batch.profile is None:
                 break

@@ -1,6 +1,7 @@
 // The start of the page: token, cell or recording, and who gets each frame.
 
 import { byId, element, fixed, setText } from "./format.js";
+import { Dialog } from "./dialog.js";
 import { Latency } from "./latency.js";
 import { Live, get, post, setToken } from "./net.js";
 import { Panel } from "./panel.js";
@@ -52,6 +53,7 @@ class Machine {
     this.program = new ProgramView();
     this.scope = new Scope(unitOf, changed);
     this.panel = new Panel(act);
+    this.dialog = new Dialog(act);
     this.watch = new Watch(unitOf, act, changed);
     this.tree = new Tree((path) => this.watch.add(path), changed);
     this.latency = new Latency(() => post("raw", {}));
@@ -95,7 +97,8 @@ class Machine {
     this.scope.take(frame.scope, frame.samples || []);
     if (this.at - this.slow < WORDS_MS - 10) return;
     this.slow = this.at;
-    this.program.take(frame.motion);
+    this.dialog.take(frame.dialog);
+    this.program.take(frame.motion, frame.prepared);
     showSummary(frame, this.program.shown.now);
     this.panel.take(frame);
     this.watch.take(frame);

@@ -4,6 +4,7 @@ import { byId, fixed, setText, styleColor } from "./format.js";
 
 const TRAIL = 20000;
 const BINS = 12;
+const LOOKED_S = 0.3; // between two samples of a cell that runs
 // dark blue to yellow, of even steps for the colour-blind (viridis)
 const SCALE = ["#440154", "#482374", "#404387", "#345e8d", "#29788e", "#20908c", "#22a784", "#44be70",
   "#79d151", "#bdde26", "#e5e419", "#fde724"];
@@ -19,6 +20,7 @@ export class PathView {
     this.motion = null;
     this.elements = [];
     this.vMax = 1;
+    this.looked = LOOKED_S;
     this.center = [0, 0, 0];
     this.scale = 1;
     this.pan = [0, 0];
@@ -188,8 +190,7 @@ export class PathView {
     this.drawElements();
     this.drawTool();
     this.drawAxes(height);
-    setText(byId("path-legend"), `speed 0 to ${fixed(this.vMax, 0)} mm/s: dark to bright; blue: the contour that the`
-      + " PLC can see; orange: elements of its last request");
+    setText(byId("path-speed"), `0 to ${fixed(this.vMax, 0)} mm/s`);
   }
 
   /** The layers: whole for a new view, else what the trail has got since. */
@@ -224,9 +225,13 @@ export class PathView {
   drawTrail(context, samples) {
     const paths = Array.from({ length: BINS }, () => new Path2D());
     let before = null;
-    for (const [, x, y, z, v] of samples) {
+    let last = 0;
+    for (const [t, x, y, z, v] of samples) {
       const here = this.project(x, y, z);
-      if (before) {
+      // where nobody looked for long there is no trail: a line would lie
+      const seen = t - last < this.looked;
+      last = t;
+      if (before && seen) {
         const bin = Math.min(BINS - 1, Math.floor((Math.abs(v) / this.vMax) * BINS));
         paths[bin].moveTo(...before);
         paths[bin].lineTo(...here);

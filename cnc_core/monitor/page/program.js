@@ -17,6 +17,8 @@ export class ProgramView {
     setText(byId("program-problem"), problem);
     this.points = points;
     this.shown = { now: 0, seen: 0 };
+    this.reached = 0;
+    this.key = "";
     const isMarked = new Set(marked);
     const rows = lines.map((text, i) => {
       const row = element("li");
@@ -50,12 +52,22 @@ export class ProgramView {
     return last;
   }
 
-  take(motion) {
+  take(motion, prepared) {
     if (!motion || !this.points.length) return;
+    this.reach(prepared && prepared.line ? prepared.line : 0);
     const key = `${motion.count} ${motion.known}`;
     if (key === this.key) return;
     this.key = key;
     this.mark(this.lineOf(motion), this.lineAt(motion.known, motion.epoch));
+  }
+
+  /** The line that the preparation has read last. */
+  reach(line) {
+    if (line === this.reached) return;
+    const rows = this.list.children;
+    rows[(this.reached || 0) - 1]?.classList.remove("reached");
+    rows[line - 1]?.classList.add("reached");
+    this.reached = line;
   }
 
   /** Mark the line that is driven and the last one that the PLC sees. */

@@ -19,6 +19,7 @@ export class Player {
     this.found = found;
     this.views = views;
     this.columns = found.columns;
+    views.path.looked = Infinity; // its samples are as far apart as they are
     this.at = 0;
     this.playing = null;
     byId("player").hidden = false;

@@ -165,11 +165,11 @@ export class Scope {
     this.dirty = false;
     const newest = this.t.length ? this.t[this.t.length - 1] : 0;
     const end = this.end === undefined ? newest : Math.max(this.end, this.t[0] + this.span());
-    const begin = end - this.span();
+    const begin = Math.max(0, end - this.span());
     let first = this.t.length;
     while (first > 0 && this.t[first - 1] >= begin) first -= 1;
     const t = this.t.slice(first);
-    this.range = [begin, Math.max(end, begin + 0.001)];
+    this.range = [begin, Math.max(end, begin + this.span())];
     this.plots.forEach((plot, i) => plot.setData([t, this.values[i].slice(first)]));
     if (!this.t.length) setText(byId("scope-readout"), "no values yet");
     else if (this.cursor === null) this.tell(this.newest());

@@ -37,6 +37,40 @@ function didSentence(motion, units) {
   return found.join(", ");
 }
 
+/** Line or N that the preparation has reached. */
+function reached(prepared) {
+  if (!prepared || !prepared.line) return "-";
+  const place = prepared.n ? `N${prepared.n}` : `line ${prepared.line}`;
+  return prepared.read ? "the end" : place;
+}
+
+const most = { window: 1, motion: 1 };
+
+function fill(name, value, high, text) {
+  const meter = byId(`fill-${name}`);
+  meter.max = high;
+  meter.value = value;
+  setText(byId(`fill-${name}-text`), text);
+}
+
+/** How full the buffers are; what has no bound is shown beside its most. */
+function showBuffers({ motion, prepared }) {
+  most.window = Math.max(most.window, motion.window);
+  fill("window", motion.window, most.window, `${fixed(motion.window, 1)} mm`);
+  if (!prepared || prepared.window === undefined) {
+    fill("elements", 0, 1, "-");
+    fill("motion", 0, 1, "-");
+    return;
+  }
+  const inside = Math.min(prepared.elements, prepared.window);
+  fill("elements", inside, prepared.window, `${inside} of ${prepared.window}`);
+  // what an abort has left out was planned, too
+  const stands = prepared.elements <= 1 && Math.abs(motion.v) < 0.001;
+  const planned = stands ? 0 : Math.max(0, prepared.planned_s);
+  most.motion = Math.max(most.motion, planned);
+  fill("motion", planned, most.motion, `${fixed(planned, 2)} s`);
+}
+
 /** Sentences and tables of one frame. */
 export function showSummary(frame, line) {
   const { motion } = frame;
@@ -44,6 +78,7 @@ export function showSummary(frame, line) {
   setText(byId("story-cnc"), cncSentence(motion, place));
   setText(byId("story-sees"), seesSentence(motion, frame.contour));
   setText(byId("story-did"), didSentence(motion, motion.units));
+  showBuffers(frame);
   fillRows(byId("number-rows"), [
     ["speed", `=${fixed(motion.v, 2)} mm/s`],
     ["programmed feed", `=${fixed(motion.feed, 2)} mm/s`],
@@ -55,6 +90,8 @@ export function showSummary(frame, line) {
     ["block", `=${place}`],
     ["tool", `=${motion.tool}`],
     ["mode", `=${motion.mode}, ${motion.state}`],
+    ["read up to", `=${reached(frame.prepared)}`],
+    ["prepared blocks", `=${(frame.prepared || {}).elements ?? "-"}`],
     ["waits for", `=${motion.stops.join(", ") || "nothing"}`],
   ]);
   fillRows(byId("axis-rows"), frame.axes.map((axis) => [

@@ -32,8 +32,8 @@ export function showFunctions(functions) {
 export function showTasks(plc, counters, age) {
   const tasks = Object.entries((plc && plc.tasks) || {});
   fillRows(byId("task-rows"), tasks.length
-    ? tasks.map(([name, one]) => [name, `=${one.scans}`, `=${fixed(one.mean_us, 1)}`, `=${fixed(one.max_us, 1)}`,
-      `=${fixed(one.jitter_us, 1)}`, `=${one.overruns}`])
+    ? tasks.map(([name, one]) => [name, `=${one.scans}`, `=${fixed(one.mean_us, 1)}`, `=${fixed(one.max_us, 0)}`,
+      `=${fixed(one.jitter_us, 0)}`, `=${one.overruns}`])
     : [["the PLC tells nothing", "", "", "", "", ""]]);
   if (!counters) return;
   fillRows(byId("counter-rows"), [

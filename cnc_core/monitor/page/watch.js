@@ -3,6 +3,7 @@
 import { byId, element, setText, shown } from "./format.js";
 
 const KEY = "hli-cosim-watch";
+const OLD_MS = 200; // what the PLC told earlier is told to be old
 
 export class Watch {
   constructor(unitOf, act, changed) {
@@ -80,7 +81,9 @@ export class Watch {
   take(frame) {
     for (const [path, node] of this.rows) {
       const problem = frame.problems[path];
-      setText(node, problem || shown(frame.values[path]));
+      const late = frame.asked_age_ms > OLD_MS && frame.asked.includes(path);
+      const age = late ? `, ${(frame.asked_age_ms / 1000).toFixed(1)} s old` : "";
+      setText(node, problem || shown(frame.values[path]) + age);
       node.classList.toggle("problem", Boolean(problem));
     }
     this.showForced(frame.plc && frame.plc.forced);

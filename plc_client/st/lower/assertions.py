@@ -45,17 +45,22 @@ def chosen(context: Context, base: RoutineRef, node: tree.Call) -> RoutineRef:
     return RoutineRef(found, base.instance, True)
 
 
+_TIMES = {"TIME_OF_DAY": "TOD", "DATE_AND_TIME": "DT"}
+
+
 def _kind(values: list[object]) -> str:
-    """LREAL, STRING, BOOL, or the widest whole type."""
+    """STRING, BOOL, a type of times and dates, or the widest of numbers."""
     bases = [value.base for value in values]  # type: ignore[attr-defined]
-    if any(isinstance(base, types.StringType) for base in bases):
-        return "STRING"
+    texts = [base for base in bases if isinstance(base, types.StringType)]
+    if texts:
+        return "WSTRING" if any(text.wide for text in texts) else "STRING"
     families = {getattr(base, "family", "") for base in bases}
     if "real" in families:
         return "ANYREAL"
     if families == {"bool"}:
         return "BOOL"
-    if families == {"time"}:
-        return "TIME"
+    if families in ({"time"}, {"date"}):
+        name: str = max(bases, key=lambda base: base.bits).name
+        return _TIMES.get(name, name)
     signed = [getattr(base, "signed", False) for base in bases]
     return "LINT" if any(signed) else "ULINT"

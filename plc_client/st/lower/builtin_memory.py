@@ -174,6 +174,7 @@ def _fail(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
 def _rules() -> dict[str, tuple[Rule, tuple[str, ...]]]:
     found: dict[str, tuple[Rule, tuple[str, ...]]] = {
         "ADR": (_adr, ("IN",)),
+        "REF": (_adr, ("IN",)),
         "__FAIL": (_fail, ("TEXT",)),
         "__ISVALIDREF": (_is_valid, ("REF",)),
         "__QUERYINTERFACE": (_query_interface, ("FROM", "TO")),

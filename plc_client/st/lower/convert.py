@@ -117,6 +117,8 @@ def implicit(
         return value
     if target is types.ANY:
         return as_any(context, value)
+    if target is types.ANY_TYPE and value.type is types.ANY:
+        return Value(target, value.text, calls=value.calls)
     for rule in (_address_like, _enum_like, _text_like, _number_like):
         found = rule(context, value, target, pos)
         if found is not None:

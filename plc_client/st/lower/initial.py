@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..errors import RANGE, TYPE, StopHere
-from ..model import types
+from ..model import after_init, types
 from ..model.classes import ClassType
 from ..model.world import unknown
 from ..syntax import tree
@@ -86,6 +86,33 @@ def variable(
         _construct_all(context, type_, where, element)
     if init is not None:
         written(context, type_, where, init)
+    _after(context, type_, where)
+
+
+def _after(context: Context, type_: types.Type, where: str) -> None:
+    """The methods that want to run behind the initial values."""
+    if isinstance(type_, types.ArrayType):
+        _after_each(context, type_, where)
+    if not isinstance(type_, ClassType):
+        return
+    for method in after_init.methods(type_.cls):
+        pos = method.pou.pos
+        call = tree.Call(pos, tree.Name(pos, method.name), [])
+        found = calls.call_routine(context, RoutineRef(method, where), call)
+        context.put(f"(void)({found.text});")
+
+
+def _after_each(context: Context, type_: types.ArrayType, where: str) -> None:
+    element = type_.element
+    if not isinstance(element, ClassType) or not after_init.methods(
+        element.cls
+    ):
+        return
+    name = f"k{context.number()}"
+    count, size = type_.count, element.size
+    context.put(f"for (st_i64 {name} = 0; {name} < {count}; {name}++) {{")
+    _after(context, element, f"({where} + {name} * {size})")
+    context.put("}")
 
 
 def _construct_all(

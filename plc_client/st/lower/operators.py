@@ -303,6 +303,9 @@ def arithmetic(
         raise _unfit(operator, left, right, pos)
     if operator == "**":
         return _power(context, left, right, meeting)
+    if operator == "MOD" and meeting.family == "real":
+        text = f"MOD needs whole numbers, not {meeting}; use LMOD"
+        raise StopHere(TYPE, text, pos)
     width = max(left.bits, right.bits)
     if _both(left, right):
         return _fold(operator, left, right, meeting, pos)
@@ -326,8 +329,6 @@ def _division(
     if right.constant == 0 and meeting.family != "real":
         raise StopHere(RANGE, "division by zero", pos)
     if meeting.family == "real":
-        if operator == "MOD":
-            return f"(({meeting.c})fmod({{0}}, {{1}}))"
         if right.constant:
             return f"(({meeting.c})({{0}} / {{1}}))"
         return f"(({meeting.c})st_div_f({{0}}, {{1}}, {context.here(pos)}))"

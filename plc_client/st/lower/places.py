@@ -6,8 +6,8 @@ import re
 
 from ..errors import NAME, RANGE, TYPE, Position, StopHere
 from ..model import types
-from ..model.classes import ClassType, InterfaceType
-from ..model.world import unknown
+from ..model.classes import Class, ClassType, InterfaceType
+from ..model.world import Cascade, unknown
 from ..syntax import tree
 from . import literal_values, names
 from .context import Context
@@ -156,6 +156,8 @@ def _of_value(
     found = _constant_bit(context, base, key, pos)
     if found is not None:
         return found
+    if type_ is types.VOID and context.world.log.errors:
+        raise Cascade(pos)
     raise StopHere(TYPE, f"{type_} has no member {name}", pos)
 
 
@@ -220,12 +222,20 @@ def _of_instance(
     if isinstance(found, Value):
         found.calls = base.calls
         found.spelled = f"{base.spelled}.{found.spelled}"
-        if not base.writable:
+        if not base.writable or _is_output(context, cls, key, base):
             found.writable = False
         return found
     if isinstance(found, (RoutineRef, PropertyRef)):
         found.calls = base.calls
     return found
+
+
+def _is_output(context: Context, cls: Class, key: str, base: Value) -> bool:
+    """Only a block itself writes its outputs."""
+    found = cls.variable(key)
+    inside = base.text == "self" or context.origin.file.startswith("<")
+    output = found is not None and found.section == "VAR_OUTPUT"
+    return output and not inside
 
 
 def _check_access(

@@ -36,10 +36,12 @@ class Lowering:
         self._texts: dict[str, CText] = {}
         self._of_library: set[str] = set()
         self.pous = 0
+        self._too_deep = False
 
     def run(self) -> Program:
         """C of the program; errors are in the log."""
         world = self._world
+        self._types()
         for holder in list(world.lists.values()):
             self._settle(holder.variables.values())
         for cls in list(world.classes.values()):
@@ -61,6 +63,20 @@ class Lowering:
         self._lists()
         return self._program()
 
+    def _types(self) -> None:
+        """Each type of the program is resolved, used or not."""
+        for key, definition in list(self._world.typedefs.items()):
+            origin = definition.origin
+            if origin is None or origin.file.startswith("<library>"):
+                continue
+            self._guard(
+                origin,
+                definition.name,
+                lambda k=key, d=definition: self._world.find_type(k, d.pos),
+            )
+            if self._too_deep:
+                return
+
     def _guard(self, origin: Origin, pou: str, step: object) -> None:
         try:
             step()  # type: ignore[operator]
@@ -69,6 +85,7 @@ class Lowering:
                 self._world.log.error(origin, stop, pou)
         except RecursionError:
             pos = (origin.first_line, 1)
+            self._too_deep = True
             deep = refuse("nesting as deep as here", pos, "use variables")
             self._world.log.error(origin, deep, pou)
 

@@ -9,7 +9,7 @@ from ..model import types
 from ..syntax import tree
 from . import calls, convert, expressions, store
 from .context import Context, Loop
-from .value import PropertyRef, Value, load
+from .value import PropertyRef, RoutineRef, Value, load
 
 
 def block(context: Context, statements: list[tree.Node]) -> None:
@@ -71,12 +71,21 @@ def _set_reset(context: Context, node: tree.Assign) -> None:
 
 
 def _evaluate(context: Context, node: tree.Evaluate) -> None:
-    if not isinstance(node.value, tree.Call):
-        _check_useful(context, node)
-        return
-    found = expressions.entity(context, node.value)
+    called = node.value
+    if not isinstance(called, tree.Call):
+        if not _is_action(context, called):
+            _check_useful(context, node)
+            return
+        called = tree.Call(called.pos, called, [])
+    found = expressions.entity(context, called)
     if isinstance(found, Value) and found.text != "(void)0":
         context.put(f"(void)({found.text});")
+
+
+def _is_action(context: Context, node: tree.Node) -> bool:
+    """An action may be called without brackets."""
+    found = expressions.entity(context, node)
+    return isinstance(found, RoutineRef) and found.routine.pou.kind == "action"
 
 
 def _check_useful(context: Context, node: tree.Evaluate) -> None:

@@ -42,7 +42,9 @@ def check_writable(place: Value, pos: Position) -> None:
         text = f"{what} is no variable and cannot be written"
         raise StopHere(TARGET, text, pos)
     if not place.writable:
-        text = f"{place.spelled or 'this'} is constant and cannot be written"
+        what = place.spelled or "this"
+        why = "a constant or an output of another block"
+        text = f"{what} is {why} and cannot be written"
         raise StopHere(TARGET, text, pos)
 
 

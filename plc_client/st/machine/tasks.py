@@ -12,6 +12,7 @@ from ... import clock
 from ...task import PlcError, task
 from ..build import build, sources_of
 from ..options import Built, Options
+from .listing import listing_of
 from .loader import StProgram, StTrap
 from .retain import Retained
 
@@ -111,6 +112,10 @@ class StTask:
             for name in program.names()
             if "HLI_" not in name
         }
+
+    def st_listing(self) -> dict[str, Any]:
+        """The same with their types, as ``plc_client.listing`` tells them."""
+        return listing_of(self._st_shared.program.description)
 
     @property
     def st_program(self) -> StProgram:

@@ -13,6 +13,8 @@ from .classes import Class, Routine
 from .declare import Declarations
 from .world import VariableList, World
 
+_PARTS = frozenset(["method", "property", "action"])
+"""They belong to the POU they stand in, or behind."""
 _EVERYWHERE = "a name stands once in the program"
 
 
@@ -24,6 +26,7 @@ class Collector:
         self.declarations = Declarations(world)
         self._library: set[str] = set()
         self.library = False
+        self._last: Class | None = None
         self.protected: frozenset[str] = frozenset()
 
     def take(self, unit: Unit, found: Any) -> None:
@@ -98,7 +101,10 @@ class Collector:
         if pou.kind == "action" and "." in pou.name:
             self._loose_action(unit, pou)
             return
-        if pou.kind in ("method", "property", "action"):
+        if pou.kind in _PARTS:
+            if self._last is not None and self._last.origin is unit.origin:
+                self._part(self._last, pou, unit.origin)
+                return
             text = f"{pou.kind} {pou.name} stands outside of its POU"
             self._world.log.error(
                 unit.origin, StopHere(CLASS, text, pou.pos), pou.name
@@ -107,6 +113,7 @@ class Collector:
         pou.origin, pou.attributes = unit.origin, list(unit.attributes)
         if not self._free(unit.origin, pou.name, pou.pos):
             return
+        self._last = None
         if pou.kind == "function":
             self._function(unit, pou)
         else:
@@ -133,12 +140,9 @@ class Collector:
         cls = Class(pou.name, pou, pou.kind, unit.origin)
         cls.abstract = "ABSTRACT" in pou.modifiers
         self._world.classes[pou.name.upper()] = cls
+        self._last = cls
         for child in pou.children:
-            origin = child.origin or unit.origin
-            if child.kind == "property":
-                self._property(cls, child, origin)
-            else:
-                self._method(cls, child, origin)
+            self._part(cls, child, child.origin or unit.origin)
         if pou.kind != "interface":
             body = tree.Pou(pou.pos, "body", pou.name, pou.modifiers)
             body.statements = pou.statements
@@ -147,6 +151,12 @@ class Collector:
             )
             cls.body.c = f"B_{pou.name.upper()}"
             cls.body.name = "body"
+
+    def _part(self, cls: Class, pou: tree.Pou, origin: Origin) -> None:
+        if pou.kind == "property":
+            self._property(cls, pou, origin)
+        else:
+            self._method(cls, pou, origin)
 
     def _method(self, cls: Class, pou: tree.Pou, origin: Origin) -> Routine:
         key = pou.name.upper()

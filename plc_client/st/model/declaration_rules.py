@@ -39,6 +39,16 @@ def retained(declaration: tree.Decl) -> str:
     return ""
 
 
+def constants_first(declarations: list[tree.Decl]) -> list[tree.Decl]:
+    """A constant may be declared behind the variable whose bound it is."""
+    return sorted(declarations, key=lambda found: not _is_constant(found))
+
+
+def _is_constant(declaration: tree.Decl) -> bool:
+    own = declaration.section in ("VAR", "VAR_STAT", "VAR_TEMP")
+    return own and "CONSTANT" in declaration.qualifiers
+
+
 def broken(declaration: tree.Decl) -> Callable[[], None]:
     """What a use of a refused declaration does: it adds no error."""
 

@@ -21,7 +21,13 @@ from ..lower.expressions import LoweringContext
 from ..syntax import tree
 from . import types
 from .classes import Class, InterfaceType, Routine, Variable
-from .declaration_rules import broken, check_closed, opening, retained
+from .declaration_rules import (
+    broken,
+    check_closed,
+    constants_first,
+    opening,
+    retained,
+)
 from .world import Cascade, LazyPointer, VariableList, World
 
 LARGEST = 1 << 28
@@ -308,7 +314,7 @@ class Declarations:
             self._world, cls.origin, cls.name, cls.pou.pos[0], None, cls
         )
         cls.opening = True
-        for declaration in cls.pou.variables:
+        for declaration in constants_first(cls.pou.variables):
             self._guarded(context, cls, declaration, cls.own)
         cls.declared, cls.opening = True, False
         for name, routine in cls.methods.items():
@@ -350,7 +356,7 @@ class Declarations:
         except StopHere as stop:
             context.error(stop)
             routine.refused = True
-        for declaration in routine.pou.variables:
+        for declaration in constants_first(routine.pou.variables):
             self._guarded(context, routine, declaration, routine.variables)
 
     def _add_result(self, routine: Routine) -> None:
@@ -412,12 +418,8 @@ class Declarations:
         type_ = self.type_of(context, declaration.type)
         if declaration.section != "VAR_IN_OUT":
             check_closed(type_, declaration)
-        called = isinstance(holder, Routine)
-        if type_ is types.ANY and not (
-            called and declaration.section == "VAR_INPUT"
-        ):
-            where = "inputs of functions and methods"
-            raise refuse(f"ANY outside of {where}", declaration.pos)
+        if type_ is types.ANY and declaration.section != "VAR_INPUT":
+            raise refuse("ANY outside of VAR_INPUT", declaration.pos)
         found = Variable(
             declaration.name, type_, declaration.section, declaration
         )

@@ -36,6 +36,7 @@ __all__ = [
     "ALIASES",
     "ANY",
     "ANY_NAMES",
+    "ANY_TYPE",
     "BOOL",
     "BYTE",
     "DATE",
@@ -311,16 +312,18 @@ def same(left: Type, right: Type) -> bool:  # noqa: PLR0911
     return False
 
 
-def _any() -> StructType:
-    found = StructType("ANY")
+def _any(name: str) -> StructType:
+    found = StructType(name)
     found.add(Member("pValue", PointerType(BYTE)))
     found.add(Member("diSize", DINT))
     found.add(Member("TypeClass", DINT))
     return found
 
 
-ANY = _any()
+ANY = _any("ANY")
 """An input of any type, as the routine sees it: where the value is, its size and class."""
+ANY_TYPE = _any("AnyType")
+"""The same as a variable; an ANY converts to it."""
 ANY_NAMES = frozenset(
     f"ANY{name}"
     for name in ("", "_BIT", "_DATE", "_INT", "_NUM", "_REAL", "_STRING")

@@ -88,7 +88,7 @@ class World:
             return self._type_of(key, pos)
         cls = self.classes.get(key)
         if cls is None:
-            return None
+            return types.ANY_TYPE if key == "ANYTYPE" else None
         if cls.kind == "interface":
             return self.types.setdefault(key, InterfaceType(cls))
         if self.declare is not None and not (cls.declared or cls.opening):
@@ -108,6 +108,11 @@ class World:
             self._open.pop()
         self.types[key] = found
         return found
+
+    def declares(self, key: str) -> bool:
+        """Whether a type or POU has this name, in capitals."""
+        tables = (self.typedefs, self.types, self.classes, self.functions)
+        return any(key in table for table in tables)
 
     def routine(self, name: str) -> Routine | None:
         """A function by its name in capitals, with its variables declared."""

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterable
 from pathlib import Path
 
 from ...task import is_st
 from ..errors import FILE, Log, Origin, Problem, StopHere
+from .exports import SUFFIX as EXPORT
+from .exports import refuse_foreign, without_lists
 from .text import clean
 from .units import Unit, split
 
 __all__ = ["files_of", "is_st", "units_of"]
-SUFFIXES = (".st", ".tcpou", ".tcdut", ".tcgvl", ".tcio", ".xml")
+SUFFIXES = (".st", ".exp", ".tcpou", ".tcdut", ".tcgvl", ".tcio", ".xml")
 """Files that hold Structured Text."""
 PROJECT = ".plcproj"
 _NAMES = re.compile(
@@ -36,10 +39,10 @@ def files_of(path: Path, log: Log) -> list[Path]:
 
 
 def _project(path: Path, log: Log) -> list[Path]:
-    """The files a .plcproj compiles."""
+    """The files a .plcproj compiles, and itself for the libraries it names."""
     from .twincat import project_files  # noqa: PLC0415
 
-    return project_files(path, log)
+    return [*project_files(path, log), path]
 
 
 def read(
@@ -61,6 +64,8 @@ def units_of(
 ) -> list[Unit]:
     """The units of a text; ``name`` is its file."""
     suffix = Path(name).suffix.lower()
+    if suffix == PROJECT:
+        return []
     if suffix in (".tcpou", ".tcdut", ".tcgvl", ".tcio"):
         from .twincat import twincat_units  # noqa: PLC0415
 
@@ -86,7 +91,9 @@ def plain_units(
     except StopHere as stop:
         log.error(origin, stop)
         return []
-    found = split(cleaned, origin, log)
+    if name.lower().endswith(EXPORT):
+        cleaned = without_lists(cleaned)
+    found = refuse_foreign(split(cleaned, origin, log), log)
     stem = re.sub(r"\W", "_", Path(name).stem)
     for unit in found:
         unit.namespace = stem
@@ -94,18 +101,25 @@ def plain_units(
 
 
 def text_of(path: Path, log: Log) -> str | None:
-    """The text of a file: UTF-8, else Windows-1252."""
+    """The text of a file: UTF-8, UTF-16, else Windows-1252."""
     try:
         data = path.read_bytes()
     except OSError as error:
         text = f"cannot be read: {error.strerror}"
         log.errors.append(Problem(FILE, text, str(path)))
         return None
+    return _decoded(data).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _decoded(data: bytes) -> str:
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16", errors="replace")
+    if data[1:2] == b"\0" != data[:1]:
+        return data.decode("utf-16-le", errors="replace")
     try:
-        text = data.decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        text = data.decode("cp1252", errors="replace")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+        return data.decode("cp1252", errors="replace")
 
 
 def declared_names(texts: Iterable[str]) -> frozenset[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
-from ..errors import FILE, Log, Origin, Problem, StopHere
+from ..errors import FILE, Log, Origin, Problem, StopHere, refuse
 from .text import clean
 from .units import Unit, split
 
@@ -24,6 +24,7 @@ class Element:
     attributes: dict[str, str]
     text: str = ""
     line: int = 0
+    begin: int = 0
     children: list[Element] = field(default_factory=list)
 
     def child(self, name: str) -> Element | None:
@@ -56,6 +57,7 @@ class _Reader:
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         element = Element(name.rpartition(":")[2], attributes)
+        element.begin = self._parser.CurrentLineNumber
         if self._open:
             self._open[-1].children.append(element)
         else:
@@ -150,10 +152,11 @@ class _Texts:
         if implementation is None:
             return None
         for name in _FOREIGN:
-            if implementation.child(name) is not None:
-                text = f"{name} bodies are not supported"
+            foreign = implementation.child(name)
+            if foreign is not None:
                 pou = element.attributes.get("Name", "")
-                problem = StopHere(952007, text, (1, 1), f"{name} body")
+                place = (foreign.begin, 1)
+                problem = refuse(f"a body in {name}", place)
                 self.log.error(self.origin, problem, pou)
                 return None
         return self.unit("body", implementation.child("ST"), "body")

@@ -66,6 +66,9 @@ class UnitBuilder(Transformer[Any, Any]):
     def pointer_type(self, token: Token, _: Token, target: Any) -> tree.Node:
         return tree.PointerType(self.place(token), target, False)
 
+    def ref_to_type(self, token: Token, target: Any) -> tree.Node:
+        return tree.PointerType(self.place(token), target, False)
+
     def reference_type(self, token: Token, _: Token, target: Any) -> tree.Node:
         return tree.PointerType(self.place(token), target, True)
 
@@ -243,8 +246,15 @@ class UnitBuilder(Transformer[Any, Any]):
         return self._filled(first, *items)
 
     def accessor(self, *items: Any) -> tree.Pou:
-        accessor = tree.Pou((1, 1), "accessor", "", frozenset())
-        return self._filled(accessor, *items)
+        pairs = [i for i in items if isinstance(i, tuple)]
+        modifiers = frozenset(v for k, v in pairs if k == "modifier")
+        accessor = tree.Pou((1, 1), "accessor", "", modifiers)
+        rest = (i for i in items if not _is_modifier(i))
+        return self._filled(accessor, *rest)
+
+
+def _is_modifier(item: Any) -> bool:
+    return isinstance(item, tuple) and item[0] == "modifier"
 
 
 def _flat(items: Any) -> list[Any]:

@@ -11,7 +11,7 @@ _WORDS = """
 PROGRAM END_PROGRAM FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK
 INTERFACE END_INTERFACE METHOD END_METHOD PROPERTY END_PROPERTY ACTION
 END_ACTION END_GET END_SET EXTENDS IMPLEMENTS END_VAR TYPE END_TYPE STRUCT
-END_STRUCT UNION END_UNION ARRAY OF POINTER REFERENCE TO AT CONFIGURATION
+END_STRUCT UNION END_UNION ARRAY OF POINTER REFERENCE REF_TO TO AT CONFIGURATION
 END_CONFIGURATION RESOURCE END_RESOURCE WITH IF THEN ELSIF ELSE END_IF CASE
 END_CASE FOR BY DO END_FOR WHILE END_WHILE REPEAT UNTIL END_REPEAT EXIT
 CONTINUE RETURN JMP AND OR XOR NOT MOD AND_THEN OR_ELSE THIS SUPER
@@ -51,6 +51,8 @@ _HEADS = frozenset(
 )
 _JMP = re.compile(r"\bJMP\b", re.I)
 _COLON = re.compile(r"\s*:(?!=)")
+_SECTION = re.compile(r"\s*(VAR\b|$)", re.I)
+_NEXT_WORD = re.compile(r"\s*([A-Za-z_]\w*)")
 _CONFIGURATION = frozenset({"TASK", "ON"})
 _NOT_IN_EXPRESSIONS = frozenset(
     {"ACTION", "METHOD", "PROPERTY", "TYPE", "WITH", "RESOURCE"}
@@ -105,8 +107,12 @@ class Keywords:
                 kind = KEYWORDS.get(word) or _soft(
                     word, before, accessors, configuration
                 )
+                if kind == "MODIFIER" and not self._modifies(token, word):
+                    kind = "NAME"
                 if kind == "NAME" and marks.is_one(token, before):
                     kind = "LABEL"
+                if not before and self._of_accessor(token, word):
+                    kind = "MODIFIER"
                 if kind != "NAME":
                     token.type = kind
                 if kind == "PROPERTY":
@@ -119,14 +125,26 @@ class Keywords:
             marks.see(kind)
             yield token
 
+    def _of_accessor(self, token: Token, word: str) -> bool:
+        """``PROTECTED`` ahead of all else in the declaration of a GET or SET."""
+        behind = token.end_pos or 0
+        return word in MODIFIERS and bool(_SECTION.match(self.text, behind))
+
+    def _modifies(self, token: Token, word: str) -> bool:
+        """Whether a name follows; else the word itself is the name."""
+        found = _NEXT_WORD.match(self.text, token.end_pos or 0)
+        if found is None:
+            return False
+        follows = found[1].upper()
+        return follows != word and follows not in KEYWORDS
+
 
 def _soft(word: str, before: str, accessors: bool, configuration: bool) -> str:
     """Words that are keywords in a few places only."""
     if before in ("VAR_KIND", "QUALIFIER") and word in QUALIFIERS:
         return "QUALIFIER"
     if before in _HEADS and word in MODIFIERS:
-        block = before == "FUNCTION_BLOCK" and word == "OVERRIDE"
-        return "NAME" if block else "MODIFIER"
+        return "MODIFIER"
     if accessors and word in ("GET", "SET") and before != "COLON":
         return word
     if configuration and word in _CONFIGURATION:

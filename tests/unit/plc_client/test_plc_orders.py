@@ -19,13 +19,13 @@ import numpy as np
 import pytest
 
 import hli
-from hli import HliError, HliNotFound
+from hli import HliError, HliNotFound, orders
 from hli.errors import HliAccessError
+from hli.orders import Orders, send
 from hli.symbol import SymbolError
-from plc_client import connect, orders, task
+from plc_client import connect, task
 from plc_client.mock import line
 from plc_client.online import Watch
-from plc_client.orders import Orders, send
 from plc_client.runner import PlcRunner
 from plc_client.scan import plain
 from support.fake_cnc import unique_name
@@ -190,7 +190,7 @@ def test_whoever_connects_cannot_disturb(
     there = orders.prefix(plc.hli.name)
     with monkeypatch.context() as patched:
         patched.setattr(os, "getuid", lambda: 12345)
-        patched.setattr(orders, "prefix", lambda _name: there)
+        patched.setattr(orders, "prefix", lambda *_: there)
         with pytest.raises(HliAccessError, match="another user"):
             send(plc.hli.name, {"do": "list"})
 

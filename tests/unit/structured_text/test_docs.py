@@ -13,7 +13,14 @@ from plc_client.st.errors import REFUSED
 PAGE = Path(__file__).parents[3] / "docs" / "st.md"
 ROW = re.compile(r"^\| ([^|]+) \| `(.+)` \| (works|refused) \|$", re.M)
 ROWS = ROW.findall(PAGE.read_text())
-UNITS = ("FUNCTION", "TYPE", "INTERFACE", "VAR_GLOBAL", "PROGRAM")
+UNITS = (
+    "FUNCTION",
+    "{attribute 'call",
+    "TYPE",
+    "INTERFACE",
+    "VAR_GLOBAL",
+    "PROGRAM",
+)
 HELP = "FUNCTION FEXT : INT END_FUNCTION\n"
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from plc_client.st.build import check
+from plc_client.st.build import check, sources_of
 from plc_client.st.errors import REFUSED
 from plc_client.st.source import library
 
@@ -26,6 +28,8 @@ CASES = [
     ("gpCh[0]^.bahn_stat.x := 1;", "did you mean BAHN_STATE?", 10),
     ("x := 1 +;", "is unexpected", 9),
     ("strict := 7;", "does not convert to Strict", 11),
+    ("fb.Q := TRUE;", "output of another block", 4),
+    ("x := x + 1.5 MOD 2;", "MOD needs whole numbers", 14),
 ]
 
 
@@ -158,3 +162,55 @@ def test_program_takes_the_units_it_names() -> None:
     assert ["FUNCTION_BLOCK TON" in u.text for u in timer] == [True]
     modes = library.units_for(["VAR a : AbortProgram; END_VAR"])
     assert any("FUNCTION_BLOCK ABSTRACT ExecuteBlock" in u.text for u in modes)
+
+
+@pytest.mark.parametrize(
+    ("type_", "text"),
+    [
+        ("STRUCT a : NOPE; END_STRUCT", "type NOPE is unknown"),
+        ("ARRAY [3..1] OF INT", "the bounds 3..1 are empty"),
+        ("INT (5..1)", "5..1 is no range of INT"),
+        ("(A, B, A)", "A stands twice"),
+        ("STRUCT a : INT := 'x'; END_STRUCT", "does not convert to INT"),
+        ("STRUCT a : Wrong; END_STRUCT", "Wrong contains itself"),
+    ],
+)
+def test_a_wrong_type_is_told_though_nothing_uses_it(
+    type_: str, text: str
+) -> None:
+    """TYPE declarations are checked on their own."""
+    source = f"TYPE Wrong : {type_}; END_TYPE\n"
+    found = check({"bad.st": source}).log.errors
+    assert len(found) == 1
+    assert text in str(found[0])
+    assert found[0].line == 1
+
+
+PROGRAM = (
+    "PROGRAM MAIN\r\nVAR s : STRING := '\u00e4'; END_VAR\r\nEND_PROGRAM\r\n"
+)
+
+
+@pytest.mark.parametrize(
+    "encoding",
+    ["utf-8", "utf-8-sig", "cp1252", "utf-16", "utf-16-le"],
+)
+def test_encodings_of_files(tmp_path: Path, encoding: str) -> None:
+    """UTF-8 and UTF-16 with and without their mark, and Windows-1252."""
+    path = tmp_path / "main.st"
+    path.write_bytes(PROGRAM.encode(encoding))
+    sources = sources_of([path])
+    assert list(sources.values()) == [PROGRAM.replace("\r\n", "\n")]
+    assert not check(sources).log.errors
+
+
+def test_types_nested_too_deeply_are_told_once() -> None:
+    """A chain of 1500 structures; each would be tried again."""
+    chain = "".join(
+        f"TYPE S{n} : STRUCT a : S{n + 1}; END_STRUCT END_TYPE\n"
+        for n in range(1500)
+    )
+    (found,) = check(
+        {"deep.st": chain + "TYPE S1500 : INT; END_TYPE\n"}
+    ).log.errors
+    assert found.code == REFUSED

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from plc_client.st import build, sources_of
 from plc_client.st.build import check
+from plc_client.st.errors import REFUSED
 from plc_client.st.machine.loader import StProgram
 
 HEAD = (
@@ -119,3 +120,78 @@ def test_plcopen_bodies_are_read_with_their_lines() -> None:
     program.start()
     program.run(program.entry("MAIN"), 0)
     assert program["MAIN"].x == 8
+
+
+def test_accessor_with_access_and_a_body_in_another_language() -> None:
+    """PROTECTED of a SET is taken; a ladder body is refused with its line."""
+    pou = """<POU Name="FB" Id="{1}">
+<Declaration><![CDATA[FUNCTION_BLOCK FB
+VAR n : INT; END_VAR]]></Declaration>
+<Implementation><ST><![CDATA[P := 2;]]></ST></Implementation>
+<Property Name="P"><Declaration><![CDATA[PROPERTY P : INT]]></Declaration>
+<Set Name="Set"><Declaration><![CDATA[PROTECTED
+VAR
+END_VAR
+]]></Declaration><Implementation><ST><![CDATA[n := P;]]></ST></Implementation></Set>
+</Property>LADDER</POU>
+"""
+    text = f"{HEAD}{pou}</TcPlcObject>"
+    assert not check({"FB.TcPOU": text.replace("LADDER", "")}).log.errors
+    ladder = """
+<Method Name="M"><Declaration><![CDATA[METHOD M]]></Declaration>
+<Implementation><NWL></NWL></Implementation></Method>
+"""
+    (found,) = check({"FB.TcPOU": text.replace("LADDER", ladder)}).log.errors
+    assert (found.code, found.construct) == (REFUSED, "a body in NWL")
+    assert found.line == 14
+
+
+def test_export_of_codesys_2() -> None:
+    """Lists of libraries are left out; a body in FBD is refused by name and line."""
+    text = """(* @PATH := '' *)
+FUNCTION_BLOCK FB_Two
+VAR n : INT; END_VAR
+(* @END_DECLARATION := '0' *)
+n := n + 1;
+END_FUNCTION_BLOCK
+LIBRARY
+Standard.lib 4.10.05 11:14:46
+NumOfPOUs: 1
+CONCAT: 0
+END_LIBRARY
+"""
+    found = check({"two.EXP": text})
+    assert (found.log.errors, found.pous) == ([], 1)
+    foreign = text.replace("n := n + 1;", "_FBD_BODY\n_NETWORKS : 1")
+    (problem,) = check({"two.EXP": foreign}).log.errors
+    assert (problem.code, problem.construct) == (REFUSED, "a body in FBD")
+    assert problem.line == 5
+
+
+TAKES_LIBRARIES = """<?xml version="1.0" encoding="utf-8"?>
+<Project xmlns="http://schemas.microsoft.com/developer/msbuild/2003">
+<ItemGroup><Compile Include="MAIN.TcPOU"/></ItemGroup>
+<ItemGroup><PlaceholderReference Include="Tc2_Standard"/>
+<PlaceholderReference Include="MyLib"/></ItemGroup></Project>
+"""
+USES_LIBRARIES = """<POU Name="MAIN" Id="{1}"><Declaration><![CDATA[PROGRAM MAIN
+VAR axis : AXIS_REF; timer : TON; other : FB_OfMyLib; x : INT; END_VAR]]></Declaration>
+<Implementation><ST><![CDATA[axis.ReadStatus();
+x := other.value;
+x := 'text';]]></ST></Implementation></POU>
+"""
+
+
+def test_names_of_missing_libraries_are_refused(tmp_path: Path) -> None:
+    """Once each, by name; what the project itself does wrong stays an error."""
+    (tmp_path / "P.plcproj").write_text(TAKES_LIBRARIES)
+    pou = tmp_path / "MAIN.TcPOU"
+    pou.write_text(f"{HEAD}{USES_LIBRARIES}</TcPlcObject>")
+    found = check(sources_of([tmp_path])).as_json()
+    names = [entry["construct"] for entry in found["refused"]]
+    assert names == ["AXIS_REF", "FB_OfMyLib"]
+    assert "MyLib" in found["errors"][1]["text"]
+    assert [e["line"] for e in found["errors"]] == [4, 4, 7]
+    alone = check(sources_of([pou])).as_json()
+    assert [e["construct"] for e in alone["refused"]] == ["AXIS_REF"]
+    assert "FB_OfMyLib is unknown" in alone["errors"][1]["text"]

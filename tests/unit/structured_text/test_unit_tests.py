@@ -96,3 +96,38 @@ def test_a_test_that_never_finishes_fails(suite: Path) -> None:
     """After a minute of the cell's clock."""
     with pytest.raises(testing.StTestFailedError, match="no TEST_FINISHED"):
         testing.run_test(suite, "FB_Ramp_Test", "Never", lasts=True)
+
+
+EVERY_KIND = """FUNCTION_BLOCK FB_Kinds EXTENDS FB_TestSuite
+METHOD Test_Kinds
+VAR
+  l : LTIME := LTIME#1D2US; d : DATE := D#2024-02-29; t : TOD := TOD#12:30:00;
+  dt1 : DT := DT#1996-05-06-15:36:30; w : WSTRING := "wide"; b : BYTE := 3;
+END_VAR
+TEST('Kinds');
+AssertEquals(Expected := l, Actual := l, Message := 'LTIME');
+AssertEquals(Expected := d, Actual := d, Message := 'DATE');
+AssertEquals(Expected := t, Actual := t, Message := 'TOD');
+AssertEquals(Expected := dt1, Actual := dt1, Message := 'DT');
+AssertEquals(Expected := w, Actual := w, Message := 'WSTRING');
+AssertEquals(Expected := b, Actual := BYTE#4, Message := 'BYTE');
+AssertEquals_DATE_AND_TIME(dt1, dt1, 'DT');
+AssertEquals_TIME_OF_DAY(t, t, 'TOD');
+AssertFalse(IS_TEST_FINISHED('Kinds'), 'before');
+TEST_FINISHED();
+AssertTrue(IS_TEST_FINISHED('Kinds'), 'behind');
+AssertFalse(IS_TEST_FINISHED('Other'), 'another');
+END_METHOD
+END_FUNCTION_BLOCK
+"""
+
+
+def test_assert_equals_takes_every_elementary_type(tmp_path: Path) -> None:
+    """The one pair that differs is told, with the line of its call."""
+    path = tmp_path / "test_kinds.st"
+    path.write_text(EVERY_KIND)
+    with pytest.raises(testing.StTestFailedError) as caught:
+        testing.run_test(path, "FB_Kinds", "Test_Kinds")
+    (line,) = str(caught.value).splitlines()
+    assert ":13:" in line
+    assert "BYTE: expected 3, found 4" in line

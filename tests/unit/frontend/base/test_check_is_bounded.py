@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from cnc_core.config import CellConfig
+from cnc_core.config import CellConfig, load_config
+from cnc_core.errors import CncError
 from cnc_core.frontend.base.reader import IDLE_CHECKED, REPEATS_CHECKED
 from cnc_core.program import Program
 
@@ -62,3 +63,64 @@ def test_long_programs_without_loops_are_checked_to_their_end(
     )
     assert rows >= REPEATS_CHECKED
     assert [error.place.line for error in program.errors] == [len(lines) + 2]
+
+
+FEW = "[channel]\nrepeated_blocks_max = {}\n"
+
+
+def planned(folder: Path, name: str, text: str, most: int) -> int:
+    """Rows of the program as ``plan`` reads it."""
+    (folder / name).write_text(text)
+    (folder / "cell.toml").write_text(FEW.format(most))
+    cell = load_config(folder / "cell.toml")
+    program = Program(folder / name, cell)
+    return sum(len(batch.rows) for batch in program.batches())
+
+
+@pytest.mark.parametrize("case", MOVING)
+def test_a_plan_of_a_loop_that_moves_ends(case: str, tmp_path: Path) -> None:
+    """Where no machine follows, it is an error that names the cell's member."""
+    with pytest.raises(CncError, match="500 blocks moved again") as e:
+        planned(tmp_path, *MOVING[case], 500)
+    assert e.value.code == 907001
+    assert "repeated_blocks_max" in str(e.value)
+
+
+def test_a_plan_without_a_bound_follows_every_pass(tmp_path: Path) -> None:
+    """0 blocks: any number; a program that ends is read to its end."""
+    text = "G1 F100\n$FOR P1=1,400,1\nX[P1]\n$ENDFOR\nM30\n"
+    assert planned(tmp_path, "a.nc", text, 0) > 400
+    with pytest.raises(CncError, match="300 blocks"):
+        planned(tmp_path, "a.nc", text, 300)
+
+
+def test_a_plan_of_a_long_computation_goes_on(tmp_path: Path) -> None:
+    """What only computes ends by itself, or by the bound for idle blocks."""
+    text = "P2=0\n$FOR P1=1,3000,1\nP2=P1\n$ENDFOR\nG1 F100 X1\nM30\n"
+    assert planned(tmp_path, "a.nc", text, 10) >= 1
+
+
+@pytest.mark.parametrize("collect", [True, False])
+def test_what_stands_behind_a_loop_is_no_repetition(
+    collect: bool, tmp_path: Path
+) -> None:
+    """A long file behind a short loop is read to its end."""
+    lines = [f"X{i % 7}" for i in range(REPEATS_CHECKED + 100)]
+    head = ["G1 F100", "$FOR P1=1,3,1", "Y[P1]", "$ENDFOR"]
+    text = "\n".join([*head, *lines, "M30\n"])
+    if collect:
+        program, rows = checked(tmp_path, "a.nc", text)
+        assert not program.reader.warnings
+    else:
+        rows = planned(tmp_path, "a.nc", text, 500)
+    assert rows >= len(lines)
+
+
+def test_a_subprogram_called_once_is_no_repetition(tmp_path: Path) -> None:
+    """Its blocks count from the second call on."""
+    lines = "\n".join(f"X{i % 7}" for i in range(300))
+    part = f"%L UP\n{lines}\nM17\n%MAIN\nG1 F100\n{{}}\nM30\n"
+    assert planned(tmp_path, "a.nc", part.format("LL UP"), 200) >= 300
+    often = part.format("$FOR P1=1,3,1\nLL UP\n$ENDFOR")
+    with pytest.raises(CncError, match="200 blocks"):
+        planned(tmp_path, "a.nc", often, 200)

@@ -1,16 +1,16 @@
-"""What other processes ask of a running PLC: force, unforce, read (``hli-cosim
-force`` from another terminal).
+"""What other processes ask of a running PLC or CNC: force, unforce, read
+(``hli-cosim force`` from another terminal), the answer to a dialog.
 
-A PLC process listens on a Unix socket in Linux's abstract namespace, named
-after the user, the segment and a random number: no file is left behind by a
+A process listens on a Unix socket in Linux's abstract namespace, named after
+its side, the user, the segment and a random number: no file is left behind by a
 killed process, and nobody can take the name first.  Who has an order finds the
 sockets of the segment in ``/proc/net/unix`` and takes the one of its own user.
 Both ends check that the other one belongs to the same user.  One connection is
 one order: a line of JSON there, a line back.
 
-A thread takes orders and sleeps otherwise; they are obeyed by the scan runtime
-between two scans (also while the PLC waits for a CNC that stands), so a task
-never sees a value change in the middle of its logic.
+A thread takes orders and sleeps otherwise.  Those of a PLC are obeyed by the
+scan runtime between two scans (also while the PLC waits for a CNC that stands),
+so a task never sees a value change in the middle of its logic.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from hli.errors import HliAccessError, HliError, HliNotFound, HliTimeout
-from hli.segment import check_name
+from .errors import HliAccessError, HliError, HliNotFound, HliTimeout
+from .segment import check_name
 
 ANSWER_S = 5.0
 """How long an order waits for a scan."""
 _LINE_S = 2.0  # a client that connects and says nothing
-_LINE_MAX = 1 << 20
+_LINE_MAX = 1 << 24  # the list of a large program's symbols
 _SOCKETS = "/proc/net/unix"
 _LISTENS = 0x10000  # __SO_ACCEPTCON of Linux
 _BIND_TRIES, _BIND_PAUSE_S = 10, 0.05  # the process before may just be leaving
@@ -40,17 +40,21 @@ _BIND_TRIES, _BIND_PAUSE_S = 10, 0.05  # the process before may just be leaving
 Order = dict[str, Any]
 
 
-def prefix(name: str) -> str:
-    """How the sockets of PLCs on this segment, of this user, begin."""
-    return f"hli-cosim-plc-{os.getuid()}-{name}/"
+PLC, CNC = "plc", "cnc"
+_SAID = {PLC: "PLC", CNC: "CNC"}
 
 
-def listening_on(name: str) -> list[str]:
-    """Names of the sockets that claim to be the PLC's, the oldest first.
+def prefix(name: str, side: str = PLC) -> str:
+    """How the sockets of one side on this segment, of this user, begin."""
+    return f"hli-cosim-{side}-{os.getuid()}-{name}/"
+
+
+def listening_on(name: str, side: str = PLC) -> list[str]:
+    """Names of the sockets that claim to be of this side, the oldest first.
 
     Anybody may have bound one.
     """
-    begin, found = "@" + prefix(name), set[str]()
+    begin, found = "@" + prefix(name, side), set[str]()
     with open(_SOCKETS, encoding="utf-8", errors="replace") as file:
         file.readline()  # the heads of the columns
         for line in file:
@@ -64,13 +68,13 @@ def listening_on(name: str) -> list[str]:
     return sorted(found)
 
 
-def _connected(name: str) -> socket.socket | None:
-    """A connection to the PLC of this user on the segment, if there is one.
+def _connected(name: str, side: str) -> socket.socket | None:
+    """A connection to the process of this user on the segment, if there is one.
 
     HliAccessError: only other users listen there.
     """
     foreign = False
-    for each in listening_on(name):
+    for each in listening_on(name, side):
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             # never waits: a full queue is an error at once
@@ -90,8 +94,10 @@ def _connected(name: str) -> socket.socket | None:
 class Orders:
     """Orders of other processes, kept until the scan runtime has time.
 
-    ``waiting``: whether there is one.
+    ``waiting``: whether there is one.  ``side``: whose orders they are.
     """
+
+    side = PLC
 
     def __init__(self) -> None:
         self.waiting = False
@@ -119,24 +125,25 @@ class Orders:
     def open(self, name: str) -> None:
         """Listen.  HliError: another process of this user listens there already."""
         for _ in range(_BIND_TRIES):
-            if not _taken(name):
+            if not _taken(name, self.side):
                 break
             time.sleep(_BIND_PAUSE_S)
         else:
             raise HliError(
-                f"orders for the PLC on {name!r} cannot be taken: "
+                f"orders for the {_SAID[self.side]} on {name!r} cannot be taken: "
                 "another process takes them"
             )
         listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         # the clock first: of two, the older one is asked
         token = f"{time.monotonic_ns():020}-{secrets.token_hex(8)}"
         try:
-            listening.bind(f"\0{prefix(name)}{token}")
+            listening.bind(f"\0{prefix(name, self.side)}{token}")
             listening.listen(8)
         except OSError as error:
             listening.close()
             raise HliError(
-                f"orders for the PLC on {name!r} cannot be taken: {error.strerror}"
+                f"orders for the {_SAID[self.side]} on {name!r} cannot be taken:"
+                f" {error.strerror}"
             ) from None
         self._socket = listening
         threading.Thread(
@@ -186,20 +193,38 @@ class Orders:
         return answer[0]
 
 
-def send(name: str, order: Order, wait_s: float = 0.0) -> Order:
-    """Give an order to the PLC on this segment, waiting ``wait_s`` seconds for
-    it to be there, and wait for its answer.
+class OrdersAtOnce(Orders):
+    """Orders that the listening thread obeys itself, as they come."""
 
-    Raises HliNotFound (no PLC process there), HliTimeout, HliAccessError;
-    ValueError with the PLC's words: it refuses.
+    def __init__(self, side: str, obey: Callable[[Order], Order]) -> None:
+        super().__init__()
+        self.side, self._obey = side, obey
+
+    def _pass_on(self, order: Order) -> Order:
+        try:
+            return self._obey(order)
+        except (
+            Exception
+        ) as error:  # the other process is told, this one goes on
+            return {"error": str(error) or type(error).__name__}
+
+
+def send(
+    name: str, order: Order, wait_s: float = 0.0, side: str = PLC
+) -> Order:
+    """Give an order to the PLC on this segment, waiting ``wait_s`` seconds for
+    it to be there, and wait for its answer.  ``side`` CNC: to the CNC.
+
+    Raises HliNotFound (no such process there), HliTimeout, HliAccessError;
+    ValueError with the other's words: it refuses.
     """
     end = time.monotonic() + wait_s
     check_name(name)
-    while (connection := _connected(name)) is None:
+    while (connection := _connected(name, side)) is None:
         if time.monotonic() >= end:
+            running = f"is hli-cosim {side} running?"
             raise HliNotFound(
-                f"no PLC process listens on segment {name!r}; "
-                "is hli-cosim plc running?"
+                f"no {_SAID[side]} process listens on segment {name!r}; {running}"
             )
         time.sleep(_BIND_PAUSE_S)
     with connection:
@@ -209,17 +234,17 @@ def send(name: str, order: Order, wait_s: float = 0.0) -> Order:
             answer: Order = json.loads(_read_line(connection))
         except (OSError, ValueError, RecursionError):
             raise HliTimeout(
-                f"the PLC on segment {name!r} did not answer"
+                f"the {_SAID[side]} on segment {name!r} did not answer"
             ) from None
     if "error" in answer:
         raise ValueError(answer["error"])
     return answer
 
 
-def _taken(name: str) -> bool:
+def _taken(name: str, side: str) -> bool:
     """A process of this user takes orders for the segment already."""
     try:
-        connection = _connected(name)
+        connection = _connected(name, side)
     except HliAccessError:
         return False
     if connection is None:

@@ -124,6 +124,11 @@ class Observer:
 
     # -- facts
     @property
+    def plc_there(self) -> bool:
+        """A PLC is attached and lives."""
+        return self._plc is not None
+
+    @property
     def pid(self) -> int:
         """The CNC's process."""
         assert self.areas is not None

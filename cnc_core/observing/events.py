@@ -23,13 +23,14 @@ class Events:
         text: str,
         who: str = "",
         cell_s: float | None = None,
+        wall: float | None = None,
     ) -> None:
-        """One event now; ``cell_s``: the cell's time, s."""
+        """One event; ``cell_s``: the cell's time, s; ``wall``: None: now."""
         self.last += 1
         self._kept.append(
             {
                 "number": self.last,
-                "wall": time.time(),
+                "wall": time.time() if wall is None else wall,
                 "cell_s": cell_s,
                 "kind": kind,
                 "who": who,

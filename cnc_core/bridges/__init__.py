@@ -1,0 +1,1 @@
+"""Servers beside a cell for programs by others: symbols, ADS, OPC UA."""
