@@ -71,8 +71,8 @@ static bool limit_fall(const jerk_planner *planner, struct grid *grid) {
     return any;
 }
 
-/* A plan over such a reach. */
-static bool plan_over(jerk_planner *planner, double reach) {
+/* A plan over such a reach; `near`: one that reaches further has to follow. */
+static bool plan_over(jerk_planner *planner, double reach, bool near) {
     struct grid *grid = &planner->grid;
     grid_window(planner, grid, reach);
     if (grid->count < 2) {
@@ -88,19 +88,24 @@ static bool plan_over(jerk_planner *planner, double reach) {
         give_back(grid);
         return false;
     }
-    if (!plan_accept(planner, grid, !part)) {
+    planner->near = part || near;
+    if (!plan_accept(planner, grid, !planner->near)) {
         return false;
     }
     planner->was = speeds_now(planner);
-    planner->reach = reach;
+    planner->reach = near ? REFILL_WAYS * reach : reach;
     return true;
+}
+
+bool plan_fall(jerk_planner *planner) {
+    return plan_over(planner, REFILL_WAYS * near_reach(planner), false);
 }
 
 /* Where a bend decides, the way to rest may be much longer than on a line. */
 bool plan_near(jerk_planner *planner) {
     double reach = near_reach(planner);
     for (int i = 0; i < NEAR_TRIES; i++) {
-        if (plan_over(planner, reach)) {
+        if (plan_over(planner, reach, true)) {
             return true;
         }
         if (reach > TAIL_MORE * planner->plan.remaining) {

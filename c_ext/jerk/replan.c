@@ -158,12 +158,23 @@ static void reach_further(jerk_planner *planner, const struct grid *grid) {
     }
 }
 
+/* Segments of the grid that are driven until the next commit, or nearly. */
+static int until_next_commit(const jerk_planner *planner,
+                             const struct grid *grid) {
+    double way = NEXT_COMMIT_S * planner->scale * sqrt(planner->x);
+    int k = 1;
+    while (k < grid->count && grid->from_start[k] < way) {
+        k++;
+    }
+    return k;
+}
+
 /* The plan follows other speeds; false: it does not, so it is tried again. */
 static bool plan_other_speeds(jerk_planner *planner) {
     bool changed = planner->changed;
     planner->changed = false;
-    bool planned = plan_near(planner);
-    planner->wait = 1 + planner->grid.count / 10;
+    bool planned = (!changed && plan_fall(planner)) || plan_near(planner);
+    planner->wait = until_next_commit(planner, &planner->grid);
     if (planned || !changed) {
         return true;
     }
@@ -205,6 +216,7 @@ bool plan_window(jerk_planner *planner) {
         } else if (plan_accept(planner, grid, planner->prob.solved)) {
             planner->was = speeds_now(planner);
         }
+        planner->near = false;
         reach_further(planner, grid);
         return true;
     }

@@ -302,6 +302,14 @@
  * Evidence: `bench planner` (live). */
 #define NEAR_S 0.03
 
+/* Times such a window: the plan that follows it reaches so far, for what is
+ * told of the path ahead. Unit: factor. Evidence: test_lookahead_epochs. */
+#define REFILL_WAYS 4.0
+
+/* A first answer is driven so long before a plan follows that reaches further.
+ * Unit: s. Evidence: test_lookahead_epochs. */
+#define NEXT_COMMIT_S 0.0101
+
 /* Such windows are tried before the present plan stays. Unit: count.
  * Evidence: `bench planner` (live). */
 #define NEAR_TRIES 3
