@@ -156,7 +156,10 @@ def _of_value(
     found = _constant_bit(context, base, key, pos)
     if found is not None:
         return found
-    raise StopHere(TYPE, f"{type_} has no member {name}", pos)
+    array = isinstance(type_, types.ArrayType)
+    spelled = base.spelled.replace("[]", "[i]")
+    hint = f"; write {spelled}[n]" if array and spelled else ""
+    raise StopHere(TYPE, f"{type_} has no member {name}{hint}", pos)
 
 
 def _constant_bit(
