@@ -314,8 +314,7 @@ def plan(
     if as_json:
         emit(value)
         return
-    spent = {k: v for k, v in value.pop("time_by_cause").items() if v}
-    say_figures(str(file), value | {"time_by_cause_s": spent})
+    say_figures(str(file), value)
     say_causes(result.time_by_cause)
     for line in say_ratios(result.max_ratio):
         say_wrapped(line)

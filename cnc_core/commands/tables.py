@@ -62,7 +62,13 @@ def _side(column: int, head: Sequence[str]) -> Any:
 
 
 def say_figures(title: str, value: dict[str, Any]) -> None:
-    """A table of named figures, one a row."""
+    """A table of named figures, one a row; causes that took no time are left
+    out.
+    """
+    causes = value.get("time_by_cause")
+    if causes:
+        value = {k: v for k, v in value.items() if v is not causes}
+        value["time_by_cause_s"] = {k: v for k, v in causes.items() if v}
     print_table(title, ("figure", "value"), _figures(value))
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from cnc_core import RunResult
 from cnc_core.cell import RunInterrupted
-from cnc_core.commands.tables import print_run
+from cnc_core.commands.tables import print_run, say_figures
 
 
 def test_printed_result_is_one_line() -> None:
@@ -38,3 +38,13 @@ def test_results_of_tasks_are_printed(
     )
     print_run(run, "part.nc")
     assert "result\n  a = 0.3333\n" in capsys.readouterr().out
+
+
+def test_causes_of_time_have_a_unit(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The row listed nine figures without a unit, most of them 0."""
+    say_figures("part.nc", {"time_by_cause": {"feed": 0.5, "dwell": 0.0}})
+    shown = capsys.readouterr().out
+    assert "feed 0.5 s" in shown
+    assert "dwell" not in shown
