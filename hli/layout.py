@@ -55,7 +55,7 @@ HLI_ESA_MAXIDX = 2
 HLI_EXT_VAR_MAXIDX = 5999
 HLI_INTF_VERSION_NAME_LAENGE = 23
 # The extension HLI_AHEAD: not of the manual, so it has a version of its own
-HLI_AHEAD_VERSION = 1
+HLI_AHEAD_VERSION = 2
 HLI_AHEAD_CH_MAXIDX = 0
 HLI_AHEAD_SLOT_MAXIDX = 3
 HLI_AHEAD_AXIS_MAXIDX = 8
@@ -1050,7 +1050,9 @@ class HLI_AHEAD_STATE(Structure):
         ("edition", UDINT),
         ("plan_valid", BOOL),
         ("fill_1", BYTE * 7),
-        ("fill_2", BYTE * 40),
+        ("speed", LREAL),
+        ("position", LREAL * (HLI_AHEAD_AXIS_MAXIDX + 1)),
+        ("fill_2", BYTE * 24),
     ]
 
 

@@ -517,7 +517,7 @@ planner_late | | CNC | times the path braked or stood because no motion was plan
 planner_late_cycles | cycles | CNC | cycles of the path that this took
 HLI_AHEAD
     `gpAhead[i]`: the look-ahead extension of a channel; not of the manual
-version_r | | | version of the extension, 1
+version_r | | | version of the extension, 2
 sizeof_r | bytes | | its size
 answer | | CNC | what the last answer of `contour_lookahead` is, beside its elements
 slot_rw | | both | of each slot: phase (`HLI_AHEAD_FREE` ..) in the low byte, above it
@@ -576,6 +576,8 @@ motion_time | us | CNC | motion time; stands while the path waits for the PLC
 epoch | | CNC | the present epoch
 edition | | CNC | changes with the plan
 plan_valid | | CNC | TRUE: the plan holds
+speed | mm/s | CNC | path speed as interpolated
+position | mm, degrees | CNC | of the channel's axes as interpolated, not rounded to 0.1 um
 HLI_AHEAD_PLAN
     the plan of the coming motion
 seq | | CNC | seqlock; odd while the CNC writes

@@ -1307,6 +1307,12 @@ class HLI_AHEAD_STATE(View):
     """Changes with the plan; written by: CNC."""
     plan_valid: bool
     """TRUE: the plan holds; written by: CNC."""
+    speed: float
+    """Path speed as interpolated; unit: mm/s; written by: CNC."""
+    position: ArrayView[float]
+    """Of the channel's axes as interpolated, not rounded to 0.1 um; unit:
+    mm, degrees; written by: CNC.
+    """
 
 class HLI_AHEAD_KNOT(View):
     """A place in time."""
@@ -1346,7 +1352,7 @@ class HLI_AHEAD(View):
     """
 
     version_r: int
-    """Version of the extension, 1; written by: CNC."""
+    """Version of the extension, 2; written by: CNC."""
     sizeof_r: int
     """Its size; unit: bytes; written by: CNC."""
     answer: HLI_AHEAD_ANSWER

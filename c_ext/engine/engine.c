@@ -6,6 +6,7 @@
 #include "engine/accel/corner_zones.h"
 #include "engine/accel/span_store.h"
 #include "engine/events.h"
+#include "engine/geo/commands.h"
 #include "engine/geo/cycle.h"
 #include "engine/geo/external.h"
 #include "engine/geo/rt_cycle.h"
@@ -321,8 +322,7 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->program_end = engine->program.end;
     out->plc_attached = plc_attached(&engine->hli);
     out->rt_loop = ATOMIC_GET(engine->orders.rt_loop);
-    out->rt_loop_count =
-        engine->geo.loop_count > 0 ? engine->geo.loop_count : 0;
+    out->rt_loop_count = loop_count_told(&engine->geo);
     out->record_lost = engine->recording.samples.lost;
     out->techno_functions = engine->technology.functions;
     out->techno_unseen = engine->technology.unseen;

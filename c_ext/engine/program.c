@@ -124,7 +124,7 @@ static void begin_motion(struct engine *engine) {
     geo->waiting_continue = geo->waiting_techno = geo->stands_single =
         geo->dwelling = geo->has_phase = false;
     geo->in_loop = false;
-    geo->loop_count = 0;
+    geo->loop_count = geo->loop_written = 0;
     geo->loops_repeated = geo->loops_left_out = 0;
     engine->orders.rt_loop_program = false;
     rt_cycles_begin_program(engine);

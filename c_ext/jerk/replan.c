@@ -55,8 +55,9 @@ static bool slower_than_tail(const jerk_planner *planner,
         t_new += part * time_factor(x[k], x[k + 1]) * segment_length / v;
         at += segment_length;
     }
+    double more = pl->stands ? SLOWER : SLOWER_THAN_REST;
     return t_new
-           > SLOWER * time_over(pl->lengths, pl->x, pl->next, pl->count, 1e30);
+           > more * time_over(pl->lengths, pl->x, pl->next, pl->count, 1e30);
 }
 
 /* From rest to rest any profile, slowed down, becomes legal: accelerations fall

@@ -93,6 +93,8 @@
 #define NC_EVENT_OVERRIDE 6
 /* V.RTG.LOOP.ENABLED in `value` */
 #define NC_EVENT_RT_LOOP 7
+/* V.RTG.LOOP.COUNT in `value` */
+#define NC_EVENT_RT_COUNT 11
 /* and 9, 10: #CHANNEL SET [ESA_TIME0 = s], 1, 2: time of FCT_CALC_STATE_AT_T
  * in `value` */
 #define NC_EVENT_ESA_TIME 8

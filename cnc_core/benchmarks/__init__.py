@@ -250,6 +250,8 @@ def cycle(seconds: float = 10.0) -> dict[str, Any]:
 # stand at most of its points
 TOLERANCE_MM = 0.01
 STEP_CYCLES = 97  # between two changes of override or hold
+WAVE_CYCLES = 10  # between two overrides of a wave: about a commit
+WAVE_PERIOD = 700  # cycles
 OVERRIDES = (0.0, 0.1, 0.3, 0.6, 0.9, 1.0, 1.0)
 
 
@@ -267,6 +269,26 @@ def _operator(seed: int) -> Callable[[Engine], None]:
         )
 
     return change
+
+
+class Wave:
+    """A new override at each call, 60 + 40 sin percent; the planner's CPU time
+    between two calls.
+    """
+
+    def __init__(self) -> None:
+        self.calls, self.cpu_s = 0, [0.0]
+
+    def __call__(self, engine: Engine) -> None:
+        self.calls += 1
+        self.cpu_s.append(float(engine.state.plan_cpu_s))
+        turn = 2 * np.pi * self.calls * WAVE_CYCLES / WAVE_PERIOD
+        engine.set_override(0.6 + 0.4 * float(np.sin(turn)), False)
+
+    def us_per_ms(self, cycle_s: float) -> dict[str, float]:
+        """Quantiles of the planner's time for each ms of motion, us."""
+        per_ms = np.diff(self.cpu_s) / (1000.0 * cycle_s * WAVE_CYCLES)
+        return quantiles_us(np.round(1e9 * per_ms).astype(np.int64))
 
 
 FIGURES = (
@@ -287,7 +309,9 @@ def planner(seconds: float = 10.0) -> dict[str, Any]:
     "contour/120/no-jerk": acceleration-limited, exact;
     "contour/120/no-jerk/smooth": within ``TOLERANCE_MM``; "contour/120/live":
     jerk-limited, with steps of the override and feed holds all the time, over a
-    tenth of the blocks.
+    tenth of the blocks; "contour/120/wave": with another override for each
+    commit, and ``plan_us_per_ms``, the planner's CPU time for each ms of
+    motion.
     """
     n = _blocks_that_fit(seconds, 4_000)
     out: dict[str, Any] = {}
@@ -309,6 +333,7 @@ def planner(seconds: float = 10.0) -> dict[str, Any]:
             out[f"{name}/120/live"] = _figures(
                 work, short, TOLERANCE_MM, 120, live=True
             )
+            out[f"{name}/120/wave"] = _wave_figures(work, short)
             out[f"{name}/120/no-jerk/live"] = _figures(
                 work, short, 0.0, 120, jerk=False, live=True
             )
@@ -331,6 +356,16 @@ def _figures(
         program, window=window, jerk=jerk, live=operator
     ).as_json()
     return {name: result[name] for name in FIGURES}
+
+
+def _wave_figures(work: Workload, file: Path) -> dict[str, Any]:
+    """As ``_figures``, with an override that always changes."""
+    program = Program(file, work.cell(), "isg", tolerance=TOLERANCE_MM)
+    wave = Wave()
+    result = plan_program(program, window=120, live=(WAVE_CYCLES, wave))
+    figures = result.as_json()
+    out = {name: figures[name] for name in FIGURES}
+    return out | {"plan_us_per_ms": wave.us_per_ms(result.cycle_s)}
 
 
 def _seconds_of(work: Callable[[], object]) -> float:

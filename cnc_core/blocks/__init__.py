@@ -107,6 +107,7 @@ TANGENTS = 255  # degree of an element that names its tangents in the pool
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 EVENT_COMMAND, EVENT_OVERRIDE, EVENT_RT_LOOP = 5, 6, 7
 EVENT_ESA_TIME, ESA_TIMES = 8, 3  # code of the first time, how many there are
+EVENT_RT_COUNT = 11
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
 CHAMFER, EDGE, ROUND = 1, 2, 3  # code of a corner row
 MARKER_NAMES = {

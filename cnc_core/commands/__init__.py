@@ -8,6 +8,7 @@ from . import program
 from . import cell
 from . import recordings
 from . import sweep
+from . import fmu
 from . import online
 from . import live
 from . import monitor
@@ -22,6 +23,7 @@ __all__ = [
     "cell",
     "explain",
     "export",
+    "fmu",
     "live",
     "monitor",
     "new",

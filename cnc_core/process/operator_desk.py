@@ -111,7 +111,7 @@ class OperatorDesk:
         """The facts; empty while there are none."""
         try:
             return self._facts() if self._open else {}
-        except (AttributeError, TypeError, ValueError, IndexError):
+        except (AttributeError, TypeError, ValueError, LookupError):
             return {}  # a program is just being changed
 
     def _dialog(self) -> dict[str, Any] | None:

@@ -68,11 +68,23 @@ class Parts:
         check_target(target)
         self.target = target
         self.folder = folder_of(target)
-        self.recovered = recover(target)
+        try:
+            self.recovered = recover(target)
+            self._make_folder()
+        except OSError as error:
+            why = error.strerror or str(error)
+            raise CncError(901004, f"recording {target}: {why}") from None
+
+    def _make_folder(self) -> None:
+        """With its owner in it, or not at all."""
         self.folder.mkdir(parents=True)
         me = os.getpid()
-        owner = f"{me} {sync.hs_process_start(me)}"
-        (self.folder / OWNER).write_text(owner)
+        try:
+            owner = f"{me} {sync.hs_process_start(me)}"
+            (self.folder / OWNER).write_text(owner)
+        except OSError:
+            self.drop()
+            raise
 
     @property
     def cnc(self) -> Path:

@@ -11,6 +11,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from . import foreign
 from .errors import REFUSED, Log, Problem, StError
 from .machine import compiler
 from .options import Built, Options
@@ -113,6 +114,8 @@ def _check(sources: Sources, options: Options | None) -> Checked:
         if f.origin is not None and _own(f.origin.file)
     ]
     log.warnings = [w for w in log.warnings if _own(w.file)]
+    libraries = foreign.libraries_of(sources)
+    log.errors = foreign.refused(log.errors, libraries, world.declares)
     return Checked(log, len(own) + len(functions), program, world)
 
 

@@ -28,7 +28,7 @@ from support.warm_commands import SCRIPT, Server
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUNS = ("python", "bash", "sh")
-KNOWN = (*RUNS, "text", "toml", "mermaid", "nc", "c", "json", "")
+KNOWN = (*RUNS, "text", "toml", "mermaid", "nc", "c", "js", "json", "")
 FENCE = re.compile(
     r"^```(\{?\w*\}?)([^\n]*)\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE
 )

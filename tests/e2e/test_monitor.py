@@ -6,6 +6,7 @@ browser and one cell serve all of them.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -228,6 +229,91 @@ def test_keys_alone_do_everything(page: Shown) -> None:
     assert tab.js("machine.path.yaw") != yaw
 
 
+def told(tab: Tab, text: str) -> None:
+    """Wait until the machine's numbers say so."""
+    tab.until(
+        f"/{text}/.test(document.querySelector('#number-rows').innerText)"
+    )
+
+
+def pressed(tab: Tab, key: str) -> None:
+    """Press a key of the panel; the PLC does it."""
+    tab.click(f"#do-{key}")
+    state = "document.querySelector('#panel-state').innerText"
+    tab.until(f"/{key}: (?!busy)|not|refused/.test({state})")
+    assert f"{key}: done" in tab.text("#panel-state")
+
+
+def test_the_keys_of_the_panel(page: Shown) -> None:
+    """Single block and continue, stop and resume, reset, MDI, start: the PLC
+    does it, and the CNC's state follows.
+    """
+    tab = page.tab
+    tab.click("#set-single_block")
+    told(tab, "single block")
+    line = tab.text("#number-rows")
+    pressed(tab, "continue")
+    tab.until(
+        "document.querySelector('#number-rows').innerText !== "
+        + json.dumps(line)
+    )
+    pressed(tab, "abort")
+    pressed(tab, "reset")
+    tab.click("#release-single_block")
+    tab.until("document.querySelector('#release-single_block').disabled")
+    tab.js("document.querySelector('#mdi').value = 'G01 X1 F2000'")
+    tab.js("document.querySelector('#mdi-form').requestSubmit()")
+    state = "document.querySelector('#panel-state').innerText"
+    tab.until(f"/mdi: done/.test({state})")
+    axes = "document.querySelector('#axis-rows').innerText"
+    tab.until(f"/X\\s*1.0000 mm/.test({axes})")
+    pressed(tab, "start")
+    told(tab, "automatic, active")
+    pressed(tab, "stop")
+    told(tab, "automatic, hold")
+    pressed(tab, "resume")
+    told(tab, "automatic, active")
+    events = tab.text("#event-rows")
+    for what in ("stop", "resume", "reset", "mdi G01 X1 F2000"):
+        assert what in events
+
+
+def test_the_scope_stops_at_its_edge_and_is_saved(page: Shown) -> None:
+    """A trigger stops it behind the edge; the cursor reads a row; CSV has all."""
+    tab = page.tab
+    tab.js("machine.scope.add('gpCh[0].bahn_state.dist_prog_start')")
+    tab.until("machine.scope.values.length === 3 && machine.scope.t.length > 9")
+    tab.js(
+        "(s => { const v = s.values[2]; const now = v[v.length - 1];"
+        " document.querySelector('#trigger-symbol').value = s.paths[2];"
+        " document.querySelector('#trigger-level').value = now + 10000;"
+        " document.querySelector('#scope-span').value = '5';"
+        " s.arm(true) })(machine.scope)"
+    )
+    tab.until("machine.scope.paused")
+    at = (
+        "machine.scope.values[2][machine.scope.t.indexOf(machine.scope.edgeAt)]"
+    )
+    level = "Number(document.querySelector('#trigger-level').value)"
+    assert tab.js(f"{at} > {level}")
+    count = tab.js("machine.scope.t.length")
+    tab.js("machine.scope.plots[0].setCursor({left: 40, top: 20})")
+    tab.until(
+        "/behind the edge/.test("
+        "document.querySelector('#scope-readout').innerText)"
+    )
+    tab.js(
+        "window.saved = null; URL.createObjectURL = (b) => {"
+        " b.text().then(t => { saved = t }); return 'blob:none' };"
+        " HTMLAnchorElement.prototype.click = () => {};"
+        " document.querySelector('#scope-csv').click()"
+    )
+    rows = str(tab.until("window.saved")).splitlines()
+    assert rows[0].startswith("t,gpCh[0].bahn_state.active_feed_r,")
+    assert len(rows) == 1 + int(count)
+    tab.js("machine.scope.remove('gpCh[0].bahn_state.dist_prog_start')")
+
+
 def test_a_phone_shows_it_whole(page: Shown) -> None:
     """390 px wide: nothing is wider than the screen."""
     tab = page.tab
@@ -338,6 +424,9 @@ def test_a_killed_cnc_is_told_and_its_return_shown(page: Shown) -> None:
         "/the PLC is gone/.test(document.querySelector('#event-rows').innerText)"
     )
     tab.until("document.querySelector('#set-feedhold').disabled")
+    page.start("plc")
+    tab.until("!document.querySelector('#set-feedhold').disabled")
+    assert "the PLC is there" in tab.text("#event-rows")
 
 
 def test_a_server_that_is_gone_is_told(page: Shown) -> None:

@@ -300,7 +300,7 @@ def test_expressions_are_those_of_the_program(
         ("#RT CYCLE\n#FLUSH\n#RT CYCLE END\n", 22004, 2),
         ("#RT CYCLE\nV.E.LATE = 1\n#RT CYCLE END\n", 22009, 2),
         ("#RT CYCLE\nV.P.A = 1\n#RT CYCLE END\n", 22009, 2),
-        ("#RT CYCLE\nV.RTG.LOOP.COUNT = 0\n#RT CYCLE END\n", 900003, 2),
+        ("#RT CYCLE\nV.RTG.LOOP.OTHER = 0\n#RT CYCLE END\n", 900003, 2),
         ("#RT CYCLE\nV.RTG.OVERRIDE.VEL.CYCLE = 1\n#RT CYCLE END\n", 900003, 2),
         ("#RT CYCLE\nV.E.TEXT = 1\n#RT CYCLE END\n", 907011, 2),
         ("#RT CYCLE\n$IF ONCE 1\n$ELSE\n$ENDIF\n#RT CYCLE END\n", 900010, 3),
@@ -310,7 +310,7 @@ def test_expressions_are_those_of_the_program(
         ("#RT CYCLE\n#RT CYCLE\n#RT CYCLE END\n", 22004, 2),
         ("#RT CYCLE\nV.E.OUT = 1\n", 907021, 1),
         ("#RT CYCLE END\n", 907020, 1),
-        ("#RT CYCLE [SCOPE = BLOCK]\n#RT CYCLE END\n", 900003, 1),
+        ("#RT CYCLE [SCOPE = LINE]\n#RT CYCLE END\n", 900010, 1),
         ("#RT CYCLE [ID]\n#RT CYCLE END\n", 900010, 1),
         (
             "#RT CYCLE\nV.E.OUT = V.RTA.ACS.ACT_POS.Q\n#RT CYCLE END\n",
@@ -357,3 +357,71 @@ def test_a_value_without_a_finite_result_is_left_out(tmp_path: Path) -> None:
         assert real(cnc, 2) == 5.0
         assert cnc.engine.state.bad_commands > 0
         assert cnc.state.rt_loop_count_r == 0
+
+
+def test_the_count_is_written_by_the_cycle_and_by_the_program(
+    tmp_path: Path,
+) -> None:
+    """V.RTG.LOOP.COUNT is R/W (public page "Channel-specific realtime
+    variables"): it counts on from what is written.  Mode 2 goes by the passes
+    that were driven.
+    """
+    cycle = "$IF EDGE V.RTG.LOOP.COUNT == 2\nV.RTG.LOOP.COUNT = 10\n$ENDIF\n"
+    cycle += "V.RTG.LOOP.ENABLED = V.RTG.LOOP.COUNT < 12\n"
+    text = (
+        f"G1 X10 F6000\n#RT CYCLE [SCOPE=PROG]\n{cycle}#RT CYCLE END\n{LOOP}"
+        "V.E.OUT = V.RTG.LOOP.COUNT\nV.RTG.LOOP.COUNT = 41\n"
+        "V.E.LIMITED = V.RTG.LOOP.COUNT\nX1\nM30\n"
+    )
+    with Inside(tmp_path, text, CELL) as cnc:
+        seen = set()
+        for _ in range(20_000):
+            if cnc.state.program_end_r:
+                break
+            cnc.run(1)
+            seen.add(int(cnc.state.rt_loop_count_r))
+        # the pass that begins at 12 is the last one
+        assert seen - {2} == {0, 1, 10, 11, 12, 13, 41}
+        assert real(cnc, 2) == 13.0
+        assert external(cnc, 3)[0] == 41
+
+
+@pytest.mark.parametrize("keys", ["[SCOPE=LINE]", "[SCOPE=GLOBAL]", "[WHAT=1]"])
+def test_a_refused_cycle_is_one_error(
+    keys: str, cli: Cli, program: Write
+) -> None:
+    """Its end is no error of its own."""
+    text = f"#RT CYCLE {keys}\nV.RTG.LOOP.ENABLED = TRUE\n#RT CYCLE END\nM30\n"
+    outcome = cli("check", program(text), "--json")
+    assert [e["line"] for e in outcome.json["errors"]] == [1]
+
+
+def test_a_cycle_of_one_block(tmp_path: Path) -> None:
+    """SCOPE = BLOCK acts on the next NC block alone (public page "BLOCK
+    validity"): V.E.OUT follows X there and nowhere else.
+    """
+    cycle = "V.E.OUT = V.RTA.ACS.ACT_POS.X\n#RT CYCLE END\n"
+    text = (
+        f"G1 X10 F6000\n#RT CYCLE [SCOPE=BLOCK]\n{cycle}; nothing\nX20\nX30\n"
+        f"#RT CYCLE DEF [ID=17 SCOPE=BLOCK]\n{cycle}X40\n"
+        "#RT CYCLE START [ID=17]\nX50\nX60\n#RT CYCLE START [ID=17]\nX70\nX80\n"
+        + f"#RT CYCLE [SCOPE=BLOCK]\n{cycle}G4 X0.01\n" * 17  # 16 at a time
+        + "X90\nM30\n"
+    )
+    with Inside(tmp_path, text, CELL) as cnc:
+        seen = set()
+        for _ in range(20_000):
+            if cnc.state.program_end_r:
+                break
+            cnc.run(1)
+            seen.add(round(real(cnc, 2), 1))
+    between = {value for value in seen if value not in {0, 20, 50, 70, 80}}
+    assert any(10 < value < 20 for value in between)
+    assert any(40 < value < 50 for value in between)
+    assert any(60 < value < 70 for value in between)
+    assert not any(
+        begin < value < begin + 10
+        for value in between
+        for begin in (0, 20, 30, 50, 70, 80)
+    )
+    assert {20.0, 50.0, 70.0, 80.0} <= seen

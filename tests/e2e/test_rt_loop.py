@@ -239,7 +239,7 @@ def test_the_plc_stands_above_the_program(tmp_path: Path) -> None:
         ),
         ("G17 G41 D1 G1 X1 F100\nV.RTG.LOOP.ENABLED = TRUE\n", 20651, 2),
         ("P1 = V.RTG.TIMER[0]\n", 900003, 1),
-        ("V.RTG.LOOP.COUNT = 0\n", 907016, 1),
+        ("V.RTA.ACS.ACT_POS.X = 0\n", 907016, 1),
     ],
 )
 def test_the_condition_is_refused(

@@ -16,7 +16,8 @@ import importlib.abc, sys
 
 class Hidden(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
-        if name.split(".")[0] in ("matplotlib", "scipy", "starlette", "uvicorn", "websockets"):
+        if name.split(".")[0] in ("matplotlib", "scipy", "starlette", "uvicorn", "websockets",
+                                  "asyncua", "pyads"):
             raise ModuleNotFoundError(name)
 
 sys.meta_path.insert(0, Hidden())
@@ -76,3 +77,11 @@ def test_the_monitor_names_its_extra(cli: Cli) -> None:
         assert outcome.status == 1
         assert "hli-cosim[monitor]" in outcome.err
         assert "Traceback" not in outcome.err
+
+
+@pytest.mark.usefixtures("no_extras")
+def test_opcua_names_its_extra(cli: Cli) -> None:
+    """One line, no traceback."""
+    outcome = cli("opcua", "none")
+    assert outcome.status == 1
+    assert "hli-cosim[opcua]" in "".join(outcome.err.split())

@@ -237,6 +237,22 @@ void take_rt_loop(struct engine *engine) {
     ATOMIC_SET(engine->orders.rt_loop, enabled);
 }
 
+static int32_t passes_over(const struct geo *geo) {
+    return geo->loop_count > 0 ? geo->loop_count : 0;
+}
+
+static int32_t whole(double value) {
+    return (int32_t)fmin(fmax(round(value), INT32_MIN), INT32_MAX);
+}
+
+int32_t loop_count_told(const struct geo *geo) {
+    return whole((double)passes_over(geo) + geo->loop_written);
+}
+
+void loop_count_set(struct geo *geo, double count) {
+    geo->loop_written = whole(whole(count) - (double)passes_over(geo));
+}
+
 void program_enables_loops(struct engine *engine, bool enabled) {
     engine->orders.rt_loop_program = enabled;
     take_rt_loop(engine);

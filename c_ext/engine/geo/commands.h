@@ -14,4 +14,9 @@ void take_rt_loop(struct engine *engine);
 
 /* V.RTG.LOOP.ENABLED of the program: counts where the PLC commands nothing. */
 void program_enables_loops(struct engine *engine, bool enabled);
+
+/* V.RTG.LOOP.COUNT: passes of the present or last loop that are over, from what
+ * was written on. */
+int32_t loop_count_told(const struct geo *geo);
+void loop_count_set(struct geo *geo, double count);
 #endif

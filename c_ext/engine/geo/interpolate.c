@@ -105,6 +105,7 @@ static void enter_loop(struct engine *engine,
     geo->in_loop = true;
     note_loop(&geo->loops_left_out, loop, false);
     if (dir > 0) {
+        geo->loop_written = 0;
         count_pass(geo, loop, -geo->loop_count);
         set_epoch(geo,
                   geo->epoch + 1,
@@ -131,7 +132,7 @@ static void leave_out_loop(struct engine *engine,
     cross_loop(geo, loop, -dir);
     if (dir > 0) {
         note_loop(&geo->loops_left_out, loop, true);
-        geo->loop_count = 0;
+        geo->loop_count = geo->loop_written = 0;
         if (loop->mate >= engine->store.done) {
             ATOMIC_SET(engine->store.done, loop->mate + 1);
         }
@@ -267,6 +268,9 @@ static void run_event(struct engine *engine, struct piece *piece) {
         }
         if (piece->code == NC_EVENT_RT_LOOP && piece->dir > 0) {
             program_enables_loops(engine, piece->value != 0.0);
+        }
+        if (piece->code == NC_EVENT_RT_COUNT && piece->dir > 0) {
+            loop_count_set(geo, piece->value);
         }
         if (piece->code == NC_EVENT_OVERRIDE) {
             ATOMIC_SET(engine->orders.override_ignored, piece->value == 0.0);

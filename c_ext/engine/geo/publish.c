@@ -105,7 +105,7 @@ static void publish_bahn(struct engine *engine) {
             ATOMIC_GET(engine->program.active) == 0);
     show_u8(&bahn_state->inside_rt_loop_r, geo->in_loop);
     show_u32(&bahn_state->rt_loop_count_r,
-             geo->loop_count > 0 ? (uint32_t)geo->loop_count : 0);
+             loop_count_told(geo) > 0 ? (uint32_t)loop_count_told(geo) : 0);
     show_u8(&bahn_state->wait_error_removal_r,
             ATOMIC_GET(engine->modes.state) == 6u);
     show_u8(&engine->hli.channel->decoder_state.wait_after_error_r,
@@ -147,6 +147,10 @@ static void publish_lookahead(struct engine *engine) {
     if (engine->hli.ahead) {
         HLI_AHEAD_STATE *state = &engine->hli.ahead->state;
         show_u32(&state->epoch, epoch_shown(engine->geo.epoch));
+        show_f64(&state->speed, engine->geo.v);
+        for (int i = 0; i < engine->cfg.axis_count; i++) {
+            show_f64(&state->position[i], engine->geo.position[i]);
+        }
         if (engine->timetable.valid) {
             show_f64(&state->motion_time, engine->geo.consumed_s * SECOND_US);
         }

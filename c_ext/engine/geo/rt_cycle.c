@@ -36,6 +36,7 @@ static int taken_by(const engine_rt_op *op) {
         return 2;
     case ENGINE_RT_SET_ENABLED:
     case ENGINE_RT_SET_EXTERNAL:
+    case ENGINE_RT_SET_COUNT:
     case ENGINE_RT_UNARY:
     case ENGINE_RT_UNLESS:
     case ENGINE_RT_ONCE:
@@ -48,7 +49,7 @@ static int taken_by(const engine_rt_op *op) {
 }
 
 static int left_by(const engine_rt_op *op) {
-    return op->code != ENGINE_RT_SET_ENABLED
+    return op->code != ENGINE_RT_SET_ENABLED && op->code != ENGINE_RT_SET_COUNT
            && op->code != ENGINE_RT_SET_EXTERNAL && op->code != ENGINE_RT_JUMP
            && op->code != ENGINE_RT_UNLESS;
 }
@@ -60,7 +61,7 @@ static bool fits(const struct engine *engine, const engine_rt_op *op) {
         return op->area <= 1 && op->kind < EXTERNAL_TYPES && op->at % 8 == 0
                && op->at <= sizeof(HLI_EXT_VAR) - 8;
     }
-    return op->code <= ENGINE_RT_ALWAYS
+    return op->code <= ENGINE_RT_SET_COUNT
            && (op->code != ENGINE_RT_UNARY || op->kind <= ENGINE_RT_ACOT)
            && (op->code != ENGINE_RT_BINARY || op->kind <= ENGINE_RT_MAX)
            && (op->code != ENGINE_RT_POSITION
@@ -287,7 +288,7 @@ static double load(struct engine *engine, const engine_rt_op *op) {
     case ENGINE_RT_LOOP_ENABLED:
         return ATOMIC_GET(engine->orders.rt_loop) != 0;
     case ENGINE_RT_LOOP_COUNT:
-        return engine->geo.loop_count > 0 ? engine->geo.loop_count : 0;
+        return loop_count_told(&engine->geo);
     case ENGINE_RT_POSITION:
         return engine->geo.position[op->at];
     case ENGINE_RT_EXTERNAL:
@@ -303,6 +304,8 @@ static void store(struct engine *engine, const engine_rt_op *op, double value) {
         engine->orders.bad++;
     } else if (op->code == ENGINE_RT_SET_EXTERNAL) {
         external_set(engine, op, value);
+    } else if (op->code == ENGINE_RT_SET_COUNT) {
+        loop_count_set(&engine->geo, value);
     } else {
         program_enables_loops(engine, value != 0.0);
     }
@@ -330,6 +333,7 @@ static void run_through(struct engine *engine,
             break;
         case ENGINE_RT_SET_ENABLED:
         case ENGINE_RT_SET_EXTERNAL:
+        case ENGINE_RT_SET_COUNT:
             store(engine, op, held[--n]);
             break;
         case ENGINE_RT_JUMP:

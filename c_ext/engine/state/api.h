@@ -134,6 +134,7 @@ typedef struct engine_config {
 #define ENGINE_RT_ONCE 11
 #define ENGINE_RT_EDGE 12
 #define ENGINE_RT_ALWAYS 13
+#define ENGINE_RT_SET_COUNT 14
 /* `kind` of ENGINE_RT_UNARY */
 #define ENGINE_RT_MINUS 0
 #define ENGINE_RT_ABS 1

@@ -367,8 +367,10 @@ typedef struct geo {
     double shown_dist; /* 0.1 um: dist_prog_start as shown last; the service
                           reads it */
     bool in_loop;
-    int32_t loop_count; /* passes of the real-time loop driven last; below 0:
-                           backward beyond the first one */
+    int32_t loop_count;   /* passes of the real-time loop driven last; below 0:
+                             backward beyond the first one */
+    int32_t loop_written; /* what V.RTG.LOOP.COUNT was set to, less the passes
+                             that were over then */
     uint64_t loops_repeated, loops_left_out; /* bit per loop, the last 64 */
     uint32_t marks; /* odd while epoch, resets, epoch_first and dist_shift
                        change */

@@ -94,6 +94,10 @@
  * Unit: share. Evidence: `bench planner`, bench/planner_parts.py. */
 #define SLOWER 1.002
 
+/* The same where nothing asks for the tail's rest: from there it has to speed
+ * up again. Unit: share. Evidence: test_tangential_joints. */
+#define SLOWER_THAN_REST 1.15
+
 /* A plan is not made anew while so many of them are left of it. Unit:
  * stopping ways. Evidence: `bench planner`, bench/planner_parts.py. */
 #define LASTS 2.5

@@ -21,7 +21,8 @@ from .values import Span, Values
 NOTIFICATIONS_MAX = 2048  # of one client
 CYCLE_MIN_S = 0.001
 CYCLE_MAX_S = 3600.0
-BEHIND_MAX = 200
+FIRST_S = 0.05  # from the answer to the first sample
+BEHIND_MAX = 5000
 """Cyclic samples that are made up for after a standstill."""
 ASK_S = 0.02  # between two questions to the PLC for its symbols
 CLOCK_SET_NS = 100_000_000
@@ -80,7 +81,8 @@ class Notifications:
         else:
             wish.take = source
         wish.cycle_s = min(max(cycle_s, CYCLE_MIN_S), CYCLE_MAX_S)
-        wish.due = time.monotonic()
+        # behind the answer, or the client does not know the handle yet
+        wish.due = time.monotonic() + FIRST_S
         self._wishes[wish.number] = wish
         self._wake.set()
         return wish.number

@@ -65,7 +65,7 @@ def bad(code: int) -> ua.DataValue:
     stamp = now()
     return ua.DataValue(
         Value=ua.Variant(None, ua.VariantType.Null),
-        StatusCode_=ua.StatusCode(code),
+        StatusCode=ua.StatusCode(code),
         SourceTimestamp=stamp,
         ServerTimestamp=stamp,
     )

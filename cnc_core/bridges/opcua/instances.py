@@ -57,6 +57,7 @@ class Cnc:
         self._space, self._types, self._name = space, types, name
         self.interface = self._id(CNC)
         self._nodes: list[ua.NodeId] = []
+        self._shape: object = None
 
     def _id(self, path: str) -> ua.NodeId:
         return ua.NodeId(path, self._types.ns)
@@ -93,18 +94,31 @@ class Cnc:
 
     # -- what a CNC has
     def build(self, root: Any) -> None:
-        """Channels, axes and spindles of this CNC, instead of those before."""
+        """Channels, axes and spindles of this CNC, instead of those before.
+
+        Of a CNC that comes back as it was, clients keep their subscriptions.
+        """
+        head = root.segment_head
+        drives = [self._drive_of(root, k) for k in range(head.axis_count)]
+        shape = head.channel_count, drives
+        if shape == self._shape:
+            return
+        self._shape = shape
         self._space.delete(reversed(self._nodes))
         self._nodes.clear()
-        head = root.segment_head
         for k in range(head.channel_count):
             self._channel(k)
-        for k in range(head.axis_count):
-            turns = root.axis[k].head.axis_type_r == cnc_values.SPINDLE
-            coord = cnc_values.coord_of(root, root.axis[k])
-            name = coord.name.decode() if coord is not None else ""
-            number = root.axis[k].head.log_ax_n_r or k + 1
-            self._drive(k, name or f"{'S' if turns else 'A'}{number}", turns)
+        for k, (name, turns) in enumerate(drives):
+            self._drive(k, name, turns)
+
+    @staticmethod
+    def _drive_of(root: Any, k: int) -> tuple[str, bool]:
+        """Name of an axis, and whether it is a spindle."""
+        turns = root.axis[k].head.axis_type_r == cnc_values.SPINDLE
+        coord = cnc_values.coord_of(root, root.axis[k])
+        name = coord.name.decode() if coord is not None else ""
+        number = root.axis[k].head.log_ax_n_r or k + 1
+        return name or f"{'S' if turns else 'A'}{number}", bool(turns)
 
     def _object(self, path: str, name: str, parent: str, kind: str) -> str:
         node = self._space.object(

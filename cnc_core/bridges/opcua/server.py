@@ -102,6 +102,8 @@ class Bridge:
         node = self.server.get_node(self.cnc.interface)
         alarm = self.types.object_type("CncAlarmType")
         event = await self.server.get_event_generator(alarm, node)
+        for name, *_ in model.members_of("CncAlarmType"):
+            event.event.data_types[name] = ua.VariantType.String
         self._alarm = event
         message = self.types.object_type("CncMessageType")
         self._message = await self.server.get_event_generator(message, node)

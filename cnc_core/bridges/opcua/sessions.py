@@ -51,6 +51,14 @@ class Session(InternalSession):  # type: ignore[misc]
         found: list[ua.DataValue] = await super().read(params)
         return found
 
+    async def create_monitored_items(
+        self, params: ua.CreateMonitoredItemsParameters
+    ) -> list[ua.MonitoredItemCreateResult]:
+        nodes = [item.ItemToMonitor.NodeId for item in params.ItemsToCreate]
+        await ask_plc(self.iserver.space, nodes)
+        found: list[Any] = await super().create_monitored_items(params)
+        return found
+
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
         space = self.iserver.space
         may = self.user is not None and self.user.name is not None

@@ -86,13 +86,14 @@ class ServedCell:
 
     async def _ask_symbols(self, plc: tuple[int, int] | None) -> None:
         self._asked_at = time.monotonic()
-        told = None
-        if plc is not None:
-            try:
-                told = await self.line.ask({"do": "symbols"})
-            except RefusedError:
-                return  # it may not have begun: again later
         self.halted = False
+        if plc is None:  # its symbols stay known until another one comes
+            self._plc_seen = None
+            return
+        try:
+            told = await self.line.ask({"do": "symbols"})
+        except RefusedError:
+            return  # it may not have begun: again later
         self.plc = PlcSymbols(told)
         self._plc_seen = plc
         self.edition += 1

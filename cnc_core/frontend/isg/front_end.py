@@ -117,6 +117,7 @@ class IsgFrontEnd(ProgramLevels):
             self._declaring
             or self.state.patterns.opened
             or self.state.rt_cycles.opened
+            or self.state.rt_cycles.pending
             or self.state.modal_cycle.call
         ):
             return False
@@ -396,13 +397,27 @@ class IsgFrontEnd(ProgramLevels):
             if patterns.opened is not None and not pattern:
                 patterns.not_open(0, "a block")
             repeated = self.state.modal_cycle.call is not None
+            self.state.rt_cycles.expire()
             items = run()
             self.state.loop.check(items, self._ended)
+            items = self._with_end_of_block(items)
             if repeated:
                 self._repeat_cycle(items)
             return items
 
         return counted
+
+    def _with_end_of_block(self, items: Items) -> Items:
+        """A real-time cycle that acts on this block alone ends behind it."""
+        cycles = self.state.rt_cycles
+        if (
+            not cycles.pending
+            or not self._may_drain()
+            or not any(isinstance(item, np.ndarray) for item in items)
+        ):
+            return items
+        cycles.block_over()
+        return [*items, Wait.DRAINED]
 
     def _repeat_cycle(self, items: Items) -> None:
         """A modal cycle comes again behind the block."""
@@ -421,7 +436,7 @@ class IsgFrontEnd(ProgramLevels):
     def _words(self, block: WordBlock) -> Items:
         executor = self.executor
         rows = executor.execute(block)
-        if self.state.loop.written is not None:
+        if self.state.loop.written:
             return [*self.state.loop.switched(), *rows]
         if block.simple:
             return rows

@@ -11,12 +11,15 @@ const COMMANDS = [
   ["start", "start"], ["stop", "stop"], ["resume", "resume"], ["continue", "continue"],
   ["abort", "abort"], ["reset", "reset"],
 ];
+const PROBLEM_MS = 4000; // how long a refusal is shown at least
 const NAME = "hli-cosim-who";
 
 export class Panel {
   /** `act`: gives an order and answers with what the PLC says. */
   constructor(act) {
     this.act = act;
+    this.acted = 0;
+    this.now = this.last = null;
     this.levels = {};
     this.switches = {};
     byId("who").value = localStorage.getItem(NAME) || "";
@@ -28,13 +31,18 @@ export class Panel {
     holder.append(row);
     for (const [what, text] of COMMANDS) {
       const button = element("button", text, { id: `do-${what}` });
-      button.addEventListener("click", () => this.operate(what, null));
+      button.addEventListener("click", () => this.operate(what, what === "start" ? this.chosen() : null));
       byId("panel-commands").append(button);
     }
     byId("mdi-form").addEventListener("submit", (event) => {
       event.preventDefault();
       this.operate("mdi", byId("mdi").value);
     });
+  }
+
+  /** The program to start; behind MDI none is selected, so the last one is named. */
+  chosen() {
+    return byId("start-program").value.trim() || (this.now === this.last ? null : this.last);
   }
 
   level(what, text, unit) {
@@ -60,12 +68,15 @@ export class Panel {
   }
 
   async operate(what, value) {
+    this.acted = Infinity;
     setText(byId("panel-state"), `${what} ..`);
     try {
       const answer = await this.act({ do: "operate", what, value });
       this.show(answer.panel);
+      this.acted = performance.now();
     } catch (error) {
       setText(byId("panel-state"), error.message);
+      this.acted = performance.now() + PROBLEM_MS;
     }
   }
 
@@ -83,7 +94,9 @@ export class Panel {
     const there = Boolean(frame.cell.plc);
     for (const button of byId("panel").querySelectorAll("button, input[type=range]")) button.disabled = !there;
     if (!there) { setText(byId("panel-state"), "no PLC is there to take orders"); return; }
-    const { units } = frame.motion;
+    const { units, mode, program } = frame.motion;
+    this.now = mode === "automatic" ? program : "";
+    if (this.now) this.last = this.now;
     const held = (frame.plc.panel || {}).held || {};
     for (const [what, { slider, output, release }] of Object.entries(this.levels)) {
       if (document.activeElement !== slider || held[what] === undefined) slider.value = units[what];
@@ -94,6 +107,8 @@ export class Panel {
       button.setAttribute("aria-pressed", String(units[what]));
       release.disabled = held[what] === undefined;
     }
+    // what the PLC told ahead of the last order is older than its answer
+    if (performance.now() - (frame.plc_age_ms || 0) <= this.acted) return;
     if (frame.plc.panel && (frame.plc.panel.command || frame.plc.panel.state === "idle")) this.show(frame.plc.panel);
   }
 }

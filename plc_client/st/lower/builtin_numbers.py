@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 
-from ..errors import TYPE, Position, StopHere
+from ..errors import TYPE, Position, StopHere, refuse
 from ..model import types
 from ..syntax import tree
 from . import convert, operators
@@ -42,7 +43,8 @@ _OPERATORS = {
     "XOR": "XOR",
     "EXPT": "**",
 }
-_MANY = frozenset({"ADD", "MUL", "AND", "OR", "XOR"})
+_CHAINS = frozenset({"GT", "GE", "EQ", "LE", "LT"})
+_MANY = frozenset({"ADD", "MUL", "AND", "OR", "XOR"}) | _CHAINS
 
 
 def _real(
@@ -125,9 +127,26 @@ def _operator(
 ) -> Value:
     count(nodes, 2, 2 if name not in _MANY else 10_000, name, pos)
     values = [context.value(node) for node in nodes]
+    if name in _CHAINS and len(values) > 2:
+        return _chain(context, values, pos, name)
     found = values[0]
     for value in values[1:]:
         found = operators.binary(context, _OPERATORS[name], found, value, pos)
+    return found
+
+
+def _chain(
+    context: Context, values: list[Value], pos: Position, name: str
+) -> Value:
+    """``GT(a, b, c)`` is ``a > b AND b > c``."""
+    if any(value.calls for value in values[1:-1]):
+        raise refuse(f"a call inside of {name}", pos, "use a variable")
+    sign = _OPERATORS[name]
+    pairs = pairwise(values)
+    parts = [operators.binary(context, sign, a, b, pos) for a, b in pairs]
+    found = parts[0]
+    for part in parts[1:]:
+        found = operators.binary(context, "AND", found, part, pos)
     return found
 
 

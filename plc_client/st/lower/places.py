@@ -7,7 +7,7 @@ import re
 from ..errors import NAME, RANGE, TYPE, Position, StopHere
 from ..model import types
 from ..model.classes import Class, ClassType, InterfaceType
-from ..model.world import unknown
+from ..model.world import Cascade, unknown
 from ..syntax import tree
 from . import literal_values, names
 from .context import Context
@@ -156,6 +156,8 @@ def _of_value(
     found = _constant_bit(context, base, key, pos)
     if found is not None:
         return found
+    if type_ is types.VOID and context.world.log.errors:
+        raise Cascade(pos)
     array = isinstance(type_, types.ArrayType)
     spelled = base.spelled.replace("[]", "[i]")
     hint = f"; write {spelled}[n]" if array and spelled else ""

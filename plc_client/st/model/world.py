@@ -109,6 +109,11 @@ class World:
         self.types[key] = found
         return found
 
+    def declares(self, key: str) -> bool:
+        """Whether a type or POU has this name, in capitals."""
+        tables = (self.typedefs, self.types, self.classes, self.functions)
+        return any(key in table for table in tables)
+
     def routine(self, name: str) -> Routine | None:
         """A function by its name in capitals, with its variables declared."""
         found = self.functions.get(name)

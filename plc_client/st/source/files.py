@@ -39,10 +39,10 @@ def files_of(path: Path, log: Log) -> list[Path]:
 
 
 def _project(path: Path, log: Log) -> list[Path]:
-    """The files a .plcproj compiles."""
+    """The files a .plcproj compiles, and itself for the libraries it names."""
     from .twincat import project_files  # noqa: PLC0415
 
-    return project_files(path, log)
+    return [*project_files(path, log), path]
 
 
 def read(
@@ -64,6 +64,8 @@ def units_of(
 ) -> list[Unit]:
     """The units of a text; ``name`` is its file."""
     suffix = Path(name).suffix.lower()
+    if suffix == PROJECT:
+        return []
     if suffix in (".tcpou", ".tcdut", ".tcgvl", ".tcio"):
         from .twincat import twincat_units  # noqa: PLC0415
 

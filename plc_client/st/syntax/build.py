@@ -139,6 +139,11 @@ class ExpressionBuilder(Transformer[Any, Any]):
         arguments = [] if isinstance(args, Token) else args
         return tree.Call(base.pos, base, arguments)
 
+    def operator(self, word: Token) -> tree.Node:
+        return tree.Name(self.place(word), word.value)
+
+    operator_call = call
+
     # -- arguments
     def args(self, *items: Any) -> list[tree.Argument]:
         return [i for i in items if not isinstance(i, Token)]

@@ -131,6 +131,20 @@ def test_a_target_that_cannot_be_written_keeps_the_parts(
     assert not recording.complete
 
 
+def test_a_disk_that_is_full_from_the_start_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The recording is named, and no folder is left behind."""
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(Exception, match=r"run\.parquet: No space left"):
+        Parts(tmp_path / "run.parquet")
+    assert os.listdir(tmp_path) == []
+
+
 def test_parts_of_a_dead_process_are_recovered(tmp_path: Path) -> None:
     """The next recording to the same name finds them, and makes a file of them."""
     target = tmp_path / "run.arrow"

@@ -166,3 +166,32 @@ END_LIBRARY
     (problem,) = check({"two.EXP": foreign}).log.errors
     assert (problem.code, problem.construct) == (REFUSED, "a body in FBD")
     assert problem.line == 5
+
+
+TAKES_LIBRARIES = """<?xml version="1.0" encoding="utf-8"?>
+<Project xmlns="http://schemas.microsoft.com/developer/msbuild/2003">
+<ItemGroup><Compile Include="MAIN.TcPOU"/></ItemGroup>
+<ItemGroup><PlaceholderReference Include="Tc2_Standard"/>
+<PlaceholderReference Include="MyLib"/></ItemGroup></Project>
+"""
+USES_LIBRARIES = """<POU Name="MAIN" Id="{1}"><Declaration><![CDATA[PROGRAM MAIN
+VAR axis : AXIS_REF; timer : TON; other : FB_OfMyLib; x : INT; END_VAR]]></Declaration>
+<Implementation><ST><![CDATA[axis.ReadStatus();
+x := other.value;
+x := 'text';]]></ST></Implementation></POU>
+"""
+
+
+def test_names_of_missing_libraries_are_refused(tmp_path: Path) -> None:
+    """Once each, by name; what the project itself does wrong stays an error."""
+    (tmp_path / "P.plcproj").write_text(TAKES_LIBRARIES)
+    pou = tmp_path / "MAIN.TcPOU"
+    pou.write_text(f"{HEAD}{USES_LIBRARIES}</TcPlcObject>")
+    found = check(sources_of([tmp_path])).as_json()
+    names = [entry["construct"] for entry in found["refused"]]
+    assert names == ["AXIS_REF", "FB_OfMyLib"]
+    assert "MyLib" in found["errors"][1]["text"]
+    assert [e["line"] for e in found["errors"]] == [4, 4, 7]
+    alone = check(sources_of([pou])).as_json()
+    assert [e["construct"] for e in alone["refused"]] == ["AXIS_REF"]
+    assert "FB_OfMyLib is unknown" in alone["errors"][1]["text"]

@@ -1,8 +1,8 @@
 """``#RT CYCLE`` and the blocks of a real-time cycle, compiled.
 
 Inside stand $IF with its branches, a frequency (ONCE, EDGE, ALWAYS) if there is
-one branch only, and assignments of V.E and V.RTG.LOOP.ENABLED (public pages
-"Realtime cycles").
+one branch only, and assignments of V.E and V.RTG.LOOP (public pages "Realtime
+cycles").
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from cnc_core.errors import ERRORS
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.port import (
     RT_DELETED,
@@ -26,6 +26,7 @@ from ..language.rt_formulas import (
     EDGE,
     JUMP,
     ONCE,
+    SET_COUNT,
     SET_ENABLED,
     SET_EXTERNAL,
     UNLESS,
@@ -44,7 +45,12 @@ STATES = {
     "DELETE": RT_DELETED,
 }
 FREQUENCIES = {"ONCE": ONCE, "EDGE": EDGE, "ALWAYS": ALWAYS}
-SCOPES, ACTIONS = ("PROG", "GLOBAL"), ("MOVE_ABORT", "MOVE_CONT")
+WRITTEN = {
+    "V.RTG.LOOP.ENABLED": SET_ENABLED,
+    "V.RTG.LOOP.COUNT": SET_COUNT,
+}
+SCOPES = ("BLOCK", "PROG", "GLOBAL")
+ACTIONS = ("MOVE_ABORT", "MOVE_CONT")
 COMMAND = re.compile(r"#\s*RT\s+CYCLE\b\s*(?P<word>\w*)", re.I)
 MANAGES = ("END", "ABORT", *STATES)
 INSIDE = "only $IF and assignments may stand in a real-time cycle"
@@ -94,8 +100,12 @@ class RtCycleParser:
             raise fail(
                 900003, "#RT CYCLE ABORT ACTION is not supported", offset
             )
-        number, program = self._keys(offset)
-        self._at_end(name or "CYCLE")
+        try:
+            number, scope = self._keys(offset)
+            self._at_end(name or "CYCLE")
+        except CncError:
+            self._cycles.refused = name not in STATES
+            raise
         if name in STATES:
             return self._manage(number, name, offset), True
         starts = name != "DEF"
@@ -103,7 +113,7 @@ class RtCycleParser:
         def begin() -> Items:
             self._cycles.begin(
                 number and number(),
-                program=program,
+                scope=scope,
                 starts=starts,
                 offset=offset,
             )
@@ -155,13 +165,11 @@ class RtCycleParser:
 
         return run
 
-    def _keys(self, offset: int) -> tuple[Callable[[], int] | None, bool]:
-        """``[ID=.. SCOPE=.. END_ACTION=..]``: the ID, and whether it ends with
-        the program.
-        """
-        stream, number, program = self._stream, None, True
+    def _keys(self, offset: int) -> tuple[Callable[[], int] | None, str]:
+        """``[ID=.. SCOPE=.. END_ACTION=..]``: the ID, and the scope."""
+        stream, number, scope = self._stream, None, "PROG"
         if not stream.accept("["):
-            return None, True
+            return None, scope
         while not stream.accept("]"):
             key = stream.accept_name("ID", "SCOPE", "END_ACTION")
             if stream.accept(","):
@@ -178,10 +186,10 @@ class RtCycleParser:
             if name == "ID":
                 number = self._number(at)
             elif name == "SCOPE":
-                program = self._name(SCOPES, "SCOPE") == "PROG"
+                scope = self._name(SCOPES, "SCOPE")
             else:
                 self._name(ACTIONS, "END_ACTION")
-        return number, program
+        return number, scope
 
     def _number(self, offset: int) -> Callable[[], int]:
         value = self._formulas.number("ID", offset)
@@ -196,8 +204,6 @@ class RtCycleParser:
 
     def _name(self, known: tuple[str, ...], key: str) -> str:
         stream, offset = self._stream, self._stream.current.offset
-        if key == "SCOPE" and stream.is_name("BLOCK"):
-            raise fail(900003, "SCOPE = BLOCK is not supported", offset)
         word = stream.accept_name(*known)
         if word is None:
             raise fail(
@@ -249,16 +255,16 @@ class RtCycleParser:
     def _assignment(self) -> Callable[[OpenCycle], None]:
         stream, token = self._stream, self._stream.current
         name = token.text.upper()
-        if name == "V.RTG.LOOP.ENABLED":
+        if name in WRITTEN:
             stream.next()
-            op = RtOp(SET_ENABLED)
+            op = RtOp(WRITTEN[name])
             target: Instruction | None = lambda: op  # noqa: E731
         elif name.startswith("V.E."):
             target = self._formulas.external_op(SET_EXTERNAL)
         else:
             target = None
         if target is None and name.startswith(("V.RTG.", "V.RTA.")):
-            text = f"{name} cannot be written here, V.RTG.LOOP.ENABLED can"
+            text = f"{name} cannot be written here, {' and '.join(WRITTEN)} can"
             raise fail(900003, text, token.offset)
         if target is None:
             raise fail(22009, f"{name}: {ERRORS[22009]}", token.offset)

@@ -23,7 +23,7 @@ from .formulas import Formulas
 # codes and kinds as in c_ext/engine/state/api.h
 CONSTANT, LOOP_ENABLED, LOOP_COUNT, POSITION, EXTERNAL = range(5)
 SET_ENABLED, SET_EXTERNAL, UNARY, BINARY, JUMP, UNLESS = range(5, 11)
-ONCE, EDGE, ALWAYS = range(11, 14)
+ONCE, EDGE, ALWAYS, SET_COUNT = range(11, 15)
 OF_ONE = ["-", "ABS", "SQR", "SQRT", "EXP", "LN", "DEXP", "LOG", "INT"]
 OF_ONE += ["FRACT", "CEIL", "FLOOR", "ROUND", "SIN", "COS", "TAN", "COT"]
 OF_ONE += ["ASIN", "ACOS", "ATAN", "INV", "NOT", "ACOT"]

@@ -15,13 +15,17 @@ from cnc_core.frontend.port import (
     RT_DEPTH,
     RT_HELD,
     RT_OPS,
+    RT_RUNNING,
     RT_STARTED,
     ChannelPort,
     RtOp,
 )
 
 RETAINED = "isg real-time cycles"
-PUTS, TAKES = range(5), (5, 6, 8, 10)  # instructions: one value more, or less
+PUTS, TAKES = (
+    range(5),
+    (5, 6, 8, 10, 14),
+)  # instructions: one value more, or less
 
 
 @dataclass
@@ -44,11 +48,11 @@ class Branch:
 class OpenCycle:
     """The cycle that is being defined.
 
-    ``number``: its ID, None without one.
+    ``number``: its ID, None without one.  ``scope``: BLOCK, PROG or GLOBAL.
     """
 
     number: int | None
-    program: bool
+    scope: str
     starts: bool
     place: Place
     ops: list[Callable[[], RtOp]] = field(default_factory=list)
@@ -75,22 +79,55 @@ class RealTimeCycles:
     ) -> None:
         self._port, self._place = port, place
         self.opened: OpenCycle | None = None
+        self.refused = False  # its first line, so that its end is no error
         self._slots: dict[int, int] = {}  # of this program, by ID
         self._unnamed = 0
+        # slots of SCOPE = BLOCK, and which of them act on the next block
+        self._of_block: set[int] = set()
+        self._pending: set[int] = set()
+        self._over = False  # that block has been executed
+
+    @property
+    def pending(self) -> bool:
+        """A cycle acts on the next block alone."""
+        return bool(self._pending)
+
+    def block_over(self) -> None:
+        """The next block begins when that block has been executed."""
+        self._over = True
+
+    def expire(self) -> None:
+        """Ahead of a block: cycles of the block before are over."""
+        if not self._over:
+            return
+        for slot in sorted(self._pending):
+            self._port.rt_cycle(slot, RT_HELD, True, ())
+        # without an ID nobody can start it again
+        self._slots = {
+            number: slot
+            for number, slot in self._slots.items()
+            if number >= 0 or slot not in self._pending
+        }
+        self._pending.clear()
+        self._over = False
 
     def begin(
-        self, number: int | None, *, program: bool, starts: bool, offset: int
+        self, number: int | None, *, scope: str, starts: bool, offset: int
     ) -> None:
         """``#RT CYCLE [DEF] [..]``."""
         if self.opened is not None:
             raise fail(22004, "#RT CYCLE inside a real-time cycle", offset)
-        if number is None and not (program and starts):
+        if number is None and (scope == "GLOBAL" or not starts):
+            self.refused = True
             raise fail(22003, ERRORS[22003], offset)
-        self.opened = OpenCycle(number, program, starts, self._place(offset))
+        self.opened = OpenCycle(number, scope, starts, self._place(offset))
 
     def end(self, offset: int) -> None:
         """``#RT CYCLE END``: everything before it has been executed."""
         opened, self.opened = self.opened, None
+        refused, self.refused = self.refused, False
+        if opened is None and refused:
+            return
         if opened is None:
             raise fail(907020, "#RT CYCLE END without its beginning", offset)
         if opened.branches:
@@ -102,7 +139,12 @@ class RealTimeCycles:
             raise fail(904010, ERRORS[904010], offset)
         slot = self._slot(opened, offset)
         state = RT_STARTED if opened.starts else RT_HELD
-        self._port.rt_cycle(slot, state, opened.program, ops)
+        self._port.rt_cycle(slot, state, opened.scope != "GLOBAL", ops)
+        self._of_block.discard(slot)
+        self._pending.discard(slot)
+        if opened.scope == "BLOCK":
+            self._of_block.add(slot)
+            self._acts(slot, state)
 
     def manage(self, number: int, state: int, word: str, offset: int) -> None:
         """START, HOLD, CONTINUE, DELETE; only DELETE of none is right."""
@@ -116,8 +158,15 @@ class RealTimeCycles:
                 )
             return
         self._port.rt_cycle(slots[number], state, False, ())
+        self._acts(slots[number], state)
         if state == RT_DELETED:
             del slots[number]
+
+    def _acts(self, slot: int, state: int) -> None:
+        if slot in self._of_block and state in (RT_STARTED, RT_RUNNING):
+            self._pending.add(slot)
+        else:
+            self._pending.discard(slot)
 
     def at_end(self) -> CncError | None:
         """The error of a program that ends inside a definition."""
@@ -145,7 +194,7 @@ class RealTimeCycles:
         if not free:
             raise fail(904010, ERRORS[904010], offset)
         slot = free[0] if old is None else old
-        (mine if opened.program else lasting)[number] = slot
+        (lasting if opened.scope == "GLOBAL" else mine)[number] = slot
         return slot
 
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from cnc_core.blocks import (
     EVENT,
+    EVENT_RT_COUNT,
     EVENT_RT_LOOP,
     FLUSH,
     HAS_VALUE,
@@ -63,9 +64,9 @@ class RealTimeLoop:
     ) -> None:
         self._modal, self._place, self._splines = modal, place, splines
         self._open: _Open | None = None
-        #: V.RTG.LOOP.ENABLED that the present block has written
-        self.written: bool | None = None
-        self.last = False  # the value that was written last
+        #: V.RTG.LOOP that the present block has written: value by event
+        self.written: dict[int, float] = {}
+        self.last = False  # ENABLED that was written last
 
     @property
     def is_open(self) -> bool:
@@ -74,19 +75,23 @@ class RealTimeLoop:
 
     def enable(self, enabled: bool) -> None:
         """``V.RTG.LOOP.ENABLED = ..``"""
-        self.written = self.last = enabled
+        self.last = enabled
+        self.written[EVENT_RT_LOOP] = float(enabled)
+
+    def count(self, passes: float) -> None:
+        """``V.RTG.LOOP.COUNT = ..``"""
+        self.written[EVENT_RT_COUNT] = passes
 
     def switched(self) -> list[Row | Wait]:
         """Rows of what has been written."""
-        enabled, self.written = self.written, None
+        written, self.written = self.written, {}
         n = self._modal.n
         return [
-            self._modal.row(
-                EVENT,
-                n,
-                code=EVENT_RT_LOOP,
-                value=float(enabled or False),
-                flags=HAS_VALUE,
+            *(
+                self._modal.row(
+                    EVENT, n, code=code, value=value, flags=HAS_VALUE
+                )
+                for code, value in written.items()
             ),
             self._modal.row(FLUSH, n, flags=STANDSTILL | WAIT),
             Wait.DRAINED,

@@ -211,7 +211,7 @@ class System:
     def _real_time(
         self, names: list[str], indices: Sequence[Formula], offset: int
     ) -> Access:
-        """V.RTG.LOOP.ENABLED and COUNT; the count is only read."""
+        """V.RTG.LOOP.ENABLED and COUNT."""
         state = self.state
         if indices or names[:1] != ["LOOP"]:
             return None
@@ -219,12 +219,15 @@ class System:
         def store(value: Value) -> None:
             state.loop.enable(_number(value, offset) != 0.0)
 
+        def count(value: Value) -> None:
+            state.loop.count(_number(value, offset))
+
         def read(place: int) -> Formula:
             return lambda: float(state.port.loop_state(state.loop.last)[place])
 
         return {
             "ENABLED": (read(0), store),
-            "COUNT": (read(1), None),
+            "COUNT": (read(1), count),
         }.get(".".join(names[1:]))
 
     def _real_time_axis(

@@ -273,7 +273,7 @@ class Forms:
         if answer is None:
             text = (
                 f"{question.title or 'form'}: {ERRORS[909152]}; answers "
-                "come from a terminal or from --answers"
+                "come from a terminal, from --answers or from --monitor"
             )
             raise fail(909152, text, offset)
         return answer

@@ -1,0 +1,168 @@
+"""Packing an FMU: description, compiled shim, program, cell and PLC."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Sequence
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+
+from ..config import CellConfig, load_config
+from ..errors import CncError, Place
+from ..program import Program
+from .description import Model, description
+from .variables import (
+    MODEL,
+    Variable,
+    check_names,
+    inputs,
+    outputs,
+    parameters,
+)
+
+FLAGS = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden")
+STRICT = ("-Wall", "-Wextra", "-Werror")
+PLATFORM = "linux64"
+
+
+def export_fmu(
+    program: str | Path,
+    target: str | Path,
+    *,
+    config: str | Path | None = None,
+    plc: str | Path | None = None,
+    input_symbols: Sequence[str] = (),
+    output_symbols: Sequence[str] = (),
+) -> Path:
+    """Write the FMU of a cell (FMI 2.0, co-simulation).
+
+    ``config``: cell file.  ``plc``: a file of Python tasks or of Structured
+    Text; None acknowledges everything.  ``input_symbols``, ``output_symbols``:
+    symbols of PLC or HLI that become inputs and outputs.
+    CncError: a file is missing or wrong, there is no C compiler.
+    """
+    program, target = Path(program), Path(target)
+    cell = load_config(config)
+    _check(program, cell, plc)
+    variables = [
+        *parameters(cell),
+        *inputs(input_symbols),
+        *outputs(cell, output_symbols),
+    ]
+    check_names(variables)
+    sources = [program, *(Path(file) for file in (config, plc) if file)]
+    model = Model(
+        target.stem,
+        _guid(sources, variables),
+        cell.cycle_s,
+        program.name,
+        variables,
+    )
+    about = {
+        "program": program.name,
+        "cell": Path(config).name if config else "",
+        "plc": Path(plc).name if plc else "",
+        "cycle_s": cell.cycle_s,
+        "inputs": list(input_symbols),
+        "outputs": list(output_symbols),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        shim = compiled(Path(folder), model)
+        _pack(target, model, about, sources, shim)
+    return target
+
+
+def _check(program: Path, cell: CellConfig, plc: str | Path | None) -> None:
+    """Refuse what is wrong before anything is written."""
+    for file in (program, plc):
+        if file is not None and not Path(file).is_file():
+            raise CncError(901001, "file not found", Place(str(file)))
+    checked = Program(program, cell, collect=True)
+    for _ in checked.batches():
+        pass
+    checked.reader.close()
+    if checked.errors:
+        raise checked.errors[0]
+
+
+def _guid(sources: Sequence[Path], variables: Sequence[Variable]) -> str:
+    """The same for the same files and variables."""
+    found = hashlib.sha256(repr(list(variables)).encode())
+    for file in sources:
+        found.update(hashlib.sha256(file.read_bytes()).digest())
+    return "{" + found.hexdigest()[:32] + "}"
+
+
+def compiled(folder: Path, model: Model) -> Path:
+    """The shim as a shared library; CncError with the compiler's words."""
+    compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        raise CncError(
+            902001, "an FMU needs a C compiler: install gcc or clang"
+        )
+    shim = files(__package__) / "shim"
+    names = [name.name for name in shim.iterdir()]
+    for name in names:
+        (folder / name).write_text((shim / name).read_text())
+    (folder / "model.h").write_text(_header(model))
+    out = folder / f"{model.identifier}.so"
+    sources = [str(folder / name) for name in names if name.endswith(".c")]
+    command = [compiler, *FLAGS, *STRICT, "-o", str(out), *sources, "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise CncError(902001, f"the shim does not compile: {done.stderr}")
+    return out
+
+
+def _header(model: Model) -> str:
+    """Counts and start values for C."""
+    counts = {
+        kind: sum(v.causality == kind for v in model.variables)
+        for kind in ("parameter", "input", "output")
+    }
+    first_output = counts["parameter"] + counts["input"]
+    start = ", ".join(repr(v.start) for v in model.variables)
+    lines = {
+        "MODEL_VALUES": len(model.variables),
+        "MODEL_FIRST_INPUT": counts["parameter"],
+        "MODEL_INPUTS": counts["input"],
+        "MODEL_FIRST_OUTPUT": first_output,
+        "MODEL_OUTPUTS": counts["output"],
+        "MODEL_CYCLE": repr(model.cycle_s),
+        "MODEL_GUID": json.dumps(model.guid),
+        "MODEL_PYTHON": json.dumps(sys.executable),
+        "MODEL_START": "{" + start + "}",
+    }
+    return "".join(f"#define {k} {v}\n" for k, v in lines.items())
+
+
+def _pack(
+    target: Path,
+    model: Model,
+    about: dict[str, object],
+    sources: Sequence[Path],
+    shim: Path,
+) -> None:
+    """The archive, whole or not at all."""
+    part = target.with_name(f"{target.name}.part")
+    try:
+        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+            tool = f"hli-cosim {version('hli-cosim')}"
+            archive.writestr("modelDescription.xml", description(model, tool))
+            archive.writestr(f"resources/{MODEL}", json.dumps(about))
+            for file in sources:
+                archive.write(file, f"resources/{file.name}")
+            archive.write(shim, f"binaries/{PLATFORM}/{shim.name}")
+        part.replace(target)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        text = f"cannot be written: {error.strerror}"
+        raise CncError(901004, text, Place(str(target))) from None

@@ -1,0 +1,333 @@
+"""The OPC UA server with the client of asyncua, and with node-opcua."""
+
+from __future__ import annotations
+
+import asyncio
+import random
+import socket
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager
+from typing import Any
+
+import pytest
+
+from cnc_core.bridges.symbols.cell import ServedCell
+from hli import layout
+from support import clients, malformed
+from support.bridged import Bridged
+
+asyncua: Any = pytest.importorskip("asyncua")
+ua: Any = asyncua.ua
+CNC = "http://opcfoundation.org/UA/CNC"
+SYMBOLS = "urn:hli-cosim:symbols"
+CH = "HLI_Global_Variables.gpCh[0]^"
+CHANNEL = "CncInterface.CncChannelList.Channel1"
+AXIS = "CncInterface.CncAxisList.X"
+WAIT_S = 20.0
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::DeprecationWarning"),
+    pytest.mark.filterwarnings(
+        "ignore::pytest.PytestUnraisableExceptionWarning"
+    ),
+]
+
+
+@pytest.fixture(scope="module")
+def served(bridged: Bridged) -> Iterator[Bridged]:
+    """The cell with a server of OPC UA; ``url`` is its address."""
+    from cnc_core.bridges.opcua.server import Bridge, Door  # noqa: PLC0415
+
+    coord = bridged.channel.bahn_state.coord_r[0]
+    coord.name, coord.log_axis_nr_r = "X", 1
+    for k, axis in enumerate(bridged.cnc.areas.gpAx[:3]):
+        axis.head.log_ax_n_r, axis.head.axis_type_r = k + 1, 1
+    door = Door(port=0, passwords={"op": "secret"})
+    bridge = Bridge(ServedCell(bridged.name), door)
+    bridged.loop.run(bridge.start())
+    running = bridged.loop.start(bridge.run())
+    bridged.url = f"opc.tcp://127.0.0.1:{bridge.port}/"  # type: ignore[attr-defined]
+    bridged.bridge = bridge  # type: ignore[attr-defined]
+    yield bridged
+    running.cancel()
+    bridged.loop.run(bridge.stop())
+
+
+class Session:
+    """A client with short ways to nodes."""
+
+    def __init__(self, client: Any, names: list[str]) -> None:
+        self.client = client
+        self._cnc, self._own = names.index(CNC), names.index(SYMBOLS)
+
+    def cnc(self, path: str) -> Any:
+        """A node of OPC 40502."""
+        return self.client.get_node(ua.NodeId(path, self._cnc))
+
+    def symbol(self, path: str) -> Any:
+        """A node of a symbol."""
+        return self.client.get_node(ua.NodeId(path, self._own))
+
+
+@asynccontextmanager
+async def session(served: Any, user: str = "") -> AsyncIterator[Session]:
+    """A client's session, anonymous or not."""
+    client = asyncua.Client(served.url)
+    if user:
+        client.set_user(user)
+        client.set_password("secret")
+    async with client:
+        yield Session(client, await client.get_namespace_array())
+
+
+def test_the_model_shows_the_channel(served: Any) -> None:
+    """Feed, override and program with the units of the specification."""
+    state = served.channel.bahn_state
+    state.active_feed_r, state.override_r = 12_500, 800
+    state.prog_name_r = "wheel.nc"
+    mode = served.channel.channel_mc_control.mode_and_state.state_r
+    mode.mode = layout.HLI_IMCM_AUTOMATIC_MODE
+    mode.state = layout.HLI_IMCM_PROCESS_ACTIVE
+
+    async def look() -> dict[str, Any]:
+        async with session(served) as one:
+            names = ("ActFeedrate", "ActOverride", "ActProgramName")
+            names += ("ActProgramStatus", "ActOperationMode", "ActStatus")
+            found = {
+                n: await one.cnc(f"{CHANNEL}.{n}").read_value() for n in names
+            }
+            unit = one.cnc(f"{CHANNEL}.ActFeedrate.EngineeringUnits")
+            found["unit"] = (await unit.read_value()).DisplayName.Text
+            return found
+
+    assert asyncio.run(look()) == {
+        "ActFeedrate": 12.5,
+        "ActOverride": 80.0,
+        "ActProgramName": "wheel.nc",
+        "ActProgramStatus": 1,
+        "ActOperationMode": 2,
+        "ActStatus": 0,
+        "unit": "mm/s",
+    }
+
+
+def test_positions_are_structures_that_clients_decode(served: Any) -> None:
+    """With their parts as variables, too."""
+    coord = served.channel.bahn_state.coord_r[0]
+    coord.current_position_r = 100_000
+    coord.act_position_r, coord.cmd_position_r = 110_000, 150_000
+
+    async def look() -> tuple[Any, float]:
+        async with session(served) as one:
+            place = await one.cnc(f"{AXIS}.PosDirect").read_value()
+            rest = await one.cnc(f"{AXIS}.PosDirect.RemDist").read_value()
+            return place, rest
+
+    place, rest = asyncio.run(look())
+    assert (place.ActPos, place.CmdPos, place.RemDist) == (10.0, 11.0, 4.0)
+    assert rest == 4.0
+
+
+def test_types_are_those_of_the_published_nodeset(served: Any) -> None:
+    """Ids, names and data types, as the nodeset in node-opcua's package has
+    them; every mandatory member is there.
+    """
+    import xml.etree.ElementTree as ET  # noqa: PLC0415
+
+    modules = clients.installed("node-opcua-nodesets")
+    folder = modules / "node-opcua-nodesets" / "nodesets"
+    root = ET.parse(folder / "Opc.Ua.CNC.NodeSet.xml").getroot()
+    space = "{http://opcfoundation.org/UA/2011/03/UANodeSet.xsd}"
+    from cnc_core.bridges.opcua import model  # noqa: PLC0415
+
+    def plain(text: str | None) -> str:
+        return (text or "").partition(":")[2]
+
+    ids = {}
+    for one in root.findall(f"{space}UAObjectType"):
+        number = one.get("NodeId", "").partition(";i=")[2]
+        ids[one.get("NodeId")] = plain(one.get("BrowseName"))
+        assert model.OBJECT_TYPES[plain(one.get("BrowseName"))][0] == int(
+            number
+        )
+    assert set(ids.values()) == set(model.OBJECT_TYPES)
+    for one in root.findall(f"{space}UAVariable"):
+        owner = ids.get(one.get("ParentNodeId"))
+        rules = [r.text for r in one.find(f"{space}References") or ()]
+        if owner is None or "i=78" not in rules:
+            continue
+        known = {n: t for n, t, _, _ in model.members_of(owner)}
+        name = plain(one.get("BrowseName"))
+        array = "[]" if one.get("ValueRank") == "1" else ""
+        assert known[name] == f"{one.get('DataType')}{array}", (owner, name)
+
+
+def test_symbols_stand_beside_the_model(served: Any) -> None:
+    """Of HLI and PLC: numbers, texts and arrays."""
+    served.channel.bahn_state.dist_prog_start = 321.5
+
+    async def look() -> list[Any]:
+        async with session(served) as one:
+            paths = [f"{CH}.bahn_state.dist_prog_start", "Slow.text"]
+            paths += ["MAIN.title", "MAIN.grid", f"{CH}.head.plc_present_w"]
+            return [await one.symbol(p).read_value() for p in paths]
+
+    found = asyncio.run(look())
+    assert found == [321.5, "hello", "spindle", [1, 2, 3, 4], True]
+
+
+def test_anonymous_clients_read_and_others_write(served: Any) -> None:
+    """What the CNC owns nobody writes; a wrong password is refused."""
+    unit = f"{CH}.bahn_mc_control.override.command_w"
+
+    async def code(one: Session, path: str, value: Any, kind: str) -> str:
+        variant = ua.Variant(value, ua.VariantType[kind])
+        try:
+            await one.symbol(path).write_value(ua.DataValue(variant))
+        except ua.UaStatusCodeError as error:
+            return str(ua.status_codes.get_name_and_doc(error.code)[0])
+        return "Good"
+
+    async def look() -> list[str]:
+        async with session(served) as one:
+            found = [await code(one, "Slow.gain", 1.0, "Double")]
+        async with session(served, "op") as one:
+            found.append(await code(one, "Slow.gain", 3.25, "Double"))
+            found.append(await code(one, unit, 650, "UInt16"))
+            found.append(await code(one, unit, 650.0, "Double"))
+            feed = f"{CH}.bahn_state.active_feed_r"
+            found.append(await code(one, feed, 1, "Int32"))
+        return found
+
+    wanted = ["BadUserAccessDenied", "Good", "Good", "BadTypeMismatch"]
+    assert asyncio.run(look()) == [*wanted, "BadNotWritable"]
+    assert served.task.gain == 3.25
+    assert served.channel.bahn_mc_control.override.command_w == 650
+
+    async def wrong() -> None:
+        client = asyncua.Client(served.url)
+        client.set_user("op")
+        client.set_password("guess")
+        async with client:
+            pass
+
+    with pytest.raises(ua.UaStatusCodeError):
+        asyncio.run(wrong())
+
+
+class Told:
+    """What a subscription tells."""
+
+    def __init__(self) -> None:
+        self.values: list[Any] = []
+        self.events: list[Any] = []
+
+    def datachange_notification(self, node: Any, value: Any, data: Any) -> None:
+        self.values.append(value)
+
+    def event_notification(self, event: Any) -> None:
+        self.events.append(event)
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    """Wait for it; it fails after a while."""
+    for _ in range(int(WAIT_S / 0.01)):
+        if condition():
+            return
+        await asyncio.sleep(0.01)
+    raise AssertionError("it did not come")
+
+
+def test_subscriptions_tell_each_change(served: Any) -> None:
+    """Of a member of the HLI, in order."""
+    served.channel.bahn_state.command_feed_r = 0
+
+    async def look() -> list[Any]:
+        told = Told()
+        async with session(served) as one:
+            subscription = await one.client.create_subscription(10, told)
+            node = one.symbol(f"{CH}.bahn_state.command_feed_r")
+            await subscription.subscribe_data_change(node)
+            for value in range(1, 6):
+                await until(lambda wanted=value - 1: wanted in told.values)  # type: ignore[misc]
+                served.channel.bahn_state.command_feed_r = value
+            await until(lambda: 5 in told.values)
+            await subscription.delete()
+        return told.values
+
+    assert asyncio.run(look()) == [0, 1, 2, 3, 4, 5]
+
+
+def test_subscriptions_outlive_the_plc(served: Any) -> None:
+    """Another PLC comes; the symbol is told of again."""
+
+    async def look() -> list[Any]:
+        told = Told()
+        async with session(served) as one:
+            subscription = await one.client.create_subscription(10, told)
+            served.task.gain = 5.5
+            await subscription.subscribe_data_change(one.symbol("Slow.gain"))
+            await until(lambda: 5.5 in told.values)
+            await asyncio.to_thread(served.restart_plc)
+            await until(lambda: 2.5 in told.values)
+            served.task.gain = 6.5
+            await until(lambda: 6.5 in told.values)
+            await subscription.delete()
+        return told.values
+
+    assert asyncio.run(look())[-1] == 6.5
+
+
+def test_an_error_of_the_channel_is_an_alarm(served: Any) -> None:
+    """With its number, its line and the way to its cure."""
+
+    async def look() -> Any:
+        told = Told()
+        async with session(served) as one:
+            subscription = await one.client.create_subscription(10, told)
+            await subscription.subscribe_events(
+                one.cnc("CncInterface"),
+                ua.NodeId(1006, one._cnc),
+            )
+            head = served.channel.mc_error.satz_r.kopf
+            head.line, head.cycle, head.error_id = 17, 5, 270061
+            await until(lambda: bool(told.events))
+            await subscription.delete()
+        return told.events[0]
+
+    event = asyncio.run(look())
+    assert event.AlarmIdentifier == "270061"
+    assert event.AuxParameters == ["17"]
+    assert "explain 270061" in event.HelpSource
+
+
+def test_malformed_messages_do_no_harm(served: Any) -> None:
+    """The server answers right behind them."""
+    rng = random.Random(3)
+    port = int(served.url.rpartition(":")[2].strip("/"))
+    for _ in range(150):
+        with socket.create_connection(("127.0.0.1", port), 20.0) as connection:
+            connection.sendall(malformed.opcua(rng))
+
+    async def look() -> Any:
+        clients = served.bridge.server.bserver.clients
+        await until(lambda: not clients)  # those that have left
+        async with session(served) as one:
+            return await one.symbol("MAIN.title").read_value()
+
+    assert asyncio.run(look()) == "spindle"
+
+
+def test_a_session_of_node_opcua(served: Any) -> None:
+    """Another stack reads, decodes, writes with a password, and monitors."""
+    served.channel.bahn_state.active_feed_r = 2000
+    served.channel.bahn_state.dist_prog_start = 77.0
+    served.channel.bahn_state.coord_r[0].current_position_r = 100_000
+    served.task.gain = 2.5
+    found = clients.run("node-opcua-client", "opcua.js", served.url)
+    assert found["feed"] == 2.0
+    assert found["distance"] == 77.0
+    assert found["gain"] == 2.5
+    assert {"CncAxisList", "CncChannelList"} <= set(found["lists"])
+    assert found["anonymous"] == "BadUserAccessDenied"
+    assert (found["named"], found["written"]) == ("Good", 9.5)
+    assert found["told"] == sorted(set(found["told"]))
