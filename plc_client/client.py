@@ -73,6 +73,10 @@ class Hli(Areas):
                 self._register(scans_due)
         clock.set_source(lambda: self.cell_time_ns)
 
+    def __repr__(self) -> str:
+        channels, axes = self.gNrCh, self.gNrAx
+        return f"<hli {self.name!r}: gNrCh {channels}, gNrAx {axes}>"
+
     # -- registration
     def _register(self, scans_due: bool) -> None:
         plc, me = self.plc, os.getpid()

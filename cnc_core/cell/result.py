@@ -111,6 +111,13 @@ class RunResult:
             first.place.source = self.error_text
         raise first
 
+    def __str__(self) -> str:
+        """One line for people; ``as_json()`` has everything."""
+        found = f"{self.end}: {self.sim_time_s:.6g} s of cell time"
+        found += f", {self.blocks} blocks"
+        reasons = [e["text"] for e in self.errors] + self.warnings
+        return "; ".join([found, *reasons])
+
     def as_json(self) -> dict[str, Any]:
         return {
             "cycles": self.cycles,
@@ -150,7 +157,8 @@ class RunInterrupted(KeyboardInterrupt):
             else f"waits for {w['what']}"
             for w in result.waiting
         ]
-        recorded = [str(record)] if record and result.recorded else []
+        kept = result.recorded or result.recording is not None
+        recorded = [str(record)] if record and kept else []
         written = [*result.files, *recorded]
         parts = [
             f"interrupted after {result.sim_time_s:.3f} s of cell time",

@@ -62,7 +62,13 @@ def _side(column: int, head: Sequence[str]) -> Any:
 
 
 def say_figures(title: str, value: dict[str, Any]) -> None:
-    """A table of named figures, one a row."""
+    """A table of named figures, one a row; causes that took no time are left
+    out.
+    """
+    causes = value.get("time_by_cause")
+    if causes:
+        value = {k: v for k, v in value.items() if v is not causes}
+        value["time_by_cause_s"] = {k: v for k, v in causes.items() if v}
     print_table(title, ("figure", "value"), _figures(value))
 
 
@@ -144,8 +150,15 @@ def _value(path: str, name: str, value: Any, indent: int) -> Iterator[str]:
 def _with_millimetres(value: Any, unit: str) -> str:
     """A value with its unit; millimetres beside 0.1 um."""
     if unit == TENTH_UM and isinstance(value, (int, float)):
-        return f"{value:.0f} {unit} ({number(value / TENTHS_A_MM)} mm)"
-    return f"{_text(value)} {unit}"
+        return f"{value:.0f} x {unit} ({number(value / TENTHS_A_MM)} mm)"
+    return f"{_text(value)} {_times(unit)}"
+
+
+def _times(unit: str) -> str:
+    """A unit behind a value: "x 0.1 %", and "um/s" for "1 um/s"."""
+    if unit.startswith("1 "):
+        return unit[2:]
+    return f"x {unit}" if unit[:1].isdigit() else unit
 
 
 def _text(value: Any) -> str:
@@ -169,6 +182,7 @@ def print_run(result: Any, title: str) -> None:
     if result.cycles and (result.blocks or not result.errors):
         print_table(title, ("run", ""), _run_rows(result))
         _print_tasks(result.plc.get("tasks") or {})
+        _print_result(result.plc.get("result"))
         print_watch(result.plc.get("watch") or {})
         say_causes(result.time_by_cause)
     for message in result.messages:
@@ -213,6 +227,14 @@ def _print_tasks(tasks: dict[str, dict[str, Any]]) -> None:
             f" {number(task.get('mean_us') or 0.0)} us each,"
             f" {number(task.get('max_us') or 0.0)} us at most{late}"
         )
+
+
+def _print_result(result: Any) -> None:
+    """What ``result()`` of the tasks gave."""
+    if result is None:
+        return
+    for row in value_lines({"result": result}):
+        out.print(row)
 
 
 def print_watch(columns: dict[str, list[float | None]]) -> None:

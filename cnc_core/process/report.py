@@ -10,7 +10,7 @@ KEPT_TEXTS = 1000
 # a counter of the engine's state: the warning when it is not zero
 LOG_WARNINGS = {
     "techno_unseen": (
-        "{count} technology functions counted as acknowledged:"
+        "technology functions counted as acknowledged: {count};"
         " plc_present_w is FALSE"
     ),
     "log_disabled": (

@@ -10,6 +10,7 @@ from cnc_core._engine import lib
 from ..config import CellConfig
 from ..engine import Engine, Standstill
 from ..program import Program
+from .asking import AskingLoop
 from .options import CncOptions
 from .preparation import Preparation
 from .stands import PlcSight, reasons
@@ -30,6 +31,13 @@ MOTION = (
     "the next motion",
     "the program computes: Ctrl-C ends a loop that does not end",
 )
+
+ASKS = (
+    "the end of its loop without motion, lines {} to {}",
+    "the PLC, by a variable that the loop reads",
+)
+ASKS_AMONG = lib.ENGINE_STOP_NO_BLOCKS | lib.ENGINE_STOP_DWELL
+"""Conditions that come and go while a loop asks."""
 
 BLOCK = "the end of a block"
 LOOP = (
@@ -66,6 +74,7 @@ class RunScene:
         self.preparation: Preparation | None = None
         self._scans, self._scanned_at = 0, time.monotonic()
         self._row, self._row_since, self._row_cycle = -1, self._scanned_at, 0
+        self._asking = AskingLoop()
 
     def __call__(self) -> Scene:
         if self.phase == ENDED and not self._options.once:
@@ -107,6 +116,11 @@ class RunScene:
         told = bool(stands.conditions) or virtual
         if preparation and preparation.computes and told:
             return computing(preparation.program)
+        asks = None
+        if not stands.conditions & ~ASKS_AMONG:
+            asks = self._asks(plc)
+        if asks:
+            return asks
         if not stands.conditions:
             return self._lasting()
         self._row = -1
@@ -123,6 +137,25 @@ class RunScene:
         # a dwell is no wait: it is told by wall time alone
         dwells = stands.conditions & lib.ENGINE_STOP_DWELL
         return Scene(found, place, 0.0 if dwells else cell_s, key)
+
+    def _asks(self, plc: PlcSight) -> Scene | None:
+        """A program that goes round without motion, as one that waits for a
+        variable does.
+        """
+        preparation, state = self.preparation, self._engine.state
+        if preparation is None or preparation.program is None:
+            return None
+        place = place_now(preparation.program)[0]
+        cycle, position = int(state.cycle), list(state.position)
+        found = self._asking.look(
+            position, place[:2], preparation.blocks, cycle
+        )
+        if found is None:
+            return None
+        since, lines = found
+        reason = ASKS[0].format(*lines), plc.trouble() or ASKS[1]
+        cell_s = (cycle - since) * self._cell.cycle_s
+        return Scene([reason], place, cell_s, key=("asks", since))
 
     def _lasting(self) -> Scene:
         """The path moves: a block or a loop that lasts for long is told."""

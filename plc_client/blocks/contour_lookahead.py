@@ -53,23 +53,9 @@ class ContourLookahead(FunctionBlock):
     inputs of that call; ``done`` stays until ``execute`` falls (at least for
     one call).
 
-    ::
-
-                 execute rises / continuous call             unit free, our turn
-        IDLE ------------------------------------> QUEUED
-        -----------------------> PENDING   semaphor_rw TRUE
-         ^  \\                                     busy
-         busy       |
-         |   \\  request not finite
-         | CNC: answer, then
-         |    '-----------------> ERROR
-         | semaphor_rw FALSE
-         |                        error, error_id
-         v
-         '---- execute FALSE / continuous: at once
-         ------------------------------------------ DONE
-                                                                                             done,
-                                                                                             blocks
+    ``state`` goes from IDLE over QUEUED (another block has the unit) and PENDING
+    (the CNC has the request) to DONE; docs/reference/plc.md draws it.  A request
+    that is not usable gives ERROR and is not sent.
 
     Outputs: ``done`` (continuous: TRUE for the call that brought an answer),
     ``busy``, ``error``, ``error_id``, ``blocks`` (numpy structured array,

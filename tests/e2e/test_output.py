@@ -136,14 +136,16 @@ def test_values_have_units_and_few_digits() -> None:
         value_lines(given | {"T.text": "x" * 200, "T.list": [0.1] * 99})
     )
     assert lines[:4] == [
-        f"{place} = 123457 0.1 um (12.35 mm)",
-        f"{unit} = 500 0.1 %",
+        f"{place} = 123457 x 0.1 um (12.35 mm)",
+        f"{unit} = 500 x 0.1 %",
         "T.x = 0.3333",
         "T.on = TRUE",
     ]
     assert max(map(len, lines)) <= 80
     nested = list(value_lines({"gpCh[0].bahn_state": {"override_r": 1000}}, 2))
-    assert nested == ["  gpCh[0].bahn_state", "    override_r = 1000 0.1 %"]
+    (speed,) = value_lines({"gpCh[0].bahn_state.active_feed_r": 5})
+    assert speed.endswith(" = 5 um/s")
+    assert nested == ["  gpCh[0].bahn_state", "    override_r = 1000 x 0.1 %"]
 
 
 def test_usual_options(cli: Cli) -> None:

@@ -14,6 +14,7 @@ from .value import Value, c_number, constant, round_to_real
 if TYPE_CHECKING:
     from .context import Context
 
+BY_NUMBER = ("HLI_CHANNEL", "HLI_AXIS")  # blocks take their index
 _SIGNED = {8: types.SINT, 16: types.INT, 32: types.DINT, 64: types.LINT}
 
 
@@ -156,6 +157,9 @@ def _address_like(
             found.type = target
             return found
         text = f"a pointer has 64 bits, {target} has not; use LWORD"
+        if str(value.type.target) in BY_NUMBER:
+            spelled = value.spelled.replace("[]", "[i]")
+            text = f"{spelled} is a pointer; write its number, i"
         raise StopHere(TYPE, text, pos)
     return None
 

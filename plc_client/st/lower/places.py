@@ -158,7 +158,10 @@ def _of_value(
         return found
     if type_ is types.VOID and context.world.log.errors:
         raise Cascade(pos)
-    raise StopHere(TYPE, f"{type_} has no member {name}", pos)
+    array = isinstance(type_, types.ArrayType)
+    spelled = base.spelled.replace("[]", "[i]")
+    hint = f"; write {spelled}[n]" if array and spelled else ""
+    raise StopHere(TYPE, f"{type_} has no member {name}{hint}", pos)
 
 
 def _constant_bit(

@@ -18,8 +18,12 @@ typedef struct {
     void *to;
 } callbacks;
 
-static void logger(void *to, const char *name, int status,
-                   const char *category, const char *text, ...) {
+static void logger(void *to,
+                   const char *name,
+                   int status,
+                   const char *category,
+                   const char *text,
+                   ...) {
     va_list rest;
     (void)to;
     va_start(rest, text);
@@ -33,8 +37,13 @@ static void *library;
 static const char *guid, *resources;
 
 #define CALL(name, type, ...) ((type)dlsym(library, "fmi2" name))(__VA_ARGS__)
-typedef component (*make)(const char *, int, const char *, const char *,
-                          const callbacks *, int, int);
+typedef component (*make)(const char *,
+                          int,
+                          const char *,
+                          const char *,
+                          const callbacks *,
+                          int,
+                          int);
 typedef int (*plain)(component);
 typedef void (*release)(component);
 typedef int (*setup)(component, int, double, double, int, double);

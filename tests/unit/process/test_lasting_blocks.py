@@ -73,3 +73,29 @@ def test_a_block_that_has_begun_is_not_told(tmp_path: Path) -> None:
         look()
         cnc.run(3000)
         assert not look().reasons
+
+
+@pytest.mark.parametrize("block", ["#FLUSH WAIT", "#TIME 0.01"])
+def test_a_loop_that_asks_for_a_variable_is_told(
+    tmp_path: Path, block: str
+) -> None:
+    """Each pass was a short wait of its own, so that none was ever told."""
+    lines = ["N5 G1 X1 F6000", "N10 $WHILE V.E.GO == 0", f"N15 {block}"]
+    text = "\n".join([*lines, "N20 $ENDWHILE", "N25 M30", ""])
+    with Inside(tmp_path, text, "[external.GO]\n") as cnc:
+        look = looking(cnc)
+        cnc.side.plc.attached = True
+        cnc.run(500)
+        found = []
+        for _ in range(8):
+            cnc.run(217)
+            found.append(look())
+        program: Any = cnc.preparation.program
+        program.reader.flow.close()
+        cell_s = found[-1].cell_s
+        assert cell_s is not None
+        assert cell_s > 1.0
+        ((what, who),) = found[-1].reasons
+        assert "loop without motion" in what
+        assert "variable" in who
+        assert found[-1].key == found[-2].key
