@@ -89,6 +89,12 @@ def nothing_left_in_shared_memory() -> Iterator[None]:
     assert not left, f"left in shared memory: {left}"
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """-n auto: one more than there are cores; many tests wait for processes."""
+    return len(os.sched_getaffinity(0)) + 1
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(
     config: pytest.Config, items: list[pytest.Item]

@@ -29,6 +29,8 @@ STAMPS = {
     "cnc_core/recording/account.py",
     # when something happened, on the page of the monitor
     "cnc_core/observing/events.py",
+    # when a message of a program came
+    "cnc_core/process/operator_desk.py",
     # stamps of the values that servers tell
     "cnc_core/bridges/ads/notifications.py",
     "cnc_core/bridges/opcua/entries.py",

@@ -70,7 +70,7 @@ def test_a_terminal_sees_how_far_the_optimizer_is(tmp_path: Path) -> None:
     """The same of ``optimize``."""
     points = [
         f"N{10 * i} X{0.2 * i:.2f} Y{math.sin(0.02 * i):.4f} Z0"
-        for i in range(1, 200)
+        for i in range(1, 1000)
     ]
     file, setup = tmp_path / "in.osai", tmp_path / "SETUP"
     file.write_text("\n".join(["G1 F6000", "X0 Y0 Z0", *points, "M30"]) + "\n")
