@@ -44,9 +44,12 @@ def fmu(
             "--output", metavar="SYMBOL", help="a symbol as output; repeatable"
         ),
     ] = None,
+    fmi: Annotated[
+        int, typer.Option(min=2, max=3, help="FMI 2.0 or FMI 3.0")
+    ] = 2,
     as_json: Json = False,
 ) -> None:
-    """Export a cell as an FMU (FMI 2.0, co-simulation).
+    """Export a cell as an FMU for co-simulation.
 
     Example: hli-cosim fmu part.nc --cell cell.toml -o cell.fmu
     """
@@ -59,8 +62,9 @@ def fmu(
         plc=plc,
         input_symbols=input_symbol or (),
         output_symbols=output_symbol or (),
+        fmi=fmi,
     )
     if as_json:
         emit({"fmu": str(target), "bytes": target.stat().st_size})
         return
-    typer.echo(f"{target}: FMI 2.0, co-simulation")
+    typer.echo(f"{target}: FMI {fmi}.0, co-simulation")

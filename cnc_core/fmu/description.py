@@ -59,7 +59,7 @@ def description(model: Model, tool: str) -> bytes:
             "canNotUseMemoryManagementFunctions": "true",
         },
     )
-    _units(root, model.variables)
+    add_units(root, model.variables)
     log = ElementTree.SubElement(root, "LogCategories")
     ElementTree.SubElement(log, "Category", {"name": "logStatusError"})
     ElementTree.SubElement(
@@ -74,7 +74,7 @@ def description(model: Model, tool: str) -> bytes:
     return out
 
 
-def _units(root: ElementTree.Element, variables: Sequence[Variable]) -> None:
+def add_units(root: ElementTree.Element, variables: Sequence[Variable]) -> None:
     used = dict.fromkeys(v.unit for v in variables if v.unit in UNITS)
     units = ElementTree.SubElement(root, "UnitDefinitions")
     for name in used:
@@ -95,13 +95,13 @@ def _variables(
                 "valueReference": str(place),
                 "description": variable.about,
                 "causality": variable.causality,
-                **_varies(variable),
+                **varies(variable),
             },
         )
         ElementTree.SubElement(scalar, variable.kind, _declared(variable))
 
 
-def _varies(variable: Variable) -> dict[str, str]:
+def varies(variable: Variable) -> dict[str, str]:
     if variable.causality == "parameter":
         return {"variability": "fixed", "initial": "exact"}
     variability = "continuous" if variable.kind == "Real" else "discrete"

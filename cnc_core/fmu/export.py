@@ -19,7 +19,9 @@ from ..config import CellConfig, load_config
 from ..errors import CncError, Place
 from ..program import Program
 from .description import Model, description
+from .description3 import arrays, description3
 from .variables import (
+    MEMBERS,
     MODEL,
     Variable,
     check_names,
@@ -30,7 +32,8 @@ from .variables import (
 
 FLAGS = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden")
 STRICT = ("-Wall", "-Wextra", "-Werror")
-PLATFORM = "linux64"
+PLATFORMS = {2: "linux64", 3: "x86_64-linux"}
+DESCRIPTIONS = {2: description, 3: description3}
 
 
 def export_fmu(
@@ -41,14 +44,20 @@ def export_fmu(
     plc: str | Path | None = None,
     input_symbols: Sequence[str] = (),
     output_symbols: Sequence[str] = (),
+    fmi: int = 2,
 ) -> Path:
-    """Write the FMU of a cell (FMI 2.0, co-simulation).
+    """Write the FMU of a cell, for co-simulation.
+
+    ``fmi``: 2 for FMI 2.0; 3 for FMI 3.0, which has arrays for the contour
+    ahead and the HLI as Binary.
 
     ``config``: cell file.  ``plc``: a file of Python tasks or of Structured
     Text; None acknowledges everything.  ``input_symbols``, ``output_symbols``:
     symbols of PLC or HLI that become inputs and outputs.
     CncError: a file is missing or wrong, there is no C compiler.
     """
+    if fmi not in DESCRIPTIONS:
+        raise CncError(902001, f"FMI {fmi}: there are 2 and 3")
     program, target = Path(program), Path(target)
     cell = load_config(config)
     _check(program, cell, plc)
@@ -75,8 +84,8 @@ def export_fmu(
         "outputs": list(output_symbols),
     }
     with tempfile.TemporaryDirectory() as folder:
-        shim = compiled(Path(folder), model)
-        _pack(target, model, about, sources, shim)
+        shim = compiled(Path(folder), model, fmi)
+        _pack(target, model, about, sources, shim, fmi)
     return target
 
 
@@ -101,7 +110,7 @@ def _guid(sources: Sequence[Path], variables: Sequence[Variable]) -> str:
     return "{" + found.hexdigest()[:32] + "}"
 
 
-def compiled(folder: Path, model: Model) -> Path:
+def compiled(folder: Path, model: Model, fmi: int) -> Path:
     """The shim as a shared library; CncError with the compiler's words."""
     compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
@@ -114,7 +123,7 @@ def compiled(folder: Path, model: Model) -> Path:
         (folder / name).write_text((shim / name).read_text())
     (folder / "model.h").write_text(_header(model))
     out = folder / f"{model.identifier}.so"
-    sources = [str(folder / name) for name in names if name.endswith(".c")]
+    sources = [str(folder / name) for name in ("wire.c", f"fmi{fmi}.c")]
     command = [compiler, *FLAGS, *STRICT, "-o", str(out), *sources, "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -130,7 +139,12 @@ def _header(model: Model) -> str:
     }
     first_output = counts["parameter"] + counts["input"]
     start = ", ".join(repr(v.start) for v in model.variables)
+    count, size = arrays()
+    names = [v.name for v in model.variables]
     lines = {
+        "MODEL_FIRST_ARRAY": names.index(f"ahead0.{MEMBERS[0][0]}"),
+        "MODEL_ARRAYS": count,
+        "MODEL_ARRAY_SIZE": size,
         "MODEL_VALUES": len(model.variables),
         "MODEL_FIRST_INPUT": counts["parameter"],
         "MODEL_INPUTS": counts["input"],
@@ -150,17 +164,20 @@ def _pack(
     about: dict[str, object],
     sources: Sequence[Path],
     shim: Path,
+    fmi: int,
 ) -> None:
     """The archive, whole or not at all."""
     part = target.with_name(f"{target.name}.part")
     try:
         with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
             tool = f"hli-cosim {version('hli-cosim')}"
-            archive.writestr("modelDescription.xml", description(model, tool))
+            archive.writestr(
+                "modelDescription.xml", DESCRIPTIONS[fmi](model, tool)
+            )
             archive.writestr(f"resources/{MODEL}", json.dumps(about))
             for file in sources:
                 archive.write(file, f"resources/{file.name}")
-            archive.write(shim, f"binaries/{PLATFORM}/{shim.name}")
+            archive.write(shim, f"binaries/{PLATFORMS[fmi]}/{shim.name}")
         part.replace(target)
     except OSError as error:
         part.unlink(missing_ok=True)

@@ -28,7 +28,7 @@ from ..config import CellConfig
 from ..config.reading import config_of, config_text
 from ..errors import CncError
 from .variables import MODEL, Variable, inputs, outputs, parameters
-from .wire import END, ERROR, OK, SETUP, Request, Wire
+from .wire import END, ERROR, HLI, OK, SETUP, Request, Wire
 
 TENTH_UM = 1e-4
 START = 2  # the input's place
@@ -119,6 +119,10 @@ class Instance:
 
         return read
 
+    def hli(self) -> bytes:
+        """The memory of the channel, as it is."""
+        return bytes(self._segment.root.channel[0])
+
     def close(self) -> None:
         self._readers = []
         self._segment.close()
@@ -208,6 +212,8 @@ def serve(wire: Wire, folder: Path) -> None:
                 if request.kind == SETUP:
                     instance = Instance(folder, request.numbers)
                     wire.answer(OK, instance.step(0))
+                elif request.kind == HLI and instance:
+                    wire.answer(OK, (), instance.hli())
                 else:
                     wire.answer(*_stepped(instance, request))
             except (CncError, HliError, PlcError, ValueError) as error:

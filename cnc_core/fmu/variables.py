@@ -15,6 +15,13 @@ from ..errors import CncError
 
 MODEL = "fmu.json"  # what the slave has to know
 ELEMENTS_SHOWN = 8  # of the contour ahead
+MEMBERS = (
+    ("kind", ""),
+    ("start", "mm"),
+    ("length", "mm"),
+    ("radius", "mm"),
+    ("tangent", "rad"),
+)
 TENTH_UM, UM_S = 1e-4, 1e-3  # in mm, mm/s
 
 
@@ -140,24 +147,17 @@ def outputs(cell: CellConfig, chosen: Sequence[str] = ()) -> list[Variable]:
             "program_end", f"{path}.program_end_r", "the program is completed"
         ),
         _whole("elements", "", "elements of the contour ahead"),
-        *(v for i in range(ELEMENTS_SHOWN) for v in _element(i)),
+        *(v for name, unit in MEMBERS for v in _elements(name, unit)),
         *(_real(name, "", name, "a symbol") for name in chosen),
     ]
 
 
-def _element(i: int) -> list[Variable]:
-    members = (
-        ("kind", ""),
-        ("start", "mm"),
-        ("length", "mm"),
-        ("radius", "mm"),
-        ("tangent", "rad"),
-    )
+def _elements(name: str, unit: str) -> list[Variable]:
+    """One member of the coming elements; in FMI 3.0 an array."""
+    about = "of an element of the contour ahead"
     return [
-        _real(
-            f"ahead{i}.{name}", unit, "", "of an element of the contour ahead"
-        )
-        for name, unit in members
+        _real(f"ahead{i}.{name}", unit, "", about)
+        for i in range(ELEMENTS_SHOWN)
     ]
 
 

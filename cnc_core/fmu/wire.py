@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 REQUEST = struct.Struct("=IIQ")  # kind, count, cycles
 ANSWER = struct.Struct("=III")  # status, text bytes, count
-SETUP, STEP, END = 1, 2, 3
+SETUP, STEP, END, HLI = 1, 2, 3, 4
 OK, WARNING, ERROR = 0, 1, 3
 
 
@@ -46,9 +46,12 @@ class Wire:
         return Request(kind, cycles, struct.unpack(f"={count}d", body))
 
     def answer(
-        self, status: int, numbers: Sequence[float] = (), text: str = ""
+        self,
+        status: int,
+        numbers: Sequence[float] = (),
+        text: str | bytes = "",
     ) -> None:
-        said = text.encode()
+        said = text.encode() if isinstance(text, str) else text
         count = len(numbers)
         head = ANSWER.pack(status, len(said), count)
         self._socket.sendall(head + said + struct.pack(f"={count}d", *numbers))

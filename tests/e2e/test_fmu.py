@@ -17,10 +17,13 @@ import pytest
 from cnc_core.cell import Cell
 from cnc_core.errors import CncError
 from cnc_core.fmu import export_fmu
+from hli import layout
 from support.command_line import SHM
 from support.paths import ROOT
 
 fmpy = pytest.importorskip("fmpy")
+from fmpy.fmi1 import FMICallException  # noqa: E402
+from fmpy.fmi3 import FMU3Slave  # noqa: E402
 from fmpy.model_description import read_model_description  # noqa: E402
 from fmpy.validation import validate_fmu  # noqa: E402
 
@@ -104,6 +107,50 @@ def test_fmpy_drives_what_run_drives(
     assert out["Logic.count"].max() == STEPS // 4
     assert out["elements"].max() == 3
     assert out["ahead0.radius"].max() == pytest.approx(10.0)
+
+
+def test_fmi_3_has_arrays_and_the_hli(
+    exported: Exported, driven: np.ndarray
+) -> None:
+    """The same trajectory; the contour ahead in arrays, the channel's memory as
+    Binary; what is not supported is refused by name.
+    """
+    folder = exported.file.parent
+    file = export_fmu(
+        folder / "part.nc", folder / "three.fmu", plc=folder / "plc.py", fmi=3
+    )
+    assert validate_fmu(str(file)) == []
+    out = fmpy.simulate_fmu(
+        str(file),
+        stop_time=STEPS * 1e-3,
+        step_size=1e-3,
+        output_interval=1e-3,
+        output=["X.position", "ahead.radius"],
+    )
+    assert out["X.position"][1 : STEPS + 1].tolist() == driven.tolist()
+    assert out["ahead.radius"][5, 1] == pytest.approx(10.0)
+    model = read_model_description(str(file))
+    slave = FMU3Slave(
+        guid=model.guid,
+        unzipDirectory=fmpy.extract(str(file), str(folder / "three")),
+        modelIdentifier=model.coSimulation.modelIdentifier,
+        instanceName="three",
+    )
+    references = {v.name: v.valueReference for v in model.modelVariables}
+    said: list[str] = []
+    slave.instantiate(logMessage=lambda *words: said.append(str(words[-1])))
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    slave.doStep(0.0, 0.1)
+    (memory,) = slave.getBinary([references["HLI"]])
+    channel = layout.HLI_CHANNEL.from_buffer_copy(memory)
+    shown = slave.getFloat64([references["distance"]])[0]
+    assert channel.bahn_state.dist_prog_start == pytest.approx(shown * 1e4)
+    with pytest.raises(FMICallException):
+        slave.getFMUState()
+    assert "fmi3GetFMUState is not supported" in said[-1]
+    slave.terminate()
+    slave.freeInstance()
 
 
 def importer(exported: Exported, mode: str, **options) -> subprocess.Popen[str]:

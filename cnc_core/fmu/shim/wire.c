@@ -232,6 +232,35 @@ int slave_step(slave *s, double step) {
     return ask(s, WIRE_STEP, (uint64_t)whole, MODEL_FIRST_INPUT, MODEL_INPUTS);
 }
 
+int slave_hli(slave *s) {
+    struct {
+        uint32_t kind, count;
+        uint64_t cycles;
+    } request = {WIRE_HLI, 0, 0};
+    uint32_t head[3];
+    if (s->handle < 0) {
+        say(s, "the cell is not running");
+        return -1;
+    }
+    if (write_all(s->handle, &request, sizeof request) != 0
+        || read_all(s->handle, head, sizeof head) != 0) {
+        say_end(s);
+        return -1;
+    }
+    uint8_t *hli = realloc(s->hli, head[1] + 1);
+    if (!hli) {
+        say(s, "no memory");
+        return -1;
+    }
+    s->hli = hli;
+    s->hli_size = head[1];
+    if (read_all(s->handle, hli, head[1]) != 0) {
+        say_end(s);
+        return -1;
+    }
+    return 0;
+}
+
 static int gone(pid_t pid) {
     for (int i = 0; i < PATIENCE_MS; i++) {
         if (waitpid(pid, NULL, WNOHANG) != 0) {
@@ -261,6 +290,7 @@ void slave_free(slave *s) {
     if (s) {
         slave_stop(s);
         free(s->resources);
+        free(s->hli);
         free(s);
     }
 }

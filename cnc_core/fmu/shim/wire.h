@@ -3,6 +3,7 @@
 #ifndef HLI_COSIM_FMU_WIRE_H
 #define HLI_COSIM_FMU_WIRE_H
 
+#include <stddef.h>
 #include <stdint.h>
 #include <sys/types.h>
 
@@ -11,7 +12,8 @@
 enum {
     WIRE_SETUP = 1,
     WIRE_STEP = 2,
-    WIRE_END = 3
+    WIRE_END = 3,
+    WIRE_HLI = 4
 };
 
 typedef void (*wire_log)(void *to, const char *text);
@@ -22,6 +24,8 @@ typedef struct slave {
     pid_t pid;
     char *resources;
     double values[MODEL_VALUES];
+    uint8_t *hli; /* the channel's memory, as it was asked for last */
+    size_t hli_size;
     wire_log log;
     void *log_to;
 } slave;
@@ -31,6 +35,9 @@ slave *slave_new(const char *resources, wire_log log, void *log_to);
 /* 0, or -1: the reason has been logged. */
 int slave_setup(slave *s);
 int slave_step(slave *s, double step);
+
+/* Fetches the channel's memory into `hli`; the same results. */
+int slave_hli(slave *s);
 
 /* Ends the process, if there is one, and waits for it. */
 void slave_stop(slave *s);
