@@ -53,7 +53,6 @@ void forget_plan(jerk_planner *planner) {
     planner->plan.count = 0;
     planner->plan.next = 0;
     planner->plan.edition++;
-    planner->near = false;
     planner->wait = 0;
     forget_laws(planner);
 }

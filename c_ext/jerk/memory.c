@@ -55,7 +55,6 @@ static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
                         &problem->dc[1],
                         &problem->guess,
                         &problem->weight,
-                        &problem->pull,
                         &problem->root[0],
                         &problem->root[1],
                         &problem->calm,

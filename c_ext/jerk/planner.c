@@ -64,7 +64,7 @@ int64_t jerk_used(const jerk_planner *planner) {
 }
 
 int jerk_as_wanted(const jerk_planner *planner) {
-    return !planner->changed && !planner->near;
+    return !planner->changed;
 }
 
 void jerk_get_stats(const jerk_planner *planner, jerk_stats *out) {

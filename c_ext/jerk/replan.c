@@ -1,7 +1,6 @@
 /* When the plan is made anew: over the window, over less of it where that
  * fails, and otherwise the fastest way down. */
 #include <math.h>
-#include "jerk/near.h"
 #include "jerk/path/grid.h"
 #include "jerk/replan.h"
 #include "jerk/solver/constraints.h"
@@ -98,12 +97,9 @@ static bool slow_fallback(jerk_planner *planner, struct grid *grid) {
     return false;
 }
 
-/* The present plan was made for other speeds. */
-static bool other_speeds(const jerk_planner *planner) {
-    const struct speeds *was = &planner->was;
-    return was->command != planner->command_speed
-           || was->feed != planner->feed_factor
-           || was->rapid != planner->rapid_factor;
+static bool above_soft(const jerk_planner *planner, const struct grid *grid) {
+    return !grid->from_standstill && grid->count > 1
+           && planner->x > 1.003 * fmin(grid->seg[0].soft, grid->seg[1].soft);
 }
 
 /* The window up to a reach, with finer steps where they turn out to be too
@@ -158,30 +154,6 @@ static void reach_further(jerk_planner *planner, const struct grid *grid) {
     }
 }
 
-/* Segments of the grid that are driven until the next commit, or nearly. */
-static int until_next_commit(const jerk_planner *planner,
-                             const struct grid *grid) {
-    double way = NEXT_COMMIT_S * planner->scale * sqrt(planner->x);
-    int k = 1;
-    while (k < grid->count && grid->from_start[k] < way) {
-        k++;
-    }
-    return k;
-}
-
-/* The plan follows other speeds; false: it does not, so it is tried again. */
-static bool plan_other_speeds(jerk_planner *planner) {
-    bool changed = planner->changed;
-    planner->changed = false;
-    bool planned = (!changed && plan_fall(planner)) || plan_near(planner);
-    planner->wait = until_next_commit(planner, &planner->grid);
-    if (planned || !changed) {
-        return true;
-    }
-    return planner->x > FASTER * planner->grid.seg[0].asked
-           && plan_stop(planner);
-}
-
 /* A new plan over the window, if it is legal and not slower than the stored
  * tail; else the tail stays. False: it is not what is wanted. */
 bool plan_window(jerk_planner *planner) {
@@ -198,15 +170,12 @@ bool plan_window(jerk_planner *planner) {
     if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return true;
     }
-    if (!grid->from_standstill
-        && (other_speeds(planner) || plan_is_faster(planner, grid))) {
-        return plan_other_speeds(planner);
-    }
-    bool changed = planner->changed;
+    bool changed = planner->changed, above = above_soft(planner, grid);
     planner->changed = false;
     planner->wait = 1 + grid->count / 10;
-    if (solve_finer(planner, grid, ahead, FINER_TRIES)
-        || solve_shorter(planner, grid, TAIL_MORE * left)) {
+    if (!above
+        && (solve_finer(planner, grid, ahead, FINER_TRIES)
+            || solve_shorter(planner, grid, TAIL_MORE * left))) {
         if (!changed && !grid->from_standstill
             && slower_than_tail(planner, grid)) {
             planner->stats.slower++;
@@ -216,7 +185,6 @@ bool plan_window(jerk_planner *planner) {
         } else if (plan_accept(planner, grid, planner->prob.solved)) {
             planner->was = speeds_now(planner);
         }
-        planner->near = false;
         reach_further(planner, grid);
         return true;
     }
@@ -229,8 +197,11 @@ bool plan_window(jerk_planner *planner) {
         }
         return true;
     }
+    if (changed && plan_ramp(planner)) {
+        return true;
+    }
     bool met = !changed || plan_stop(planner); /* the fastest way down */
-    if (!changed) {
+    if (!changed && !above) {
         return true;
     }
     grid_window(planner, grid, 1e30);

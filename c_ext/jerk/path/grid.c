@@ -323,7 +323,8 @@ static bool grid_fill(jerk_planner *planner,
     grid->used = 0;
     grid->from_standstill = planner->at_standstill;
     grid->stands = extent->stands;
-    grid->sinks = false;
+    grid->land_from = -1.0;
+    grid->land_to = -1.0;
     grid->finest = extent->length / 24.0;
     if (count > grid->max) {
         return false;

@@ -300,8 +300,7 @@ static void gather(struct problem *problem, vec least) {
         gather_acc(problem, i, &bl, &totals, least);
         gather_mid(problem, i, &bl, &totals, least);
         gather_one(problem, i, &bl, &totals, least);
-        vec pull = load(problem->pull + k);
-        store(problem->cost.xx + k, totals.xx + pull);
+        store(problem->cost.xx + k, totals.xx);
         store(problem->cost.xu + k, totals.xu);
         store(problem->cost.uu + k, totals.uu);
         vec calm = load(problem->calm + k);
@@ -317,8 +316,7 @@ static void gather(struct problem *problem, vec least) {
                       + even * (bl.input[count] - bl.input[1 - count]));
         }
         store(problem->cost.cc[1] + k, totals.cc[1] - even);
-        store(problem->grad.x + k,
-              totals.x - load(problem->weight + k) + pull * bl.x[0]);
+        store(problem->grad.x + k, totals.x - load(problem->weight + k));
         store(problem->grad.accel + k, totals.accel);
     }
 }

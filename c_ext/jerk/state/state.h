@@ -49,8 +49,7 @@ struct jerk_planner {
         reach; /* mm: windows this long are solved; longer ones have failed */
     int finer_tries; /* so often may solutions still ask for finer steps */
     bool finer;      /* the last one has */
-    bool near; /* the present plan is a first answer: it reaches to rest only */
-    int wait;  /* segments to hand out before the next plan is tried */
+    int wait;        /* segments to hand out before the next plan is tried */
     double again_s,
         waited_s; /* s to hand out before what has changed is tried again (no
                      plan for it was found), and at the last try */

@@ -292,51 +292,6 @@
  * share. Evidence: test_feed_hold_distance. */
 #define NEAR_ENOUGH 1.05
 
-/* ---- Other speeds while it moves ---- */
-
-/* Of the way to rest: a window for other speeds is so long. Unit: ways.
- * Evidence: `bench planner` (live). */
-#define NEAR_WAYS 1.3
-
-/* A plan for other speeds counts so long before the next one. Unit: s.
- * Evidence: `bench planner` (live). */
-#define NEAR_S 0.03
-
-/* Times such a window: the plan that follows it reaches so far, for what is
- * told of the path ahead. Unit: factor. Evidence: test_lookahead_epochs. */
-#define REFILL_WAYS 4.0
-
-/* A first answer is driven so long before a plan follows that reaches further.
- * Unit: s. Evidence: test_lookahead_epochs. */
-#define NEXT_COMMIT_S 0.0101
-
-/* Such windows are tried before the present plan stays. Unit: count.
- * Evidence: `bench planner` (live). */
-#define NEAR_TRIES 3
-
-/* Each is so much longer than the last. Unit: factor. Evidence: `bench
- * planner` (live). */
-#define NEAR_LONGER 1.8
-
-/* Of the shortest way down: so long is that of the first guess. Unit: share.
- * Evidence: `bench planner` (live). */
-#define FALL_WAYS 1.5
-
-/* Of the objective's other parts: speed that is too high counts so much more.
- * Unit: factor. Evidence: `bench planner` (live). */
-#define PULL 2.0
-
-/* Of the present squared speed: one plan falls no deeper. Unit: share.
- * Evidence: `bench planner` (live). */
-#define DEEPEST_FALL 0.25
-
-/* Of the squared speed that is asked for: a plan above it comes down. Unit:
- * share. Evidence: test_low_feeds. */
-#define FASTER 1.004
-
-/* Of the same: more is too fast. Unit: share. Evidence: rounding. */
-#define ABOVE_ASKED 1.000001
-
 /* ---- Length of planner intervals ---- */
 
 /* Over the ramp from rest to full acceleration. Unit: intervals. Evidence:
@@ -541,6 +496,10 @@
 /* Of the largest squared speed: below it a gain counts no more. Unit: share.
  * Evidence: bench/planner_parts.py, test_planner_optimum. */
 #define SLOWEST 1e-5
+
+/* Of the cap, that a ramp down must keep. Unit: share. Evidence:
+ * test_low_feeds, test_jerk_planner. */
+#define LANDING 0.96
 
 /* Of its limit, that an axis needs at full speed: below it it has no rows.
  * Unit: share. Evidence: test_extreme_limits. */
