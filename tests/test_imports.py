@@ -46,6 +46,7 @@ ORDER = [
     "cnc_core.benchmarks",
     "cnc_core.sweep",
     "cnc_core.fmu",
+    "cnc_core.federate",
     "cnc_core.optimize",
     "cnc_core.planning",
     "cnc_core",

@@ -214,11 +214,11 @@ def of_session(session: int) -> list[int]:
 
 def test_a_killed_importer_ends_the_cell(exported: Exported) -> None:
     """No process and no segment of it is left."""
-    before = set(os.listdir(SHM))
     process = importer(exported, "hang")
     assert process.stdout is not None
     assert process.stdout.readline() == "stands\n"
-    assert len(of_session(process.pid)) > 1
+    owners = of_session(process.pid)
+    assert len(owners) > 1
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
     process.stdout.close()
@@ -227,8 +227,8 @@ def test_a_killed_importer_ends_the_cell(exported: Exported) -> None:
             break
         time.sleep(0.02)
     assert of_session(process.pid) == []
-    names = set(os.listdir(SHM)) - before
-    assert not [name for name in names if name.startswith("hli-cosim-")]
+    begins = tuple(f"hli-cosim-{pid}-" for pid in owners)
+    assert not [name for name in os.listdir(SHM) if name.startswith(begins)]
 
 
 def test_an_interpreter_that_is_not_there_is_named(exported: Exported) -> None:
