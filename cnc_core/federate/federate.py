@@ -10,6 +10,7 @@ from typing import Any
 
 from hli import segment
 from hli.areas import Areas
+from hli.segment import Segment
 from hli.symbol import Symbol, SymbolError
 from plc_client.runner import PlcRunner, Tasks
 
@@ -75,11 +76,12 @@ class CellFederate:
         self._helics = _helics()
         self.runner: PlcRunner = start_plc(program, plc, config=config)
         self._federate: Any = None
+        self._segment: Segment | None = None
         try:
             self._segment = segment.observe(self.runner.hli.name)
             cycle_s = self.runner.hli.cnc.cycle_ns * 1e-9
             self._cycles = coupling.cycles(cycle_s)
-            self._areas = Areas(self._segment)
+            self._areas: Areas | None = Areas(self._segment)
             self._shown = {
                 key: self._symbol(path)
                 for key, path in coupling.publish.items()
@@ -129,9 +131,8 @@ class CellFederate:
             with contextlib.suppress(self._helics.HelicsException):
                 self._helics.helicsFederateDisconnect(federate)
             self._helics.helicsFederateFree(federate)
-        self._areas = None  # type: ignore[assignment]
-        self._shown = {}
-        if hasattr(self, "_segment"):
+        self._areas, self._shown = None, {}
+        if self._segment is not None:
             self._segment.close()
         self.runner.close()
 
@@ -180,6 +181,7 @@ class CellFederate:
 
     def _symbol(self, path: str) -> Symbol:
         """Of the HLI as it is behind a step, or of the PLC."""
+        assert self._areas is not None
         try:
             return self._areas.symbol(path)
         except SymbolError:
