@@ -6,11 +6,12 @@ the importer has closed the socket, or is dead.
 
 from __future__ import annotations
 
+import atexit
 import json
 import signal
 import sys
+import tempfile
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,11 +28,26 @@ from ..cell.stepping import start_plc
 from ..config import CellConfig
 from ..config.reading import config_of, config_text
 from ..errors import CncError
-from .variables import MODEL, Variable, inputs, outputs, parameters
+from .variables import (
+    ELEMENTS_SHOWN,
+    MODEL,
+    Variable,
+    inputs,
+    outputs,
+    parameters,
+)
 from .wire import END, ERROR, HLI, OK, SETUP, Request, Wire
 
 TENTH_UM = 1e-4
 START = 2  # the input's place
+# of an element, in the order of variables.MEMBERS
+FIELDS = (
+    ("block_type", 1.0),
+    ("start_position", TENTH_UM),
+    ("length", TENTH_UM),
+    ("programmed_radius", TENTH_UM),
+    ("tangent_variation", 1.0),
+)
 PRIORITY = -1000  # ahead of the user's tasks
 
 
@@ -57,7 +73,12 @@ class Instance:
             for i, variable in enumerate(self._inputs)
             if variable.symbol
         ]
-        self._readers = [self._reader(v) for v in self._outputs]
+        first = next(i for i, v in enumerate(self._outputs) if not v.symbol)
+        last = first + 1 + ELEMENTS_SHOWN * len(FIELDS)
+        self._readers = (
+            self._reading(self._outputs[:first]),
+            self._reading(self._outputs[last:]),
+        )
         self._last = self._read()
 
     def _started(self, folder: Path, model: dict[str, Any]) -> PlcRunner:
@@ -82,13 +103,15 @@ class Instance:
         return self._last
 
     def _read(self) -> list[float]:
-        return [read() for read in self._readers]
+        before, behind = self._readers
+        return [
+            *(float(symbol.value) * scale for symbol, scale in before),
+            *self._elements(),
+            *(float(symbol.value) * scale for symbol, scale in behind),
+        ]
 
-    def _reader(self, variable: Variable) -> Callable[[], float]:
-        if variable.symbol:
-            symbol, scale = self._symbol(variable.symbol), variable.scale
-            return lambda: float(symbol.value) * scale
-        return self._of_elements(variable.name)
+    def _reading(self, variables: list[Variable]) -> list[tuple[Symbol, float]]:
+        return [(self._symbol(v.symbol), v.scale) for v in variables]
 
     def _symbol(self, path: str) -> Symbol:
         """Of the HLI, or else of the PLC."""
@@ -97,34 +120,23 @@ class Instance:
         except SymbolError:
             return self.runner.symbol(path)
 
-    def _of_elements(self, name: str) -> Callable[[], float]:
-        ahead: ContourQueue = self.runner["Commands"].ahead
-        if name == "elements":
-            return lambda: float(len(ahead.blocks))
-        place, member = name.removeprefix("ahead").split(".")
-        number = int(place)
-        field, scale = {
-            "kind": ("block_type", 1.0),
-            "start": ("start_position", TENTH_UM),
-            "length": ("length", TENTH_UM),
-            "radius": ("programmed_radius", TENTH_UM),
-            "tangent": ("tangent_variation", 1.0),
-        }[member]
-
-        def read() -> float:
-            blocks = ahead.blocks
-            if number >= len(blocks):
-                return 0.0
-            return float(blocks[field][number]) * scale
-
-        return read
+    def _elements(self) -> list[float]:
+        """The contour ahead, member by member, in the order of the outputs."""
+        ahead = self.runner["Commands"].ahead.blocks
+        blocks = ahead[:ELEMENTS_SHOWN]
+        rest = [0.0] * (ELEMENTS_SHOWN - len(blocks))
+        out = [float(len(ahead))]
+        for field, scale in FIELDS:
+            out += (blocks[field] * scale).tolist()
+            out += rest
+        return out
 
     def hli(self) -> bytes:
         """The memory of the channel, as it is."""
         return bytes(self._segment.root.channel[0])
 
     def close(self) -> None:
-        self._readers = []
+        self._readers = ([], [])
         self._segment.close()
         self.runner.close()
         self._file.unlink(missing_ok=True)
@@ -195,9 +207,6 @@ def changed(
 
 def folder_of_slave() -> Path:
     """A folder of this process alone, removed with it."""
-    import atexit  # noqa: PLC0415
-    import tempfile  # noqa: PLC0415
-
     folder = tempfile.TemporaryDirectory(prefix="hli-cosim-fmu-")
     atexit.register(folder.cleanup)
     return Path(folder.name)
