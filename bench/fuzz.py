@@ -120,14 +120,13 @@ class PythonFuzzing:
         began = time.monotonic()
         found = self._folder / f"{target}-broken"
         found.mkdir(parents=True, exist_ok=True)
-        before = {path.name for path in found.iterdir()}
+        before = fuzz_c.kept(found)
         self._call("fuzz", target, self._folder, int(seconds), seed)
         told = self._folder / f"{target}.json"
         figures = json.loads(told.read_text()) if told.exists() else {}
-        after = {path.name for path in found.iterdir()}
         took = time.monotonic() - began
         said = f"slowest {figures.get('slowest_s', 0)} s, {figures.get('memory_mb', 0)} MB"
-        broken = sorted(after - before)
+        broken = sorted(path.name for path in fuzz_c.kept(found) - before)
         return Done(target, figures.get("executions", 0), took, broken, said)
 
     def coverage(self) -> Figures:
@@ -201,8 +200,8 @@ def main() -> None:
     c, python = CFuzzing(folder, of_c), PythonFuzzing(folder, of_python)
     if of_c:
         c.build()
-    runs = {target: c.run for target in of_c}
-    runs |= {target: python.run for target in of_python}
+    runs = dict.fromkeys(of_c, c.run)
+    runs |= dict.fromkeys(of_python, python.run)
     done = share_time(runs, args.hours * 3600, args.jobs, args.seed)
     if of_c:
         print_coverage(c.coverage())
