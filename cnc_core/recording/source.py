@@ -188,19 +188,25 @@ class NpzSource:
         import zipfile  # noqa: PLC0415
 
         try:
-            with np.load(path, allow_pickle=False) as arrays:
+            # opened here: numpy leaves a file open that is none of its own
+            with path.open("rb") as file:
+                arrays = np.load(file, allow_pickle=False)
                 self.meta = json.loads(str(arrays["meta"]))
-        except (zipfile.BadZipFile, EOFError, ValueError):
+            self.tables = {
+                name: {str(n): str(kind) for n, kind in columns.items()}
+                for name, columns in self.meta["types"].items()
+            }
+            self._rows = {n: int(k) for n, k in self.meta["rows"].items()}
+        except (zipfile.BadZipFile, EOFError, ValueError, RecursionError):
             raise not_a_recording(path, "no npz file") from None
-        except KeyError:
+        except (KeyError, TypeError, AttributeError, IndexError):
             raise not_a_recording(path, "it is not of hli-cosim") from None
         self._path = path  # opened for each table: nobody closes a recording
         self.complete = bool(self.meta.get("complete"))
-        self.tables = self.meta["types"]
 
     def rows(self, table: str) -> int:
         """Rows of a table."""
-        return int(self.meta["rows"].get(table, 0))
+        return self._rows.get(table, 0)
 
     def chunks(self, table: str, columns: Sequence[str]) -> Iterator[Any]:
         """The whole table."""
