@@ -12,10 +12,13 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from cnc_core.errors import CncError
 from cnc_core.recording.reading import Recording
+from cnc_core.recording.source import META
 from support.fuzz_targets import TARGETS, changed
 
 CHANGED = 20
@@ -66,3 +69,29 @@ def test_a_file_that_is_no_npz_is_closed(tmp_path: Path) -> None:
             warnings.simplefilter("error")
             with pytest.raises(CncError):
                 Recording(path)
+
+
+@pytest.mark.parametrize("kind", ["parquet", "arrow"])
+@pytest.mark.parametrize(
+    "meta",
+    [
+        "",
+        "[1]",
+        '{"complete": true}',
+        '{"types": 1, "row_groups": 2}',
+        '{"types": {}, "row_groups": [1]}',
+    ],
+)
+def test_a_file_of_arrow_of_other_content_is_no_recording(
+    kind: str, meta: str, tmp_path: Path
+) -> None:
+    """Its schema has the name of a description, and says something else."""
+    table = pa.table({"a": [1, 2]}).replace_schema_metadata({META: meta})
+    path = tmp_path / f"a.{kind}"
+    if kind == "parquet":
+        pq.write_table(table, path)
+    else:
+        with pa.ipc.new_stream(path, table.schema) as stream:
+            stream.write_table(table)
+    with pytest.raises(CncError):
+        Recording(path)
