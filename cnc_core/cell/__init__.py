@@ -20,6 +20,7 @@ from typing import Any, Unpack
 
 from hli import segment
 from hli.errors import HliError
+from hli.interrupts import interrupts_held
 from plc_client.task import refuse_cell_start
 
 from ..config import CellConfig, load_config
@@ -156,7 +157,6 @@ class Cell:
         sweep_folders()
         folder = options.out or OUT_FOLDER
         before = files_below(folder)
-        self._job = job = self._start(program, choice, options, warm, attended)
 
         def collected(*, judged: bool) -> RunResult:
             result = self._collect(job, options, judged=judged)
@@ -167,21 +167,26 @@ class Cell:
             ]
             return result
 
-        try:
-            supervise(job, options.max_wall, look)
-            stop(job)
-            return collected(judged=True)
-        except KeyboardInterrupt:
-            stop(job)
-            result = collected(judged=False)
-            raise RunInterrupted(result, options.record) from None
-        except BaseException:
-            stop(job)
-            if job.parts:
-                job.parts.finish(end="interrupted")
-            raise
-        finally:
-            self.close()
+        with interrupts_held() as let_come:
+            self._job = job = self._start(
+                program, choice, options, warm, attended
+            )
+            try:
+                let_come()
+                supervise(job, options.max_wall, look)
+                stop(job)
+                return collected(judged=True)
+            except KeyboardInterrupt:
+                stop(job)
+                result = collected(judged=False)
+                raise RunInterrupted(result, options.record) from None
+            except BaseException:
+                stop(job)
+                if job.parts:
+                    job.parts.finish(end="interrupted")
+                raise
+            finally:
+                self.close()
 
     def _options(self, chosen: RunKeywords) -> RunOptions:
         """The options of a run; the cell's clock and service where none is named."""

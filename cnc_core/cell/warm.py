@@ -59,7 +59,10 @@ def serve(number: int, launcher: int) -> int:
                 _report_end(connection, running.pop(handle), handle)
         if number not in ready:
             continue
-        text, streams, _, _ = socket.recv_fds(connection, MESSAGE, 3)
+        try:
+            text, streams, _, _ = socket.recv_fds(connection, MESSAGE, 3)
+        except OSError:
+            return 0
         if not text:
             return 0
         request = json.loads(text)
@@ -74,7 +77,10 @@ def serve(number: int, launcher: int) -> int:
         handle = os.pidfd_open(pid)
         running[handle] = pid
         started = json.dumps({"started": pid}).encode()
-        socket.send_fds(connection, [started], [handle])
+        try:
+            socket.send_fds(connection, [started], [handle])
+        except OSError:
+            return 0  # the launcher has ended; so will what it began
 
 
 def _report_end(connection: socket.socket, pid: int, handle: int) -> None:
