@@ -362,7 +362,9 @@ def plc(
     force: Forced = None,
     config: Annotated[
         Path | None,
-        typer.Option("--config", help="cell.toml, for its simulated inputs"),
+        typer.Option(
+            "--config", "--cell", help="cell.toml, for its simulated inputs"
+        ),
     ] = None,
 ) -> None:
     """Run the PLC side alone: waits for the CNC, re-attaches when it comes

@@ -39,7 +39,9 @@ Json = Annotated[
     ),
 ]
 CONFIG = typer.Option(
-    "--config", help="cell.toml; default: the built-in machine X Y Z"
+    "--config",
+    "--cell",
+    help="cell.toml; default: the built-in machine X Y Z",
 )
 Config = Annotated[Path | None, CONFIG]
 SegmentName = Annotated[
