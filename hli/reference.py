@@ -45,8 +45,8 @@ HLI_NC_CONFIG
 hli_version_w | | | not evaluated
 hli_version_r | | | version of the interface
 nc_kernel_version_r | | | version of the CNC
-HLI_INTF_VERSION
-    a version's text
+HLI_INTF_VERSION HLI_ACHS_NAME
+    the text of a version or a name
 zeichen | | as its holder | characters
 HLI_CHANNEL
     `gpCh[i]`
@@ -233,6 +233,7 @@ current_position_r | 0.1 um | | present position
 acs_position_r | 0.1 um | | present position of the axis itself
 dist_to_geom_end_r | 0.1 um | | 0
 hb_display_r | | CNC | status of the manual mode
+axis_name_r | | | name of the axis
 HLI_HB_DISPLAY
     status of the manual mode of an axis; there is no manual mode
 state | | CNC | 0: not active
@@ -382,6 +383,7 @@ used_units_std_sync_r | | | technology units in use
 used_units_late_sync_r | | | 0
 techno_unit_std_sync | | both | spindle functions
 techno_unit_late_sync | | both | 0
+ipo_state | | CNC | identity, again
 HLI_HB_MC_CONTROL
     units of the manual mode; commands are taken, counted as bad and not done
 activation | | both | not supported: commands are refused
@@ -465,6 +467,16 @@ active_position_acs_r | 0.1 um | | present position
 current_position_acs_r | 0.1 um | | present position
 position_offset_r | 0.1 um | | 0
 axis_state_r | | | 3 while the path moves, else 1
+cmd_rev_r | 0.001 deg/s | | spindle: speed of the last function that is
+    output
+active_rev_r | 0.001 deg/s | | spindle: speed now, negative for M4; it needs no
+    time to get there
+current_rev_r | 0.001 deg/s | | spindle: speed now
+HLI_IPO_STATE
+    identity of an axis
+log_achs_nr_r | | | logical axis number
+type_r | | | 1 linear, 2 rotary, 4 spindle
+spindle_axis_r | | | TRUE: a spindle
 HLI_EXT_VAR
     an area of external variables
 value | | both | 24-byte blocks, six words each
