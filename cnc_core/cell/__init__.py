@@ -35,6 +35,7 @@ from ..process.options import (
     names_of,
     takes_run_options,
 )
+from ..process.recording import Missing
 from ..program.restart import Restart
 from ..recording.parts import Parts
 from ..recording.recorder import check_columns
@@ -280,13 +281,9 @@ class Cell:
             if options.strict:
                 be_strict(result)
         if job.parts:
-            told = cnc.get("recording", {})
-            if plc.get("record_lost"):
-                told = told | {
-                    "lost": {**told.get("lost", {}), "plc": plc["record_lost"]}
-                }
+            missing = Missing.of(cnc, plc, start=job.parts.problem)
             end = result.end if judged else "interrupted"
-            keep_recording(result, job.parts, told, end)
+            keep_recording(result, job.parts, missing, end)
         return result
 
 

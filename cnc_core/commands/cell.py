@@ -73,6 +73,7 @@ def run(
 
     check_choices(options)
     options = replace(options, st=st.words())
+    tell_unwritable(options.record)
     if monitor:
         options = replace(options, name=options.name or own_name())
     with (
@@ -89,7 +90,7 @@ def run(
     else:
         print_run(result, str(file))
     say_run_errors(result)
-    if result.end != "completed":
+    if result.failed:
         raise typer.Exit(1)
 
 
@@ -131,7 +132,7 @@ def demo(
     else:
         _print_demo(result)
     say_run_errors(result.run)
-    if result.run.end != "completed":
+    if result.run.failed:
         raise typer.Exit(1)
 
 
@@ -301,6 +302,7 @@ def cnc(
     if options.record:
         from ..process.recording import SoleRecording  # noqa: PLC0415
 
+        tell_unwritable(options.record)
         recording = SoleRecording(options.record, config, options.record_only)
         chosen = recording.options(chosen)
     if wait:
@@ -317,6 +319,19 @@ def cnc(
     for text in recording.told if recording else ():
         say_error(f"warning: {text}")
     raise typer.Exit(status)
+
+
+def tell_unwritable(record: Path | None) -> None:
+    """Warn ahead of a run of a recording that nobody can write; the run goes on."""
+    if record is None:
+        return
+    from ..recording.parts import why_unwritable  # noqa: PLC0415
+
+    why = why_unwritable(record)
+    if why:
+        say_error(
+            f"warning: recording {record}: {why}; the run goes on without it"
+        )
 
 
 CHECK_S = 2.0  # of wall time; the rest of a long program is read while it runs

@@ -364,7 +364,8 @@ class _Run:
             out.warnings.append(
                 f"the recording is not complete: {out.scans} scans are replayed"
             )
-        lost = self._recording.meta.get("lost", {}).get("plc")
+        missing = self._recording.meta.get("lost", {})
+        lost = missing.get("plc", 0) + missing.get("exchange", 0)
         if lost:
             out.warnings.append(
                 f"{lost} rows of the PLC were lost when it was recorded: behind"
