@@ -1,5 +1,6 @@
 /* Rows to points of the contour, and the life of the stage. */
 #include <stdlib.h>
+#include "rows/planes.h"
 #include "rows/pool.h"
 #include "stages/smoothing/emit.h"
 #include "stages/smoothing/nodes.h"
@@ -403,7 +404,8 @@ int64_t nc_smooth_push(nc_smooth *smooth,
                        const double *pool,
                        int64_t pool_n) {
     for (int64_t i = 0; i < count; i++) {
-        if (!row_in_pool(&rows[i], smooth->cfg.axes, pool_n)) {
+        if (!row_in_pool(&rows[i], smooth->cfg.axes, pool_n)
+            || !row_in_plane(&rows[i], smooth->cfg.main_axis)) {
             return -2;
         }
         take_row(smooth, &rows[i], pool);
