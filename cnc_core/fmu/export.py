@@ -34,6 +34,7 @@ from .variables import (
     inputs,
     outputs,
     parameters,
+    told_apart,
 )
 from .wire import HLI_SIZE
 
@@ -71,13 +72,12 @@ def export_fmu(
     _check(program, cell, plc)
     files = (program, Path(config) if config else None, tasks_of(plc))
     more = chosen_of(files, cell, (input_symbols, output_symbols))
+    given = [*inputs(), *externals(cell), *more[0]]
     variables = [
         *parameters(cell, program.name),
-        *inputs(),
-        *externals(cell),
-        *more[0],
+        *given,
         *outputs(cell),
-        *more[1],
+        *told_apart(more[1], given),
     ]
     check_names(variables)
     sources = [program, *(Path(file) for file in (config, plc) if file)]

@@ -24,6 +24,7 @@ from plc_client.runner import PlcRunner
 from ..cell.stepping import start_plc
 from ..config import CellConfig, load_config
 from ..config.reading import config_of, config_text
+from ..errors import CncError
 from .looking import Ahead, Functions
 from .symbols import Held, resolved
 from .variables import (
@@ -33,6 +34,7 @@ from .variables import (
     MEMBERS,
     MODEL,
     OVERRIDE,
+    PROGRAM_END,
     START,
     TENTH_UM,
     Variable,
@@ -97,6 +99,7 @@ class Instance:
         self._areas = Areas(self._segment)
         self._functions, self._ahead = Functions(hli), Ahead(hli)
         self._path = self._areas.gpCh[0].bahn_state._c
+        self._ended = False
         self._bind(chosen)
         self.show()
 
@@ -160,6 +163,8 @@ class Instance:
 
     def step(self, cycles: int) -> None:
         """So many cycles; behind the program's end the outputs stay."""
+        if self._ended:
+            return
         runner, functions = self.runner, self._functions
         self._take_inputs()
         for left in range(cycles, 0, -1):
@@ -173,6 +178,18 @@ class Instance:
             runner.advance()
         self._ahead.take()
         self.show()
+        if runner.ended:
+            self._row[self._places[PROGRAM_END]] = 1.0
+            self.end()
+
+    def end(self) -> None:
+        """Ends the CNC, what it showed stays; CncError with what it reports."""
+        self._ended = True
+        self.runner.close()
+        told = self.runner.cnc_report.get("errors") or []
+        if told:
+            texts = [f"{place_of(one)}{one['text']}" for one in told]
+            raise CncError(int(told[0]["code"]), "; ".join(texts))
 
     def _take_inputs(self) -> None:
         row, before = self._row, self._before
@@ -222,6 +239,14 @@ class Acknowledging:
     def cyclic(self) -> None:
         self._functions()
         self._flow()
+
+
+def place_of(error: dict[str, Any]) -> str:
+    """File and line of an error of the CNC's report, in front of its text."""
+    if not error.get("file"):
+        return ""
+    line = f":{error['line']}" if error.get("line") else ""
+    return f"{error['file']}{line}: "
 
 
 def commands_of(row: Row, places: dict[str, int], cycle_s: float) -> type:

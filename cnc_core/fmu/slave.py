@@ -10,7 +10,6 @@ import ctypes
 import signal
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from plc_client.task import PlcError
 
 from ..errors import CncError
 from .instance import Instance, variables_of
-from .wire import END, HLI, SETUP, Wire
+from .wire import END, ENDED, HLI, REFUSED, SETUP, Wire
 
 OTHER_VERSION = (
     "the FMU was exported by another version of hli-cosim: export it again"
@@ -38,14 +37,16 @@ def serve(wire: Wire, folder: Path) -> None:
                 if kind == SETUP:
                     instance = _instance(wire, folder)
                 elif instance is None:
-                    wire.fail("the cell did not start")
+                    wire.fail("the cell did not start", ENDED)
                 elif kind == HLI:
                     memory = instance.hli()
                     ctypes.memmove(wire.page.hli, memory, len(memory))
                 else:
                     instance.step(wire.page.cycles)
             except TOLD as error:
-                wire.fail(_said(error, instance))
+                refused = isinstance(error, (OverflowError, ValueError))
+                how = REFUSED if refused and instance else ENDED
+                wire.fail(_said(error, instance), how)
     finally:
         if instance is not None:
             instance.close()
@@ -64,12 +65,12 @@ def _instance(wire: Wire, folder: Path) -> Instance:
 
 def _said(error: Exception, instance: Instance | None) -> str:
     """The reason; where the CNC has ended with an error, its own."""
-    if instance is None or instance.runner.hli.alive():
-        return str(error)
-    instance.runner.close()
-    told: Any = instance.runner.cnc_report.get("errors") or []
-    texts = [f"{one['code']}: {one['text']}" for one in told]
-    return "; ".join(texts) or str(error)
+    if isinstance(error, PlcError) and instance is not None:
+        try:
+            instance.end()
+        except CncError as reported:
+            return str(reported)
+    return str(error)
 
 
 def main() -> None:

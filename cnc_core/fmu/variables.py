@@ -8,7 +8,7 @@ the program, has a place there, too, but no number.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..config import CellConfig
 from ..errors import CncError
@@ -25,6 +25,7 @@ MEMBERS = (
 )
 ARRAYS = ("m", *(f"ahead.{name}" for name, _ in MEMBERS))
 OVERRIDE, FEED_HOLD, START = "override", "feed_hold", "start"
+PROGRAM_END = "program_end"
 EXTERNAL = "V.E."
 TENTH_UM, UM_S = 1e-4, 1e-3  # in mm, mm/s
 
@@ -153,9 +154,7 @@ def outputs(cell: CellConfig) -> list[Variable]:
             "an M, H, S or T is not acknowledged",
         ),
         _flag("waits_continue", f"{path}.wait_continue_r", "M0 or M1 waits"),
-        _flag(
-            "program_end", f"{path}.program_end_r", "the program is completed"
-        ),
+        _flag(PROGRAM_END, "", "the program is completed"),
         _whole("m_functions", "", "M functions that were output so far"),
         _whole("elements", "", "elements of the contour ahead"),
         *_row("m", "Integer", "", NO_FUNCTION, "of the last M functions"),
@@ -204,6 +203,17 @@ def _whole(name: str, symbol: str, about: str) -> Variable:
 
 def _flag(name: str, symbol: str, about: str) -> Variable:
     return Variable(name, "Boolean", "output", about=about, symbol=symbol)
+
+
+def told_apart(
+    found: Sequence[Variable], others: Sequence[Variable]
+) -> list[Variable]:
+    """A symbol that is an input, too, gets ``.now`` behind its name."""
+    taken = {other.name for other in others}
+    return [
+        replace(v, name=f"{v.name}.now") if v.name in taken else v
+        for v in found
+    ]
 
 
 def check_names(variables: Sequence[Variable]) -> None:

@@ -18,6 +18,7 @@ from hli._sync import ffi, lib
 from hli import layout
 
 SETUP, STEP, END, HLI = 1, 2, 3, 4
+REFUSED, ENDED = 1, 2  # as before, or the cell is no more
 TEXT = 4096
 HLI_SIZE = ctypes.sizeof(layout.HLI_CHANNEL)
 SPIN_NS = 200_000  # before a wait goes to sleep
@@ -69,11 +70,13 @@ class Wire:
         kind = type(self.page)
         return ffi.cast("double *", self._pointer(kind, "values"))
 
-    def fail(self, text: str) -> None:
-        """The next answer is an error with this text."""
+    def fail(self, text: str, how: int) -> None:
+        """The next answer is an error with this text; ``how``: REFUSED or
+        ENDED.
+        """
         raw = text.encode()[: TEXT - 1]
         self.page.text = raw.decode(errors="ignore").encode()
-        self.page.failed = 1
+        self.page.failed = how
 
     def next(self) -> int:
         """Answers the request before, if there was one, and waits: the kind of

@@ -21,7 +21,7 @@ typedef enum {
 } status_kind;
 
 typedef struct {
-    void (*logger)(environment, string, status, string, string, ...);
+    void (*logger)(environment, string, int, string, string, ...);
     void *(*allocate)(size_t, size_t);
     void (*release)(void *);
     void (*step_finished)(environment, status);
@@ -34,11 +34,23 @@ typedef struct {
     char *name;
 } component2;
 
+/* The text is the format: not every importer looks at what stands behind it. */
 static void to_logger(void *to, const char *text) {
     component2 *c = to;
+    char format[2 * WIRE_TEXT], *end = format;
+    for (; *text && end < format + sizeof format - 2; text++) {
+        if (*text == '%') {
+            *end++ = '%';
+        }
+        *end++ = *text;
+    }
+    *end = 0;
     if (c->calls.logger) {
-        c->calls
-            .logger(c->calls.to, c->name, ERROR, "logStatusError", "%s", text);
+        c->calls.logger(c->calls.to,
+                        c->name,
+                        (int)ERROR,
+                        "logStatusError",
+                        format);
     }
 }
 

@@ -54,9 +54,13 @@ status instance_reset(void *given) {
 status instance_step(void *given, double at, double step) {
     instance *c = given;
     if (c->state != RUNNING) {
-        return refuse(c, "the instance is not initialized");
+        return refuse(c,
+                      c->state == BROKEN ? "the cell has ended"
+                                         : "the instance is not initialized");
     }
-    if (slave_step(c->cell, step) != 0) {
+    int failed = slave_step(c->cell, step);
+    if (failed) {
+        c->state = failed == WIRE_ENDED ? BROKEN : RUNNING;
         return ERROR;
     }
     c->time = at + step;

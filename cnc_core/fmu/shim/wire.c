@@ -174,7 +174,7 @@ static int say_end(slave *s) {
     s->pid = 0;
     say(s, text);
     slave_stop(s);
-    return -1;
+    return WIRE_ENDED;
 }
 
 static int gone(pid_t pid) {
@@ -252,7 +252,7 @@ static uint32_t placed(slave *s, uint32_t kind, uint64_t cycles) {
 static int ask(slave *s, uint32_t kind, uint64_t cycles) {
     if (s->line < 0) {
         say(s, "the cell is not running");
-        return -1;
+        return WIRE_ENDED;
     }
     if (wait_for(s, placed(s, kind, cycles)) != 0) {
         return say_end(s);
@@ -261,13 +261,13 @@ static int ask(slave *s, uint32_t kind, uint64_t cycles) {
     if (s->page->text[0]) {
         say(s, s->page->text);
     }
-    return s->page->failed ? -1 : 0;
+    return (int)s->page->failed;
 }
 
 int slave_setup(slave *s) {
     if (start(s) != 0) {
         say(s, strerror(errno));
-        return -1;
+        return WIRE_ENDED;
     }
     return ask(s, WIRE_SETUP, 0);
 }
@@ -283,7 +283,7 @@ int slave_step(slave *s, double step) {
                  step,
                  MODEL_CYCLE);
         say(s, text);
-        return -1;
+        return WIRE_REFUSED;
     }
     return ask(s, WIRE_STEP, (uint64_t)whole);
 }

@@ -19,6 +19,13 @@ enum {
     WIRE_HLI = 4
 };
 
+/* What an answer is that did not go well: everything is as it was before, or
+   the cell has ended. */
+enum {
+    WIRE_REFUSED = 1,
+    WIRE_ENDED = 2
+};
+
 /* A count that goes up, and who sleeps on it; alone on its cache line. */
 typedef struct {
     uint32_t count, waiters;
@@ -29,7 +36,7 @@ typedef struct {
    the answer `answered` goes up to the same count. */
 typedef struct {
     wire_word asked, answered;
-    uint32_t size, kind, failed, fill;
+    uint32_t size, kind, failed, fill; /* failed: WIRE_REFUSED, WIRE_ENDED */
     uint64_t cycles;
     char text[WIRE_TEXT];    /* of an error, UTF-8 */
     char program[WIRE_TEXT]; /* empty: the one of the export */
@@ -53,7 +60,7 @@ typedef struct slave {
 /* `resources`: URI or plain path.  NULL: there are none, or no memory. */
 slave *slave_new(const char *resources, wire_log log, void *log_to);
 
-/* 0, or -1: the reason has been logged. */
+/* 0, or what went wrong: the reason has been logged. */
 int slave_setup(slave *s);
 int slave_step(slave *s, double step);
 /* Fetches the channel's memory into the page; the same results. */
