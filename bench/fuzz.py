@@ -201,8 +201,8 @@ def main() -> None:
     c, python = CFuzzing(folder, of_c), PythonFuzzing(folder, of_python)
     if of_c:
         c.build()
-    runs = {target: c.run for target in of_c}
-    runs |= {target: python.run for target in of_python}
+    runs = dict.fromkeys(of_c, c.run)
+    runs |= dict.fromkeys(of_python, python.run)
     done = share_time(runs, args.hours * 3600, args.jobs, args.seed)
     if of_c:
         print_coverage(c.coverage())

@@ -11,7 +11,7 @@ from ..model.world import Cascade, unknown
 from ..syntax import tree
 from . import assertions, convert, places, store
 from .context import Context
-from .value import PropertyRef, RoutineRef, Value, address, at, constant
+from .value import PropertyRef, RoutineRef, Value, address, at
 
 
 @dataclass
@@ -192,7 +192,9 @@ def _omitted(
         return context.value(init, variable.type)
     if init is not None and isinstance(variable.type, types.StringType):
         return context.value(init, variable.type)
-    text = f"{routine.label} needs {variable.name}; its declaration has no value"
+    text = (
+        f"{routine.label} needs {variable.name}; its declaration has no value"
+    )
     raise StopHere(ARGUMENT, text, pos)
 
 
