@@ -25,7 +25,8 @@ static bool needs_blocks(struct engine *engine) {
 }
 
 bool plc_finished(const struct engine *engine) {
-    return ATOMIC_GET(engine->program.end) && !ATOMIC_GET(engine->program.stay)
+    return all_ended(&engine->group)
+           && !ATOMIC_GET(first_channel(engine)->program.stay)
            && engine->hli.side
            && load_u32_acquire(&engine->hli.side->plc.finished);
 }
