@@ -18,6 +18,7 @@ from .channel import (
     ChannelConfig,
     HscsConfig,
 )
+from .channels import ChannelPlace, ChannelSetup
 from .external import EXTERNAL_BLOCKS, ExternalConfig
 from .isons import IsonsConfig
 from .kinematics import KinematicsConfig
@@ -49,6 +50,8 @@ __all__ = [
     "AxisConfig",
     "CellConfig",
     "ChannelConfig",
+    "ChannelPlace",
+    "ChannelSetup",
     "ExternalConfig",
     "Finite",
     "HscsConfig",

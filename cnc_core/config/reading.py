@@ -16,6 +16,7 @@ from ..files import DATA_BYTES, open_regular
 from .axes import AxisConfig, SpindleConfig
 from .cell import CellConfig
 from .channel import ChannelConfig, HscsConfig, StartupConfig
+from .channels import ChannelTable
 from .external import ExternalConfig
 from .inputs import InputConfig, StepConfig
 from .isons import IsonsConfig
@@ -36,6 +37,11 @@ def _known_keys(path: tuple[Any, ...]) -> list[str]:
         "inputs": StepConfig if "steps" in path else InputConfig,
         "isons": IsonsConfig,
     }
+    if path[0] == "channels" and len(path) == 3:
+        return list(ChannelTable.model_fields)
+    if path[0] == "channels" and len(path) > 3:
+        below = "channel" if path[2] == "hscs" else None
+        return _known_keys((below, *path[2:]) if below else path[2:])
     if len(path) == 1:
         return list(CellConfig.model_fields)
     if path[0] in ("isons", "osai") and len(path) == 2:
