@@ -22,7 +22,7 @@ from hli import segment
 from hli.errors import HliError
 from plc_client.task import refuse_cell_start
 
-from ..config import CellConfig, load_config
+from ..config import CellConfig, load_config, setups_of
 from ..config.reading import config_of, config_text
 from ..errors import CncError, Place
 from ..frontend.operator import read_answers
@@ -40,8 +40,8 @@ from ..recording.recorder import check_columns
 from .child import Child, Job
 from .judgement import be_strict, judge
 from .kept import keep_recording, plc_part, recorded_aside
-from .programs import Programs, programs_of, refuse_for_several
 from .plc_choice import PlcChoice, tables_of
+from .programs import Programs, programs_of, refuse_for_several
 from .result import RunInterrupted, RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
 from .supervision import stop, supervise
@@ -210,7 +210,7 @@ class Cell:
         if len(programs) > 1:
             refuse_for_several(options)
         else:
-            check_columns(self.config.setups[0].cell, options.record_only)
+            check_columns(setups_of(self.config)[0].cell, options.record_only)
         if options.answers:
             read_answers(options.answers)
         Restart.of(*options.checked().place)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..config import CellConfig
+from ..config import CellConfig, setups_of
 from ..errors import CncError
 from ..process.options import RunOptions
 
@@ -21,9 +21,9 @@ def programs_of(
     Channels behind the given programs take what the cell file names, relative
     to ``config``.  CncError: more programs than channels, or none at all.
     """
-    one = isinstance(given, (str, Path))
-    files = [Path(file) for file in ([given] if one else given)]  # type: ignore[list-item, union-attr]
-    setups = cell.setups
+    listed = [given] if isinstance(given, (str, Path)) else given
+    files = [Path(file) for file in listed]
+    setups = setups_of(cell)
     if len(files) > len(setups):
         raise CncError(
             902001,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
@@ -33,7 +32,7 @@ from .channel import (
     ChannelConfig,
     StartupConfig,
 )
-from .channels import ChannelSetup, ChannelTable, setups_of
+from .channels import ChannelTable
 from .external import EXTERNAL_BLOCKS, ExternalConfig
 from .inputs import InputConfig, by_symbol
 from .isons import IsonsConfig
@@ -54,7 +53,7 @@ def _default_axes() -> dict[str, AxisConfig]:
 class CellConfig(Table):
     """One cell: a machine with one channel, or with several (``channels``).
 
-    What belongs to one channel is then asked of ``setups``, one by one.
+    What belongs to one channel is then asked channel by channel (``setups_of``).
     """
 
     name: str = "cell"
@@ -242,12 +241,6 @@ class CellConfig(Table):
         return sum(1 << (level - 1) for level in set(self.channel.skip_levels))
 
     @model_validator(mode="after")
-    def _channels_fit(self) -> CellConfig:
-        if self.channels:
-            _ = self.setups  # built once, to see that they can be
-        return self
-
-    @model_validator(mode="after")
     def _numbers_differ(self) -> CellConfig:
         if self.channels:
             return self
@@ -295,11 +288,6 @@ class CellConfig(Table):
     def axis_names(self) -> tuple[str, ...]:
         self._of_one_channel()
         return tuple(self.axes)
-
-    @cached_property
-    def setups(self) -> tuple[ChannelSetup, ...]:
-        """The channels in the order of ``gpCh``."""
-        return setups_of(self)
 
     def _of_one_channel(self) -> None:
         """ConfigError: somebody takes a cell with several channels for one."""
@@ -454,12 +442,6 @@ class CellConfig(Table):
 
     def warnings(self) -> list[str]:
         """What is accepted but does not act as written."""
-        if self.channels:
-            return [
-                f"channel {setup.place.name}: {text}"
-                for setup in self.setups
-                for text in setup.cell.warnings()
-            ]
         out = [
             f"P-CHAN-00650: unknown identifier {w!r} is ignored"
             for w in sorted(self.channel.functions - KNOWN_FUNCTIONS)

@@ -24,9 +24,7 @@ class EngineGroup:
             raise ValueError(f"{len(self.engines)} channels are too many")
         self._who = ffi.new("uint32_t *")
 
-    def run(
-        self, cycles: int, wait_ns: int = 100_000_000
-    ) -> tuple[Event, int]:
+    def run(self, cycles: int, wait_ns: int = 100_000_000) -> tuple[Event, int]:
         """Up to ``cycles`` cycles of all channels on this thread; what made them
         end, and the index of the channel.
         """

@@ -137,7 +137,7 @@ class ChannelRun:
         self.scene = RunScene(
             self.engine, root, self.cell, self.options, self.setup.place
         )
-        self.scene.others_run = lambda: self.others_run()
+        self.scene.others_run = self._others_run
         self.waits = StandWatch(
             self.scene,
             self.shared.say,
@@ -145,6 +145,9 @@ class ChannelRun:
             self.setup.place.name,
         )
         self.waiting: list[Waiting] = []
+
+    def _others_run(self) -> bool:
+        return self.others_run()
 
     def _set_modes(self) -> None:
         after = (

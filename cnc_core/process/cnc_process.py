@@ -7,7 +7,6 @@ is published by the engines' cycle; this module only moves things along.
 
 from __future__ import annotations
 
-import os
 import resource
 import shutil
 import sys
@@ -17,7 +16,7 @@ from typing import Any
 from hli import layout, segment
 from hli.errors import HliLost
 
-from ..config import load_config
+from ..config import load_config, setups_of
 from ..engine import Event
 from ..engine.group import EngineGroup
 from ..frontend.operator import Operator, read_answers
@@ -49,7 +48,7 @@ class CncProcess:
     def __init__(self, options: CncOptions) -> None:
         self.options = options
         self.cell = load_config(options.config)
-        self.setups = self.cell.setups
+        self.setups = setups_of(self.cell)
         self.stop_signal = 0
         # wall time of the first cycle and, at the end, what the cycles took
         self.driving_since = 0.0
@@ -58,9 +57,7 @@ class CncProcess:
         script = (
             read_answers(options.run.answers) if options.run.answers else []
         )
-        self.desk = OperatorDesk(
-            lambda: self.channels[0].prepared(), attended=options.attended
-        )
+        self.desk = OperatorDesk(self._prepared, attended=options.attended)
         self._operator = Operator(
             script,
             terminal=options.terminal and sys.stdin.isatty(),
@@ -357,6 +354,10 @@ class CncProcess:
         if event is Event.PLC_FINISHED or not self.started_with_plc:
             return True
         return time.monotonic() - self._ended_at > LINGER_S
+
+    def _prepared(self) -> dict[str, Any]:
+        """How far the first channel's program is read and planned."""
+        return self.channels[0].prepared()
 
     # ---------------------------------------------------------------- report
     def report(self) -> dict[str, Any]:

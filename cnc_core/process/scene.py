@@ -143,9 +143,7 @@ class RunScene:
         if not stands.conditions:
             return self._lasting()
         self._row = -1
-        found = reasons(
-            stands, self._root, self._cell, plc, self._channel
-        )
+        found = reasons(stands, self._root, self._cell, plc, self._channel)
         key = stands.since, stands.line, tuple(what for what, _ in found)
         place, text = self._place(stands)
         if text:

@@ -147,9 +147,7 @@ class StandWatch:
         wall_s = now - self._since
         since_s = wall_s if scene.cell_s is None else scene.cell_s
         return [
-            Waiting(
-                *scene.place, what, round(since_s, 6), who, self._channel
-            )
+            Waiting(*scene.place, what, round(since_s, 6), who, self._channel)
             for what, who in scene.reasons
         ]
 
