@@ -60,6 +60,11 @@ int pending_event(struct engine *engine) {
         ATOMIC_SET(engine->standstill.event, 0);
         return ENGINE_STANDS;
     }
+    if (engine->group.count > 1
+        && ATOMIC_GET(engine->path_commands.head)
+               != engine->path_commands.tail) {
+        return ENGINE_COMMANDS;
+    }
     if (drained(engine)) {
         ATOMIC_SET(engine->program.expect_drain, 0);
         return ENGINE_DRAINED;

@@ -58,6 +58,7 @@ class Event(IntEnum):
     PLC_ERROR = lib.ENGINE_PLC_ERROR
     RETRACED = lib.ENGINE_RETRACED
     STANDS = lib.ENGINE_STANDS
+    COMMANDS = lib.ENGINE_COMMANDS
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,7 @@ from .recording import missing_rows, recorder_for
 from .report import UNUSED_END, engine_figures
 from .said import Said
 from .scene import ENDED, NOT_STARTED, RUNNING, UNUSED, RunScene, place_now
+from .signals import SignalBoard, SignalsOf
 from .start_units import NO_FUNCTIONS, execution_mode, skip_levels
 from .waiting import StandWatch, Waiting
 
@@ -54,7 +55,7 @@ class Shared:
     """What the channels of a process share.
 
     ``tell``, ``say``: a line of the cell's life, a line for the user.
-    ``scratch``: folder of the process.
+    ``scratch``: folder of the process.  ``signals``: None: there is one channel.
     """
 
     options: CncOptions
@@ -64,6 +65,7 @@ class Shared:
     tell: Callable[[str], None]
     say: Callable[[str], None]
     scratch: Path
+    signals: SignalBoard | None = None
 
     @property
     def realtime(self) -> bool:
@@ -102,6 +104,8 @@ class ChannelRun:
         self._restarted = False
         self._retained: dict[str, Any] = {}
         self.others_run: Callable[[], bool] = lambda: False
+        board = shared.signals
+        self.signals = SignalsOf(board, index) if board else None
         self.engine = Engine(
             self.cell,
             window=options.lookahead,
@@ -191,6 +195,8 @@ class ChannelRun:
         self.engine.suppress_functions(
             bool(execution_mode(self.area, self.report_error) & NO_FUNCTIONS)
         )
+        if self.signals:
+            self.signals.begins()
         port = self._port(path)
         self.preparation = Preparation(
             path,
@@ -240,6 +246,7 @@ class ChannelRun:
             block, slots = shown
             self.engine.show_commands(block * BLOCK_BYTES, slots)
         port.manual_data = path == self._scratch
+        port.signals = self.signals
         return port
 
     def _heard(self, kind: str, text: str) -> None:
@@ -303,22 +310,16 @@ class ChannelRun:
     # ---------------------------------------------------------------- events
     def handle(self, event: Event) -> None:
         """What the engine has told."""
-        preparation = self.preparation
-        if preparation:
-            preparation.take_commands()
-        if event is Event.NEED_BLOCKS and preparation:
-            preparation.pump()
-        elif event is Event.DRAINED and preparation:
-            preparation.drained()
-            preparation.pump()
-        elif event is Event.MODE_COMMAND:
+        if self.preparation:
+            self._prepare(self.preparation, event)
+        else:
+            self.engine.take_commands()
+        if event is Event.MODE_COMMAND:
             command = self.engine.take_mode_command()
             if command:
                 self.modes.handle(command)
         elif event is Event.PLC_ERROR:
             self._plc_error()
-        elif event is Event.RETRACED and preparation:
-            preparation.retraced()
         elif event is Event.WATCHDOG:
             self._watchdog()
         elif event is Event.PROGRAM_END:
@@ -329,6 +330,17 @@ class ChannelRun:
             self.recorder.make_room()
         if self.recorder:
             self.recorder.elements()
+
+    def _prepare(self, preparation: Preparation, event: Event) -> None:
+        """What is for the program."""
+        preparation.take_commands()
+        if event is Event.NEED_BLOCKS:
+            preparation.pump()
+        elif event is Event.DRAINED:
+            preparation.drained()
+            preparation.pump()
+        elif event is Event.RETRACED:
+            preparation.retraced()
 
     def _plc_error(self) -> None:
         record = self.engine.take_plc_error()
@@ -348,6 +360,8 @@ class ChannelRun:
     def _program_ended(self) -> None:
         self.ended_at = time.monotonic()
         self.scene.phase = ENDED
+        if self.signals:
+            self.signals.ends()
         error = self.preparation.error if self.preparation else None
         if self.watchdog:
             error, self.watchdog = self.watchdog, None

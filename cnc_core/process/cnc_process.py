@@ -26,6 +26,7 @@ from .operator_desk import OperatorDesk
 from .options import CncOptions
 from .plc_life import PlcLife
 from .report import joined_report, worst_end
+from .signals import SignalBoard
 from .waiting import TimeLimits, Waiting
 
 # how long one wait may last before signals and the PLC's life are looked at
@@ -81,6 +82,7 @@ class CncProcess:
         self._own_folder = None if options.report else scratch_folder()
         folder = options.report.parent if options.report else self._own_folder
         assert folder is not None
+        self.board = self._new_board()
         shared = Shared(
             options,
             self.segment,
@@ -89,6 +91,7 @@ class CncProcess:
             self._tell,
             self._say,
             folder,
+            self.board,
         )
         services = {
             options.run.service or setup.cell.channel.service
@@ -104,6 +107,14 @@ class CncProcess:
         self.group = EngineGroup([one.engine for one in self.channels])
         self.plc = PlcLife(self.segment, self._tell)
         self.limits = TimeLimits(options.run, self.cell.cycle_s)
+
+    def _new_board(self) -> SignalBoard | None:
+        """The signals between the channels; None: there is one."""
+        if len(self.setups) == 1:
+            return None
+        names = [setup.place.name for setup in self.setups]
+        plc = self.segment.root.sidecar.plc
+        return SignalBoard(names, lambda: bool(plc.attached))
 
     def _tell(self, text: str) -> None:
         """A line of the cell's life with its times; a run in virtual time is
@@ -206,6 +217,8 @@ class CncProcess:
         if self.options.run.autostart:
             for channel in self.channels:
                 channel.start()
+        if self.board:
+            self.board.all_begun = True
         if held:
             self._serve_held()
             return

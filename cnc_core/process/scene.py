@@ -34,6 +34,9 @@ MOTION = (
     "the program computes: Ctrl-C ends a loop that does not end",
 )
 
+PROGRAM_WAITS = "what its program waits for"
+SENDS = "the program of the other channel, by #SIGNAL"
+
 ASKS = (
     "the end of its loop without motion, lines {} to {}",
     "the PLC, by a variable that the loop reads",
@@ -146,7 +149,13 @@ class RunScene:
         found = reasons(stands, self._root, self._cell, plc, self._channel)
         key = stands.since, stands.line, tuple(what for what, _ in found)
         place, text = self._place(stands)
-        if text:
+        awaited = self._awaited()
+        if awaited:
+            found = [
+                (awaited, SENDS) if what == PROGRAM_WAITS else (what, who)
+                for what, who in found
+            ]
+        elif text:
             named = f"what its program waits for ({text})"
             found = [
                 (named if what == "what its program waits for" else what, who)
@@ -156,6 +165,11 @@ class RunScene:
         # a dwell is no wait: it is told by wall time alone
         dwells = stands.conditions & lib.ENGINE_STOP_DWELL
         return Scene(found, place, 0.0 if dwells else cell_s, key)
+
+    def _awaited(self) -> str:
+        """The signal that the program waits for."""
+        signals = self.preparation.port.signals if self.preparation else None
+        return signals.awaited if signals else ""
 
     def _asks(self, plc: PlcSight) -> Scene | None:
         """A program that goes round without motion, as one that waits for a

@@ -18,6 +18,7 @@ from cnc_core.process.channel_run import ChannelRun, Shared
 from cnc_core.process.identity import fill_cell
 from cnc_core.process.operator_desk import OperatorDesk
 from cnc_core.process.options import CncOptions, RunOptions
+from cnc_core.process.signals import SignalBoard
 from hli import layout, segment
 from hli.areas import Areas
 
@@ -63,6 +64,9 @@ class Channels:
         self.root = self.segment.root
         fill_cell(self.root, cell.cycle_s, "freerun", "cyclic")
         self.told: list[str] = []
+        self.plc = False  # whether a PLC could start a program
+        names = [setup.place.name for setup in setups]
+        self.board = SignalBoard(names, lambda: self.plc)
         shared = Shared(
             options,
             self.segment,
@@ -71,6 +75,7 @@ class Channels:
             self.told.append,
             self.told.append,
             folder,
+            self.board,
         )
         self.channels = [ChannelRun(setup, shared) for setup in setups]
         self.group = EngineGroup([one.engine for one in self.channels])
@@ -83,6 +88,7 @@ class Channels:
             channel.ready()
             if start:
                 channel.start()
+        self.board.all_begun = True
 
     @staticmethod
     def _write(folder: Path, text: str, suffix: str) -> Path:
@@ -100,6 +106,9 @@ class Channels:
 
     def __exit__(self, *_: object) -> None:
         for channel in self.channels:
+            program = channel.preparation and channel.preparation.program
+            if program:
+                program.reader.close()
             channel.engine.close()
         self.segment.unlink()
 

@@ -36,6 +36,8 @@
 /* the path has stood for as long as engine_tell_standstill says; reported once
  * a standstill */
 #define ENGINE_STANDS 12
+/* one of several channels: the path has passed commands of its program */
+#define ENGINE_COMMANDS 13
 
 /* why the path stands: bits of stop_condition_r, ... */
 #define ENGINE_STOP_FEEDHOLD 0x1
