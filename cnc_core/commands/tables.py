@@ -7,6 +7,7 @@ import os
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -184,6 +185,11 @@ def print_run(result: Any, title: str) -> None:
     """
     if result.cycles and (result.blocks or not result.errors):
         print_table(title, ("run", ""), _run_rows(result))
+        if len(result.channels) > 1:
+            rows = [_channel_row(one) for one in result.channels]
+            print_table(
+                "channels", ("channel", "end", "blocks", "program"), rows
+            )
         _print_tasks(result.plc.get("tasks") or {})
         _print_result(result.plc.get("result"))
         print_watch(result.plc.get("watch") or {})
@@ -221,6 +227,15 @@ def _run_rows(result: Any) -> Iterator[list[str]]:
     for name in ("overruns", "planner_late", "recorded"):
         if getattr(result, name):
             yield [name, str(getattr(result, name))]
+
+
+def _channel_row(channel: dict[str, Any]) -> list[str]:
+    return [
+        f"{channel['index']} {channel['name']}",
+        channel["end"],
+        str(channel["blocks"]),
+        Path(channel["program"]).name if channel["program"] else "",
+    ]
 
 
 def _print_tasks(tasks: dict[str, dict[str, Any]]) -> None:

@@ -36,8 +36,9 @@ def run_cnc(options: CncOptions) -> int:
     """
     if options.core >= 0:
         os.sched_setaffinity(0, {options.core})
-    if not options.file.is_file():
-        raise CncError(901001, "file not found", Place(str(options.file)))
+    for file in options.programs:
+        if file is not None and not file.is_file():
+            raise CncError(901001, "file not found", Place(str(file)))
     process = CncProcess(options)
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN or number in ASKED:
