@@ -111,8 +111,12 @@ class Store:
                 offset,
             )
         if before == place and looped and name in scope.arrays:
-            text = f"DIM ${name} comes again in a LOOP and would clear the array"
-            raise fail(907017, f"{text}: declare it in front of the LOOP", offset)
+            text = (
+                f"DIM ${name} comes again in a LOOP and would clear the array"
+            )
+            raise fail(
+                907017, f"{text}: declare it in front of the LOOP", offset
+            )
         scope.values.pop(name, None)
         scope.arrays[name] = [0.0] * int(size)
 
