@@ -1023,8 +1023,8 @@ class HLI_LR_STATE(View):
     written by: CNC.
     """
     active_rev_r: int
-    """Spindle: speed now, negative for M4; it needs no time to get there;
-    unit: 0.001 deg/s; written by: CNC.
+    """Spindle: speed now, negative for M4; unit: 0.001 deg/s; written by:
+    CNC.
     """
     current_rev_r: int
     """Spindle: speed now; unit: 0.001 deg/s; written by: CNC."""
