@@ -120,14 +120,13 @@ class PythonFuzzing:
         began = time.monotonic()
         found = self._folder / f"{target}-broken"
         found.mkdir(parents=True, exist_ok=True)
-        before = {path.name for path in found.iterdir()}
+        before = fuzz_c.kept(found)
         self._call("fuzz", target, self._folder, int(seconds), seed)
         told = self._folder / f"{target}.json"
         figures = json.loads(told.read_text()) if told.exists() else {}
-        after = {path.name for path in found.iterdir()}
         took = time.monotonic() - began
         said = f"slowest {figures.get('slowest_s', 0)} s, {figures.get('memory_mb', 0)} MB"
-        broken = sorted(after - before)
+        broken = sorted(path.name for path in fuzz_c.kept(found) - before)
         return Done(target, figures.get("executions", 0), took, broken, said)
 
     def coverage(self) -> Figures:

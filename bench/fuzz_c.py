@@ -129,6 +129,11 @@ class Build:
         return made
 
 
+def kept(found: Path) -> set[Path]:
+    """Inputs that broke a promise; libFuzzer's slow ones did not."""
+    return {p for p in found.iterdir() if not p.name.startswith("slow-unit")}
+
+
 def run(
     target: str, program: Path, corpus: Path, seconds: float, seed: int
 ) -> Ran:
@@ -138,7 +143,7 @@ def run(
     corpus.mkdir(parents=True, exist_ok=True)
     found = corpus.parent / f"{target}-broken"
     found.mkdir(exist_ok=True)
-    before = set(found.iterdir())
+    before = kept(found)
     seeds = CORPUS / target
     command = [
         program,
@@ -165,7 +170,7 @@ def run(
         if line.startswith(("broken", "==", "SUMMARY"))
         or "runtime error" in line
     ]
-    broken = tuple(sorted(set(found.iterdir()) - before))
+    broken = tuple(sorted(kept(found) - before))
     return Ran(int(executed[1]) if executed else 0, broken, "\n".join(told))
 
 

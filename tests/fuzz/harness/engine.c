@@ -15,7 +15,7 @@
 #define CYCLES 700
 #define BATCH 64
 #define RING 4096
-#define SLOW_S 10.0
+#define SLOW_S 30.0
 #define PATIENCE 2000 /* pushes that find the ring full */
 
 enum {

@@ -122,3 +122,15 @@ def test_compensation_in_no_plane_is_an_error(
     with pytest.raises(RefusedRow) as refused:
         stage.push(BlockBatch(row))
     assert refused.value.error.code == 900016
+
+
+def test_a_tolerance_of_nothing_drives_an_arc_exactly() -> None:
+    """It would need chords without end: `#HSC ON [PATH_DEV=1e-12]` stood still."""
+    row = np.zeros(1, NC_BLOCK)
+    row["type"], row["plane"], row["feed"] = CIRCULAR, 17, 100.0
+    row["center"], row["radius"] = (10_000.0, 0.0), 10_000.0
+    row["angle"], row["length"] = np.pi, np.pi * 10_000.0
+    row["end"][0, 0] = 20_000.0
+    stage = Smoothing(np.zeros(AXES), MACHINE, 1e-12)
+    out = np.concatenate([stage.push(BlockBatch(row)).rows, stage.drain().rows])
+    assert out["type"].tolist() == [CIRCULAR]
