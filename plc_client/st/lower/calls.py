@@ -192,7 +192,9 @@ def _omitted(
         return context.value(init, variable.type)
     if init is not None and isinstance(variable.type, types.StringType):
         return context.value(init, variable.type)
-    text = f"{routine.label} needs {variable.name}; its declaration has no value"
+    text = (
+        f"{routine.label} needs {variable.name}; its declaration has no value"
+    )
     raise StopHere(ARGUMENT, text, pos)
 
 
