@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import gc
 import json
 import sys
 from collections.abc import Sequence
@@ -76,8 +77,9 @@ def _is_source(path: Path) -> bool:
 
 def check(sources: Sources, options: Options | None = None) -> Checked:
     """Parse, check and lower a program without compiling its C."""
-    limit = sys.getrecursionlimit()
+    limit, collecting = sys.getrecursionlimit(), gc.isenabled()
     sys.setrecursionlimit(max(limit, DEEPEST))
+    gc.disable()  # trees only grow here: a quarter of the time
     try:
         return _check(sources, options)
     except RecursionError:
@@ -85,6 +87,8 @@ def check(sources: Sources, options: Options | None = None) -> Checked:
         return Checked(Log([Problem(REFUSED, text, next(iter(sources), ""))]))
     finally:
         sys.setrecursionlimit(limit)
+        if collecting:
+            gc.enable()
 
 
 def _check(sources: Sources, options: Options | None) -> Checked:
