@@ -139,7 +139,7 @@ class RunScene:
         if preparation and preparation.computes and told:
             return computing(preparation.program)
         asks = None
-        if not stands.conditions & ~ASKS_AMONG:
+        if not stands.conditions & ~ASKS_AMONG and not self._awaited():
             asks = self._asks(plc)
         if asks:
             return asks
