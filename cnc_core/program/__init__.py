@@ -43,6 +43,7 @@ from ..geometry.stages.parameter_feed import ParameterFeed
 from ..geometry.stages.path_mode import NoPathMode, PathMode
 from ..geometry.stages.profiles import Profiles
 from ..geometry.stages.radius_compensation import RadiusCompensation
+from ..geometry.stages.rotary_lines import RotaryLines
 from ..geometry.stages.smoothing import Smoothing
 from ..geometry.stages.spline import Spline
 from ..geometry.stages.stage import DropZeroLength, Pipeline, RefusedRow, Stage
@@ -269,6 +270,7 @@ class Program:
             [
                 self.kinematics,
                 parameter,
+                RotaryLines(machine.start, machine.main),
                 ProfileFilter(self.profiles.filters),
                 self.limits,
             ]
