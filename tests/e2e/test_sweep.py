@@ -115,7 +115,7 @@ def test_kills_lose_nothing_that_was_complete(
 
 @pytest.mark.long
 def test_two_hundred_runs_and_five_kills(tmp_path: Path) -> None:
-    """The sweep is killed at random moments; the table is that of a sweep in
+    """The sweep is killed behind random numbers of runs; the table is that of a sweep in
     one go, and no file of a run is left.
     """
     study = study_in(tmp_path)
@@ -127,12 +127,14 @@ def test_two_hundred_runs_and_five_kills(tmp_path: Path) -> None:
     aside.mkdir()
     environment = os.environ | {"TMPDIR": str(aside)}
     words = ("sweep", study, "-o", tmp_path / "out", "--workers", 2, "--resume")
-    moments = random.Random(7)
-    for _ in range(5):
+    moments = sorted(random.Random(7).sample(range(1, 190), 5))
+    for moment in moments:  # so many runs are complete
         one = subprocess.Popen(
             command(*words), stderr=subprocess.PIPE, env=environment
         )
-        time.sleep(moments.uniform(1.0, 8.0))
+        while complete(tmp_path / "out") < moment:
+            assert one.poll() is None
+            time.sleep(0.05)
         one.kill()
         _, said = one.communicate()
         assert b"Traceback" not in said
