@@ -11,7 +11,7 @@ from ..model.world import Cascade, unknown
 from ..syntax import tree
 from . import assertions, convert, places, store
 from .context import Context
-from .value import PropertyRef, RoutineRef, Value, address, at, constant
+from .value import PropertyRef, RoutineRef, Value, address, at
 
 
 @dataclass

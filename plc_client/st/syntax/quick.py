@@ -29,7 +29,7 @@ class QuickParser:
         inner: Any = lark.parser
         parser = inner.parser.parser
         self._table = parser.parse_table
-        self._keywords = lark.options.postlex
+        self._keywords: Any = lark.options.postlex
         callbacks = parser.callbacks
         self._actions = {
             state: {
