@@ -25,6 +25,7 @@ from ..frontend.front_end import FrontEnd, Restartable
 from ..frontend.machine import ProgramMachine
 from ..frontend.operator import Operator, read_answers
 from ..frontend.port import ChannelPort, OfflinePort, Wait
+from ..frontend.signals import ChannelSignals
 from ..geometry.filters.run_filter import FilterReport
 from ..geometry.profiles.limits import AxisDynamics
 from ..geometry.profiles.time_filter import ProfileFilter
@@ -102,7 +103,8 @@ class Program:
     commands and undefined M functions are warnings. ``programmed``: rows as
     they are ahead of the kinematics, which is followed for its errors only.
     ``answers``: file with answers to the program's dialogs, if no ``port`` is
-    given. ``reader``: makes the front end, in place of that of the dialect.
+    given. ``signals``: of the other channels, likewise.  ``reader``: makes the
+    front end, in place of that of the dialect.
     ``restart``: where to take the program up; everything before is executed
     without motion, where the dialect can be taken up. ``tolerance``: mm by which the path may leave
     the contour where the program says nothing about it.
@@ -123,11 +125,14 @@ class Program:
         answers: Path | None = None,
         restart: Restart | None = None,
         reader: Callable[[ProgramMachine], FrontEnd] | None = None,
+        signals: ChannelSignals | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
         operator = Operator(read_answers(answers)) if answers else None
-        self.port = port or OfflinePort(machine.start, cell.skip_mask, operator)
+        self.port = port or OfflinePort(
+            machine.start, cell.skip_mask, operator, signals
+        )
         self.dialect = dialect or frontend.detect(self.path)
         self._start, self._restart = machine.start, restart
         if restart is not None:
