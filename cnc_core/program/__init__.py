@@ -509,7 +509,7 @@ class Program:
         elif self._gathered:
             self._gathered.drained = True
             self.port.moved(self._gathered.end(self.limits.last))
-        elif item in (Wait.DRAINED, Wait.STOPPED) or (
+        elif item in (Wait.DRAINED, Wait.STOPPED, Wait.SIGNAL) or (
             item is Wait.CYCLE and not self._compensated
         ):
             return self._behind_held(item)

@@ -26,7 +26,7 @@ from cnc_core.blocks import (
     SMOOTHING,
     BlockBatch,
 )
-from cnc_core.blocks.to_c import pool_pointer, row_pointer
+from cnc_core.blocks.to_c import OUTSIDE, pool_pointer, row_pointer
 from cnc_core.units import FloatArray
 
 TURN_MAX = np.radians(120.0)
@@ -121,7 +121,7 @@ class Smoothing:
             self._state, row_pointer(rows), len(rows), pointer, len(pool)
         )
         if taken == -2:
-            raise ValueError("smoothing: coefficients outside the pool")
+            raise ValueError(f"smoothing: {OUTSIDE}")
         if taken < 0:
             raise MemoryError("smoothing")
         return self._taken()
