@@ -506,13 +506,13 @@ class Program:
         """A wait, behind what the stages hold as far as it asks for that."""
         if item is Wait.STOPPED and self.port.answers:
             self.pipeline.drain()  # it will not be driven
-        elif self._gathered:
-            self._gathered.drained = True
-            self.port.moved(self._gathered.end(self.limits.last))
         elif item in (Wait.DRAINED, Wait.STOPPED, Wait.SIGNAL) or (
             item is Wait.CYCLE and not self._compensated
         ):
-            return self._behind_held(item)
+            if not self._gathered:
+                return self._behind_held(item)
+            self._gathered.drained = True
+            self.port.moved(self._gathered.end(self.limits.last))
         return item
 
     @property
