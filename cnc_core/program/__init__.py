@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -374,34 +373,12 @@ class Program:
         return joined([ahead, out]) if len(ahead) else out
 
     def _put_through(self) -> BlockBatch:
-        """What is gathered, through the stages.
-
-        If one refuses a row, batch by batch, as if nothing had been gathered.
-        """
-        gathered = self._gathered
-        if not gathered:
+        """What is gathered, through the stages."""
+        if not self._gathered:
             return BlockBatch.empty()
-        parts, start = gathered.take_out(), self.limits.last
-        try:
-            out = self.pipeline.push(joined(parts))
-            return (
-                joined([out, self.pipeline.drain()])
-                if gathered.drained
-                else out
-            )
-        except RefusedRow:
-            self.pipeline.drain()
-            self.pipeline.resync(start)
-        done = []
-        for part in parts:
-            done.append(self._staged(partial(self.pipeline.push, part), part))
-            if self._next is None:
-                done.append(
-                    self._staged(self.pipeline.drain, BlockBatch.empty())
-                )
-            if self._next is not None:
-                break
-        return joined(done)
+        return self._gathered.put_through(
+            self.limits.last, self._staged, lambda: self._next is not None
+        )
 
     def _take_up(self, restart: Restart) -> None:
         """Everything up to the place, without motion; then the way there."""
@@ -534,13 +511,13 @@ class Program:
         """A wait, behind what the stages hold as far as it asks for that."""
         if item is Wait.STOPPED and self.port.answers:
             self.pipeline.drain()  # it will not be driven
-        elif self._gathered:
-            self._gathered.drained = True
-            self.port.moved(self._gathered.end(self.limits.last))
         elif item in (Wait.DRAINED, Wait.STOPPED, Wait.SIGNAL) or (
             item is Wait.CYCLE and not self._compensated
         ):
-            return self._behind_held(item)
+            if not self._gathered:
+                return self._behind_held(item)
+            self._gathered.drained = True
+            self.port.moved(self._gathered.end(self.limits.last))
         return item
 
     @property
