@@ -20,7 +20,7 @@ MISSING = object()
 class Watched:
     """A monitored variable: when to look next, and what was seen last."""
 
-    due: float = 0.0
+    due: float
     seen: Any = MISSING
 
 
@@ -49,18 +49,21 @@ class Sampling:
         """Tell of what changed among those that are due at ``now``, s."""
         if now >= self._listed:
             self._listed = now + LIST_S
-            self._list()
+            self._list(now)
         for node, watched in [*self._watched.items()]:
             if watched.due <= now:
                 pace = self._space.paces.get(node, 0.0)
                 watched.due = max(watched.due + pace, now)
                 await self._tell(node, watched)
 
-    def _list(self) -> None:
-        before = self._watched
-        self._watched = {
-            node: before.get(node) or Watched() for node in self.monitored
-        }
+    def _list(self, now: float) -> None:
+        """Whoever is new was told the first value when it was made."""
+        before, self._watched = self._watched, {}
+        for node in self.monitored:
+            due = now + self._space.paces.get(node, 0.0)
+            watched = before.get(node) or Watched(due)
+            watched.due = min(watched.due, due)  # somebody asks for more
+            self._watched[node] = watched
         for node in [*self._space.paces]:
             if node not in self._watched:
                 del self._space.paces[node]
