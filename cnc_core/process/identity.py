@@ -13,7 +13,7 @@ from hli._sync import lib as sync
 
 from hli import layout
 
-from ..config import CellConfig
+from ..config import CellConfig, ChannelPlace
 
 CLOCKS = {
     "lockstep": layout.HLI_CLOCK_LOCKSTEP,
@@ -32,18 +32,34 @@ LINEAR, ROTARY, SPINDLE = 1, 2, 4  # types of axes
 def fill_identity(
     root: Any, cell: CellConfig, clock: str, service: str, program: str
 ) -> None:
-    """Constant members of the areas: versions, sizes, numbers, names, the
-    sidecar's identity.
-    """
+    """Constant members of the areas of a cell with one channel."""
+    fill_cell(root, cell.cycle_s, clock, service)
+    fill_channel(root, cell, ChannelPlace(), program)
+
+
+def fill_cell(root: Any, cycle_s: float, clock: str, service: str) -> None:
+    """Versions, and the sidecar's identity."""
     for version in (
         root.platform.nc_config.hli_version_r,
         root.platform.nc_config.nc_kernel_version_r,
     ):
         version.zeichen = KERNEL_VERSION
-    channel = root.channel[0]
+    side = root.sidecar.cnc
+    side.pid, side.start = os.getpid(), sync.hs_process_start(os.getpid())
+    side.cycle_ns = round(cycle_s * 1e9)
+    side.clock, side.service = CLOCKS[clock], SERVICES[service]
+    side.generation = (time.monotonic_ns() // 1000) & 0x7FFFFFFF or 1
+    side.phase = layout.HLI_PHASE_STARTING
+
+
+def fill_channel(
+    root: Any, cell: CellConfig, place: ChannelPlace, program: str
+) -> None:
+    """Sizes, numbers and names of a channel and of its axes."""
+    channel = root.channel[place.index]
     channel.head.version_r.zeichen = KERNEL_VERSION
     channel.head.sizeof_interface_r = ctypes.sizeof(layout.HLI_CHANNEL)
-    channel.head.channel_nr = 1
+    channel.head.channel_nr = place.index + 1
     channel.bahn_state.prog_name_r = _cut(program, 259)
     channel.bahn_state.file_offset_r = -1
     channel.bahn_mc_control.insert_cmd.state_r.distance_of_next_stop = -1.0
@@ -53,15 +69,10 @@ def fill_identity(
         coord = channel.bahn_state.coord_r[i]
         coord.log_axis_nr_r, coord.axis_type_r = number, kind
         coord.name = coord.axis_name_r.zeichen = name.encode()
-        _fill_axis(root.axis[i], number, kind)
-    for i, spindle in enumerate(cell.spindles.values(), len(cell.axes)):
+        _fill_axis(root.axis[place.axis_base + i], number, kind)
+    behind = place.axis_base + len(cell.axes)
+    for i, spindle in enumerate(cell.spindles.values(), behind):
         _fill_axis(root.axis[i], spindle.id, SPINDLE)
-    side = root.sidecar.cnc
-    side.pid, side.start = os.getpid(), sync.hs_process_start(os.getpid())
-    side.cycle_ns = round(cell.cycle_s * 1e9)
-    side.clock, side.service = CLOCKS[clock], SERVICES[service]
-    side.generation = (time.monotonic_ns() // 1000) & 0x7FFFFFFF or 1
-    side.phase = layout.HLI_PHASE_STARTING
 
 
 def _fill_axis(axis: Any, number: int, kind: int) -> None:
