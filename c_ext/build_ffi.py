@@ -5,7 +5,8 @@ The C declarations cffi needs are read from the headers, between ``/* cdef begin
 */`` and ``/* cdef end */``; the header of the shared-memory layout is generated
 from ``hli/layout.py`` before anything is compiled.  The environment variable
 HLI_COSIM_SANITIZE=address,undefined (or thread) builds both modules under the
-sanitizers; HLI_COSIM_INTERLEAVE=1 with the places at which
+sanitizers; HLI_COSIM_FLAGS=-O2 adds options of the compiler (``bench/determinism.py``);
+HLI_COSIM_INTERLEAVE=1 with the places at which
 ``tests/unit/engine/test_interleaving.py`` switches between planner and GEO.
 """
 
@@ -81,6 +82,7 @@ def compile_args() -> tuple[list[str], list[str]]:
         "-ffp-contract=off",
     ]
     args += ["-Wno-psabi", "-pthread"]
+    args += os.environ.get("HLI_COSIM_FLAGS", "").split()
     link = ["-pthread", "-lm", "-lrt"]
     if os.environ.get("HLI_COSIM_WERROR"):
         args.append("-Werror")

@@ -210,14 +210,19 @@ class TechnoArea:
 
 
 def techno_areas(hli: Areas) -> list[TechnoArea]:
-    """The configured areas, axes first."""
+    """The configured areas, axes first.
+
+    What an earlier PLC has left open is marked for the first channel, and for
+    its spindle if it is the only channel.
+    """
+    stats = hli.sidecar.stats
     areas = [
-        TechnoArea(area, f"gpAx[{i}]", hli.sidecar.stats)
+        TechnoArea(area, f"gpAx[{i}]", stats if hli.gNrCh == 1 else None)
         for i, area in enumerate(hli.gpAx)
         if area is not None
     ]
     return areas + [
-        TechnoArea(area, f"gpCh[{i}]", hli.sidecar.stats)
+        TechnoArea(area, f"gpCh[{i}]", stats if i == 0 else None)
         for i, area in enumerate(hli.gpCh)
         if area is not None
     ]
