@@ -143,6 +143,7 @@ class CncProcess:
             self._report_error,
         )
         self.modes.select(options.file)
+        self._operator.ended = self.modes.end_beside_dialog
 
     def _watch_waits(self, root: Any) -> None:
         """Who tells what the run waits for."""

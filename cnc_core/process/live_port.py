@@ -46,6 +46,7 @@ class LivePort:
         self._put_out = put_out
         self.retained = {} if retained is None else retained
         self.interrupted = False
+        self.asks = False  # a dialog is open
         self.latched_s = 0.0
         self.live: Callable[[], tuple[npt.NDArray[np.float64], float]] = (
             self._latched
@@ -84,7 +85,11 @@ class LivePort:
         self.told("message", text)
 
     def ask(self, question: Question) -> Answer | None:
-        return self.operator.ask(question)
+        self.asks = True
+        try:
+            return self.operator.ask(question)
+        finally:
+            self.asks = False
 
     def now_s(self) -> float:
         return self.latched_s
