@@ -18,6 +18,7 @@ from hli._sync import lib
 
 from hli import layout
 from hli.errors import HliError, HliNotFound, HliNotReady
+from hli.interrupts import take_interrupts
 from hli.orders import Orders
 from hli.owners import cnc_writes
 from hli.symbol import SymbolError
@@ -280,6 +281,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     error = ""
     interrupted = False
     try:
+        take_interrupts()
         process.load()
         signal.signal(signal.SIGTERM, process.on_signal)
         signal.signal(signal.SIGINT, process.on_signal)

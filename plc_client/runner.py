@@ -271,10 +271,16 @@ class PlcRunner:
         if scans < 0:
             raise ValueError(f"step of {scans} scans: 0 or more")
         for _ in range(scans):
-            self._scanner.scan()
-            self._wait(self._scanner.next_due())
+            self.scan()
+            self.advance()
 
-    def _wait(self, due: int) -> None:
+    def scan(self) -> None:
+        """The first half of a step: one scan, behind which the CNC stands."""
+        self._scanner.scan()
+
+    def advance(self) -> None:
+        """The second half: the CNC's cycles up to the next scan."""
+        due = self._scanner.next_due()
         while not self._pacer.wait(due):
             if (
                 not self.hli.alive()

@@ -28,6 +28,7 @@ FROM_CNC = (
     "blocks",
     "dialect",
     "peak_mb",
+    "channels",
 )
 
 
@@ -65,6 +66,7 @@ class RunResult:
     dialect: str | None = None
     peak_mb: float = 0.0
     name: str = ""
+    channels: list[dict[str, Any]] = field(default_factory=list)
     recording: Recording | None = None
 
     @property
@@ -151,6 +153,7 @@ class RunResult:
             "record_lost": self.record_lost,
             "dialect": self.dialect,
             "name": self.name,
+            "channels": self.channels,
             "plc": self.plc,
         }
 

@@ -23,6 +23,7 @@ def recorder_for(
     """Who records this process, if anything is to be recorded."""
     if options.samples is None:
         return None
+    assert options.file is not None
     about = account(options.file, cell, options.run.clock, options.config)
     return Recorder(
         engine,

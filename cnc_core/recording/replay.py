@@ -21,6 +21,7 @@ from hli.symbol import Symbol, SymbolError
 from hli.view import telling_first_use
 from plc_client import builtin, stats
 from plc_client.client import connect
+from plc_client.compiled import entries_of
 from plc_client.guard import Guard
 from plc_client.online import check, number_of, parse_force
 from plc_client.pace import CyclePacer
@@ -139,7 +140,7 @@ class _Run:
         first = batch.scan(0)
         self._begun_s = first.time_s
         self._out.scans = -1  # setup() is none
-        if any(hasattr(p.instance, "native_scan") for p in self._programs):
+        if any(entries_of([program]) for program in self._programs):
             self._cnc.compare_external()  # compiled code needs no view
         begun = time.monotonic()
         self._cnc.begin(first)
