@@ -26,6 +26,14 @@ from ..process.options import (
 from .console import one_of
 
 File = Annotated[Path, typer.Argument(help="NC program")]
+Files = Annotated[
+    list[Path] | None,
+    typer.Argument(
+        metavar="FILE...",
+        help="NC program; several: one a channel, in the cell's order",
+        show_default=False,
+    ),
+]
 Symbols = Annotated[
     list[str],
     typer.Argument(
@@ -39,7 +47,7 @@ Json = Annotated[
     ),
 ]
 CONFIG = typer.Option(
-    "--config", help="cell.toml; default: the built-in machine X Y Z"
+    "--config", "--cell", help="cell.toml; default: the built-in machine X Y Z"
 )
 Config = Annotated[Path | None, CONFIG]
 SegmentName = Annotated[

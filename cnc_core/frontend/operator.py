@@ -168,16 +168,19 @@ def read_answers(path: Path) -> list[Answer]:
     return [_answer(entry, path) for entry in entries]
 
 
+def _is_number(value: Any) -> bool:
+    """Finite, and an integer that a float holds."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and abs(value) <= sys.float_info.max
+
+
 def _answer(entry: Any, path: Path) -> Answer:
     if isinstance(entry, str):
         return Answer(press=entry)
     if isinstance(entry, dict) and set(entry) <= {"set", "press"}:
         values, press = entry.get("set", {}), entry.get("press", "")
         numbers = isinstance(values, dict) and all(
-            isinstance(v, int | float)
-            and not isinstance(v, bool)
-            and isfinite(v)
-            for v in values.values()
+            map(_is_number, values.values())
         )
         if numbers and isinstance(press, str):
             return Answer(

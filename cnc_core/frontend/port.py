@@ -16,6 +16,7 @@ from ..files import Quota
 from ..units import FloatArray
 from .machine import External
 from .operator import Answer, Operator, Question
+from .signals import ChannelSignals
 
 ExternalValue = float | str
 RT_CYCLES = 16  # in one channel
@@ -56,6 +57,7 @@ class Wait(Enum):
     PLC = "plc"  # the PLC has answered
     OPERATOR = "operator"  # the operator has answered
     PROBE = "probe"  # the measuring event has happened
+    SIGNAL = "signal"  # another channel has sent what was waited for
     CYCLE = "cycle"  # the machine and the PLC have had another cycle
     # the axes have been stopped where they were, what was handed out is left
     # out
@@ -86,6 +88,11 @@ class ChannelPort(Protocol):
     @property
     def retained(self) -> dict[str, Any]:
         """Data that a dialect keeps from program to program, by its name."""
+        ...
+
+    @property
+    def signals(self) -> ChannelSignals | None:
+        """Signals of the other channels; None: there are none."""
         ...
 
     def moved(self, position: FloatArray) -> None:
@@ -180,6 +187,7 @@ class OfflinePort:
 
     answers = False
     manual_data = False
+    signals: ChannelSignals | None = None
 
     def __init__(
         self,

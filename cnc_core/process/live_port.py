@@ -15,6 +15,7 @@ from ..frontend.machine import External
 from ..frontend.operator import Answer, Operator, Question
 from ..frontend.port import MESSAGES_KEPT, ExternalValue, RtOp, keep
 from .options import OUT_FOLDER
+from .signals import SignalsOf
 
 
 class LivePort:
@@ -30,6 +31,7 @@ class LivePort:
 
     answers = True
     manual_data = False
+    signals: SignalsOf | None = None
 
     def __init__(
         self,

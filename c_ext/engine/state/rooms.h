@@ -5,10 +5,17 @@
 #define ENGINE_ROOMS_H
 #include "engine/state/types.h"
 
+/* ---- the channels of one CNC; an engine alone is a group of one */
+typedef struct engine_group {
+    struct engine *all[HLI_SYS_CH_MAXIDX + 1];
+    uint32_t count;
+} engine_group;
+
 /* ---- the shared memory; NULL without a segment */
 typedef struct shared_areas {
     HLI_SEGMENT *segment;
     HLI_CHANNEL *channel;
+    HLI_AXIS *axis; /* of the channel: its axes, behind them its spindles */
     HLI_AHEAD *ahead;
     HLI_SIDECAR *side;
 } shared_areas;
@@ -523,6 +530,10 @@ typedef struct lookahead_service {
 typedef struct engine_threads {
     int running;
     bool started;
+    /* of the first channel: GEO of all channels is one thread */
+    int geo_running, in_round;
+    bool geo_started;
+    int fifo_result; /* as of engine_start */
     pthread_t geo, planner;
 } engine_threads;
 #endif

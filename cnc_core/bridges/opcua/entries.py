@@ -11,7 +11,7 @@ from asyncua import ua
 
 from ..symbols.cell import GoneError, ServedCell
 from ..symbols.kinds import Array, Kind, Number, Text, decode, encode
-from ..symbols.place import HLI_SPACE, Place
+from ..symbols.place import Place
 
 VARIANTS = {
     "BOOL": ua.VariantType.Boolean,
@@ -88,7 +88,7 @@ class SymbolEntry:
 
     def sample(self, cell: ServedCell) -> bytes | None:
         """The bytes now; None: there are none."""
-        if self.place.space != HLI_SPACE:
+        if self.place.of_plc:
             return self.asked
         try:
             return cell.read_now(self.place)

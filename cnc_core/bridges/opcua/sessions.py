@@ -12,7 +12,6 @@ from asyncua.server.internal_session import InternalSession
 
 from ...observing.plc import RefusedError
 from ..symbols.cell import GoneError, OwnedError, ServedCell
-from ..symbols.place import HLI_SPACE
 from .entries import SymbolEntry
 from .space import Space
 
@@ -93,7 +92,7 @@ async def ask_plc(space: Space, nodes: list[ua.NodeId]) -> None:
     wanted = [
         entry
         for entry in found
-        if isinstance(entry, SymbolEntry) and entry.place.space != HLI_SPACE
+        if isinstance(entry, SymbolEntry) and entry.place.of_plc
     ]
     if not wanted:
         return

@@ -23,6 +23,9 @@ from .spelling import spelt
 
 Items = Sequence[Row | Wait]
 Run = Callable[[], Items]
+BLOCKS_KEPT = 4096
+# words with these are compiled anew: a warning belongs to each of them
+COMPUTED = frozenset("$[")
 # errors of words that several functions of the block would take
 SHARED_WORDS = (900005, 900011, 908005)
 
@@ -47,9 +50,13 @@ class Compiler:
         self, program: Program, words: Callable[[WordBlock], Items]
     ) -> None:
         self._program, self._words = program, words
+        self._kept: dict[str, Compiled] = {}
 
     def compile(self, text: str) -> Compiled:
         """A block without its remark."""
+        kept = self._kept.get(text)
+        if kept is not None:
+            return kept
         if not text.strip():
             return Compiled(_nothing)
         if label_of(text) is not None:
@@ -61,13 +68,22 @@ class Compiler:
         parser = WordParser(stream, formulas, program.channel.axes)
         parser.n_number()
         try:
-            return self._instruction(stream, formulas, parser) or self._block(
-                text, formulas, parser
-            )
+            made = self._instruction(stream, formulas, parser)
+            if made is None:
+                made = self._block(text, formulas, parser)
+                self._keep(text, made)
+            return made
         except CncError as error:
             raise spelt(
                 error, text, (*TABLE, *VALUES, *WORDS), FUNCTION_NAMES
             ) from None
+
+    def _keep(self, text: str, made: Compiled) -> None:
+        """The same words stand in many blocks: M and HM calls, modes."""
+        if COMPUTED.isdisjoint(text):
+            if len(self._kept) >= BLOCKS_KEPT:
+                self._kept.clear()
+            self._kept[text] = made
 
     def _instruction(
         self, stream: TokenStream, formulas: Formulas, parser: WordParser

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from cnc_core.blocks import DWELL
-from cnc_core.errors import ERRORS
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail, shown
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
@@ -58,7 +58,12 @@ class Instructions:
         self._stream.next()
         if name in _STRUCTURE:
             self._program.control.index()
-        return self._whole(name, make(self))
+        try:
+            return self._whole(name, make(self))
+        except CncError:
+            if name == "LOOP":
+                self._program.control.loop_refused(self._program.mark.position)
+            raise
 
     def _dialog(self, name: str, offset: int) -> Run | None:
         """LIB_.."""
@@ -139,12 +144,12 @@ class Instructions:
         if literal:  # a floating number, even if it is whole
             return self._simple(
                 lambda: self._program.control.begin_loop(
-                    mark.position, math.nan, token.offset
+                    mark.position, lambda: math.nan, token.offset
                 )
             )
         return self._simple(
             lambda: self._program.control.begin_loop(
-                mark.position, passes(), token.offset
+                mark.position, passes, token.offset
             )
         )
 
@@ -264,7 +269,13 @@ class Instructions:
             for name, size in made:
                 program = self._program
                 place = (program.flow.file.number, program.modal.line)
-                program.store.dimension(name, size(), place, self._start)
+                program.store.dimension(
+                    name,
+                    size(),
+                    place,
+                    self._start,
+                    looped=levels.in_loop(program),
+                )
             return ()
 
         return run

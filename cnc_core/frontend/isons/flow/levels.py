@@ -38,6 +38,14 @@ def data_of(program: Program) -> LevelData:
     return data
 
 
+def in_loop(program: Program) -> bool:
+    """A LOOP is open, here or where subroutines were called from."""
+    scope = program.store.scope
+    return any(
+        level.nest for level in program.flow.levels if level.user.scope is scope
+    )
+
+
 def call(
     program: Program,
     kind: str,

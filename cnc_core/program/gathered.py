@@ -1,0 +1,83 @@
+"""Rows that the stages would pass on as they come, put through together.
+
+A macro behind every motion waits until everything before it has been executed.
+The front end then hands out batches of one row.  Where nobody drives, the wait
+is true at once, and all it asks of the stages is to give out what they hold.
+While they are idle that changes nothing.  So rows are gathered here across the
+waits, and the stages see them in one batch.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..blocks import (
+    CIRCULAR,
+    DWELL,
+    EVENT,
+    LINEAR,
+    POLYNOMIAL,
+    BlockBatch,
+    H,
+    M,
+    S,
+    T,
+)
+from ..blocks.pool import rows_of
+from ..geometry.stages.stage import Stage
+from ..units import FloatArray
+
+# types of rows that switch no stage
+PASSING = np.zeros(256, np.bool_)
+PASSING[[LINEAR, CIRCULAR, DWELL, M, H, S, T, EVENT]] = True
+# rows of a batch that are worth it; rows that are gathered
+SMALL, MOST = 64, 4096
+
+
+class Gathered:
+    """``stages``: where the rows go.
+
+    ``drained``: a wait stands behind the last batch.
+    """
+
+    def __init__(self, stages: Stage) -> None:
+        self._stages = stages
+        self._parts: list[bytes] = []
+        self._rows = 0
+        self._end: FloatArray | None = None
+        self.drained = False
+
+    def __bool__(self) -> bool:
+        """Something is kept."""
+        return bool(self._parts)
+
+    def takes(self, batch: BlockBatch) -> bool:
+        """Keep a batch; False if the stages have to see it, behind what is kept."""
+        rows = batch.rows
+        if batch.profile is not None or len(rows) > SMALL:
+            return False
+        kinds = rows["type"]
+        if not PASSING[kinds].all() or len(batch.pool):
+            return False
+        if not self._parts and not self._stages.idle:
+            return False
+        self._parts.append(rows.tobytes())
+        self._rows += len(rows)
+        moving = (kinds <= POLYNOMIAL).nonzero()[0]
+        if len(moving):
+            self._end = rows["end"][moving[-1]].copy()
+        self.drained = False
+        return True
+
+    @property
+    def full(self) -> bool:
+        return self._rows >= MOST
+
+    def end(self, before: FloatArray) -> FloatArray:
+        """(axes,) where the last motion ends; ``before``: without one."""
+        return before if self._end is None else self._end[: len(before)]
+
+    def take_out(self) -> list[BlockBatch]:
+        """The batches; none is kept any more."""
+        parts, self._parts, self._rows, self._end = self._parts, [], 0, None
+        return [BlockBatch(rows_of(part)) for part in parts]
