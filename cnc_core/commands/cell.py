@@ -108,11 +108,21 @@ def _first(files: list[Path], config: Path | None) -> Path:
     """The program whose way is shown while it runs: the first channel's, or the
     first that there is.
     """
-    from ..cell.programs import programs_of  # noqa: PLC0415
-    from ..config import load_config  # noqa: PLC0415
-
-    programs = programs_of(load_config(config), files, config)
+    programs = _programs(files, config)
     return next(file for file in programs if file is not None)
+
+
+def _programs(
+    files: list[Path], config: Path | None
+) -> tuple[Path | None, ...]:
+    """One program a channel; wrong usage where there is none at all."""
+    from ..cell.programs import programs_of  # noqa: PLC0415
+    from ..config import load_config, setups_of  # noqa: PLC0415
+
+    cell = load_config(config)
+    if not files and not any(setup.program for setup in setups_of(cell)):
+        raise typer.BadParameter("Missing argument 'FILE...'.")
+    return programs_of(cell, files, config)
 
 
 @app.command()
@@ -308,13 +318,12 @@ def cnc(
 
     Example: hli-cosim cnc part.nc --name my-cell
     """
-    from ..cell.programs import programs_of  # noqa: PLC0415
     from ..config import load_config, setups_of  # noqa: PLC0415
     from ..process.__main__ import run_cnc  # noqa: PLC0415
 
     check_choices(options)
     cell = load_config(config)
-    programs = programs_of(cell, files or [], config)
+    programs = _programs(files or [], config)
     file = next(path for path in programs if path is not None)
     if len(programs) > 1 and options.record:
         raise CncError(902001, "--record is for cells with one channel")

@@ -107,6 +107,14 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
     ),
     "config": (Path | None, CONFIG),
     "dialect": (str | None, DIALECT),
+    "channel": (
+        str | None,
+        typer.Option(
+            "--channel",
+            metavar="NAME",
+            help="of a cell with several channels: whose program it is",
+        ),
+    ),
     "lenient": (
         bool,
         typer.Option(
@@ -243,6 +251,7 @@ class ReadOptions:
     dialect: str | None = None
     lenient: bool = False
     answers: Path | None = None
+    channel: str | None = None
 
 
 @dataclass(frozen=True)

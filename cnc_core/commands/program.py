@@ -43,6 +43,28 @@ if TYPE_CHECKING:
 NO_PLACE = PlaceOptions().place
 
 
+def channel_of(cell: Any, name: str | None) -> tuple[Any, Any]:
+    """The channel that a program is for, and the signals of the others.
+
+    CncError: the cell has several and none is named, or none of this name.
+    """
+    from ..config import setups_of  # noqa: PLC0415
+    from ..frontend.signals import OpenSignals  # noqa: PLC0415
+
+    setups = {setup.place.name: setup for setup in setups_of(cell)}
+    known = ", ".join(setups)
+    if len(setups) == 1 and name is None:
+        return next(iter(setups.values())), None
+    if name not in setups or not name:
+        asked = f"no channel {name!r}" if name else "several channels"
+        raise CncError(
+            902001,
+            f"the cell has {asked}: --channel NAME, one of {known or 'none'}",
+        )
+    signals = OpenSignals(list(setups)) if len(setups) > 1 else None
+    return setups[name], signals
+
+
 def open_program(
     file: Path,
     options: ReadOptions,
@@ -56,16 +78,19 @@ def open_program(
     from ..program.restart import Restart  # noqa: PLC0415
 
     place = options.place if isinstance(options, PlaceOptions) else NO_PLACE
+    cell = load(options.config)
+    setup, signals = channel_of(cell, options.channel)
     program = Program(
         file,
-        load(options.config),
-        options.dialect,
+        setup.cell,
+        options.dialect or setup.dialect,
         collect=collect,
         lenient=options.lenient,
         tolerance=tolerance,
         programmed=programmed,
         answers=options.answers,
         restart=Restart.of(*place),
+        signals=signals,
     )
     if options.dialect is None:
         say_dialect(program.dialect)

@@ -187,14 +187,15 @@ class OfflinePort:
 
     answers = False
     manual_data = False
-    signals: ChannelSignals | None = None
 
     def __init__(
         self,
         position: FloatArray,
         skip_levels: int = 0,
         operator: Operator | None = None,
+        signals: ChannelSignals | None = None,
     ) -> None:
+        self.signals = signals
         self.operator = operator or Operator()
         self._position = np.array(position, dtype=np.float64)
         self._skip_levels = skip_levels

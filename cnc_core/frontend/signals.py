@@ -6,11 +6,12 @@ The programming manual of TF5200 states them: pages "Sending signals" and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from ..errors import Place
+from ..errors import CncError, Place
 
 Values = Mapping[int, float]
 
@@ -76,3 +77,53 @@ class ChannelSignals(Protocol):
         CncError: the channels wait for each other.
         """
         ...
+
+
+class OpenSignals:
+    """A channel that is read alone, without motion: what it waits for counts as
+    sent, with zeros for values.
+
+    ``names``: of the cell's channels.
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = names
+
+    def check(self, number: int, place: Place) -> None:
+        check_channel(number, self._names, place)
+
+    def send(self, signal: Signal) -> None:
+        """Nobody receives it."""
+
+    def send_later(self, signal: Signal) -> float:
+        return 0.0
+
+    def remove(self, number: int, receivers: tuple[int, ...]) -> None:
+        """Nothing has been sent."""
+
+    def wait(self, wanted: Wanted) -> None:
+        wanted.take(_Zeros())
+
+    def came(self) -> bool:
+        return True
+
+
+class _Zeros(defaultdict[int, float]):
+    """A value for every index."""
+
+    def __init__(self) -> None:
+        super().__init__(float)
+
+    def __contains__(self, _: object) -> bool:
+        return True
+
+
+def check_channel(number: int, names: Sequence[str], place: Place) -> None:
+    """CncError: the cell has no channel of this number, counted from 1."""
+    if not 1 <= number <= len(names):
+        raise CncError(
+            907057,
+            f"CH={number}: the cell has channels 1 to {len(names)}"
+            f" ({', '.join(names)})",
+            place,
+        )

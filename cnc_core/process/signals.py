@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import CncError, Place
-from ..frontend.signals import Signal, Values, Wanted
+from ..frontend.signals import Signal, Values, Wanted, check_channel
 
 EVENTS_MAX = 150  # P-STUP-00119 without a value
 FIRST_TOKEN = 2.0**40  # of a command on the path; programs' own are below
@@ -216,14 +216,7 @@ class SignalsOf:
         self._board, self._index = board, index
 
     def check(self, number: int, place: Place) -> None:
-        count = len(self._board.names)
-        if not 1 <= number <= count:
-            raise CncError(
-                907057,
-                f"CH={number}: the cell has channels 1 to {count}"
-                f" ({', '.join(self._board.names)})",
-                place,
-            )
+        check_channel(number, self._board.names, place)
 
     def send(self, signal: Signal) -> None:
         self._board.send(self._index, signal)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +24,7 @@ from ..frontend.front_end import FrontEnd, Restartable
 from ..frontend.machine import ProgramMachine
 from ..frontend.operator import Operator, read_answers
 from ..frontend.port import ChannelPort, OfflinePort, Wait
+from ..frontend.signals import ChannelSignals
 from ..geometry.filters.run_filter import FilterReport
 from ..geometry.profiles.limits import AxisDynamics
 from ..geometry.profiles.time_filter import ProfileFilter
@@ -102,7 +102,8 @@ class Program:
     commands and undefined M functions are warnings. ``programmed``: rows as
     they are ahead of the kinematics, which is followed for its errors only.
     ``answers``: file with answers to the program's dialogs, if no ``port`` is
-    given. ``reader``: makes the front end, in place of that of the dialect.
+    given. ``signals``: of the other channels, likewise.  ``reader``: makes the
+    front end, in place of that of the dialect.
     ``restart``: where to take the program up; everything before is executed
     without motion, where the dialect can be taken up. ``tolerance``: mm by which the path may leave
     the contour where the program says nothing about it.
@@ -123,11 +124,14 @@ class Program:
         answers: Path | None = None,
         restart: Restart | None = None,
         reader: Callable[[ProgramMachine], FrontEnd] | None = None,
+        signals: ChannelSignals | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
         operator = Operator(read_answers(answers)) if answers else None
-        self.port = port or OfflinePort(machine.start, cell.skip_mask, operator)
+        self.port = port or OfflinePort(
+            machine.start, cell.skip_mask, operator, signals
+        )
         self.dialect = dialect or frontend.detect(self.path)
         self._start, self._restart = machine.start, restart
         if restart is not None:
@@ -369,34 +373,12 @@ class Program:
         return joined([ahead, out]) if len(ahead) else out
 
     def _put_through(self) -> BlockBatch:
-        """What is gathered, through the stages.
-
-        If one refuses a row, batch by batch, as if nothing had been gathered.
-        """
-        gathered = self._gathered
-        if not gathered:
+        """What is gathered, through the stages."""
+        if not self._gathered:
             return BlockBatch.empty()
-        parts, start = gathered.take_out(), self.limits.last
-        try:
-            out = self.pipeline.push(joined(parts))
-            return (
-                joined([out, self.pipeline.drain()])
-                if gathered.drained
-                else out
-            )
-        except RefusedRow:
-            self.pipeline.drain()
-            self.pipeline.resync(start)
-        done = []
-        for part in parts:
-            done.append(self._staged(partial(self.pipeline.push, part), part))
-            if self._next is None:
-                done.append(
-                    self._staged(self.pipeline.drain, BlockBatch.empty())
-                )
-            if self._next is not None:
-                break
-        return joined(done)
+        return self._gathered.put_through(
+            self.limits.last, self._staged, lambda: self._next is not None
+        )
 
     def _take_up(self, restart: Restart) -> None:
         """Everything up to the place, without motion; then the way there."""
@@ -529,13 +511,13 @@ class Program:
         """A wait, behind what the stages hold as far as it asks for that."""
         if item is Wait.STOPPED and self.port.answers:
             self.pipeline.drain()  # it will not be driven
-        elif self._gathered:
-            self._gathered.drained = True
-            self.port.moved(self._gathered.end(self.limits.last))
         elif item in (Wait.DRAINED, Wait.STOPPED, Wait.SIGNAL) or (
             item is Wait.CYCLE and not self._compensated
         ):
-            return self._behind_held(item)
+            if not self._gathered:
+                return self._behind_held(item)
+            self._gathered.drained = True
+            self.port.moved(self._gathered.end(self.limits.last))
         return item
 
     @property

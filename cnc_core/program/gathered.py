@@ -9,6 +9,9 @@ waits, and the stages see them in one batch.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from ..blocks import (
@@ -23,10 +26,12 @@ from ..blocks import (
     S,
     T,
 )
-from ..blocks.pool import rows_of
-from ..geometry.stages.stage import Stage
+from ..blocks.pool import joined, rows_of
+from ..geometry.stages.stage import RefusedRow, Stage
 from ..units import FloatArray
 
+# makes a step of the stages; what comes in place of a refused one
+Staged = Callable[[Callable[[], BlockBatch], BlockBatch], BlockBatch]
 # types of rows that switch no stage
 PASSING = np.zeros(256, np.bool_)
 PASSING[[LINEAR, CIRCULAR, DWELL, M, H, S, T, EVENT]] = True
@@ -77,7 +82,30 @@ class Gathered:
         """(axes,) where the last motion ends; ``before``: without one."""
         return before if self._end is None else self._end[: len(before)]
 
-    def take_out(self) -> list[BlockBatch]:
-        """The batches; none is kept any more."""
-        parts, self._parts, self._rows, self._end = self._parts, [], 0, None
-        return [BlockBatch(rows_of(part)) for part in parts]
+    def put_through(
+        self, start: FloatArray, staged: Staged, ended: Callable[[], bool]
+    ) -> BlockBatch:
+        """What is kept, through the stages, from ``start`` (axes,) on.
+
+        If one refuses a row, batch by batch, as if nothing had been gathered:
+        ``staged`` makes a step and reports what is refused; ``ended``: nothing
+        may follow.
+        """
+        kept, self._parts, self._rows, self._end = self._parts, [], 0, None
+        parts = [BlockBatch(rows_of(part)) for part in kept]
+        try:
+            out = self._stages.push(joined(parts))
+            if self.drained:
+                out = joined([out, self._stages.drain()])
+            return out
+        except RefusedRow:
+            self._stages.drain()
+            self._stages.resync(start)
+        done = []
+        for part in parts:
+            done.append(staged(partial(self._stages.push, part), part))
+            if not ended():
+                done.append(staged(self._stages.drain, BlockBatch.empty()))
+            if ended():
+                break
+        return joined(done)

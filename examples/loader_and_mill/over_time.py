@@ -39,10 +39,10 @@ def run():
 
 def picture(columns, target):
     """Both machines above, vice and gripper below."""
-    import matplotlib  # noqa: PLC0415
+    import matplotlib
 
     matplotlib.use("Agg")
-    from matplotlib import pyplot  # noqa: PLC0415
+    from matplotlib import pyplot
 
     figure, (above, below) = pyplot.subplots(
         2, 1, sharex=True, figsize=(9, 5), height_ratios=(3, 1)
@@ -53,7 +53,9 @@ def picture(columns, target):
     above.legend(loc="upper right", ncols=4)
     for i, name in enumerate(("vice", "gripper")):
         shut = columns[name] > 0
-        below.fill_between(columns["t"], i, i + 0.8 * shut, label=name, step="post")
+        below.fill_between(
+            columns["t"], i, i + 0.8 * shut, label=name, step="post"
+        )
     below.set_yticks((0.4, 1.4), ("vice", "gripper"))
     below.set_xlabel("cell time, s")
     figure.tight_layout()

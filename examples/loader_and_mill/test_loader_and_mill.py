@@ -16,7 +16,9 @@ def test_parts_are_handed_over():
     assert np.count_nonzero(np.diff(both.astype(int)) == 1) == 3
     opens = np.diff(gripper.astype(int)) == -1
     assert vice[:-1][opens].all()
-    loader_at_vice = (columns["loader_x"] < 100.0) & (columns["loader_z"] < -1.0)
+    loader_at_vice = (columns["loader_x"] < 100.0) & (
+        columns["loader_z"] < -1.0
+    )
     mill_cuts = columns["mill_z"] < 40.0
     assert loader_at_vice.any()
     assert mill_cuts.any()

@@ -56,6 +56,14 @@ class Session(InternalSession):  # type: ignore[misc]
         nodes = [item.ItemToMonitor.NodeId for item in params.ItemsToCreate]
         await ask_plc(self.iserver.space, nodes)
         found: list[Any] = await super().create_monitored_items(params)
+        paces = self.iserver.space.paces
+        for item, result in zip(params.ItemsToCreate, found, strict=True):
+            asked_ms = item.RequestedParameters.SamplingInterval
+            if not asked_ms >= 0:  # as often as the subscription publishes
+                asked_ms = result.RevisedSamplingInterval
+            result.RevisedSamplingInterval = asked_ms
+            node, pace = item.ItemToMonitor.NodeId, asked_ms / 1e3
+            paces[node] = min(paces.get(node, pace), pace)
         return found
 
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:

@@ -20,6 +20,7 @@ opcua_client: Any = pytest.importorskip("support.opcua_client")
 Session, Told = opcua_client.Session, opcua_client.Told
 session, until = opcua_client.session, opcua_client.until
 CH = "HLI_Global_Variables.gpCh[0]^"
+FEED = f"{CH}.bahn_state.active_feed_r"
 CHANNEL = "CncInterface.CncChannelList.Channel1"
 AXIS = "CncInterface.CncAxisList.X"
 WAIT_S = 20.0
@@ -184,6 +185,32 @@ def test_subscriptions_tell_each_change(served: Any) -> None:
         return told.values
 
     assert asyncio.run(look()) == [0, 1, 2, 3, 4, 5]
+
+
+def test_variables_are_looked_at_as_often_as_was_asked(served: Any) -> None:
+    """A change waits until the interval is over."""
+    path = f"{CH}.bahn_state.block_number_r"
+
+    async def look() -> tuple[list[Any], set[float]]:
+        told = Told()
+        served.channel.bahn_state.block_number_r = 1
+        async with session(served.url) as one:
+            subscription = await one.client.create_subscription(10, told)
+            for name, pace_ms in ((path, 3.6e6), (FEED, 0.0)):
+                await subscription.subscribe_data_change(
+                    one.symbol(name), sampling_interval=pace_ms
+                )
+            await until(lambda: 1 in told.values)
+            paces = {*served.bridge.space.paces.values()}
+            served.channel.bahn_state.block_number_r = 2
+            served.channel.bahn_state.active_feed_r = 777
+            await until(lambda: 777 in told.values)
+            await subscription.delete()
+        return told.values, paces
+
+    values, paces = asyncio.run(look())
+    assert {0.0, 3600.0} <= paces
+    assert 2 not in values
 
 
 def test_subscriptions_outlive_the_plc(served: Any) -> None:

@@ -11,7 +11,7 @@ from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
 
 from ..base import codes
-from ..base.text import PATTERN, label_of, parts_of
+from ..base.text import HEAD, PATTERN, label_of, parts_of
 from ..base.words import WordBlock
 from ..language.formulas import FUNCTION_NAMES, Formulas
 from ..language.words import VALUES, WordParser
@@ -74,6 +74,9 @@ class Compiler:
                 self._keep(text, made)
             return made
         except CncError as error:
+            head = HEAD.match(text)
+            if head and head[1].upper() == "LOOP":
+                program.control.loop_refused(program.mark.position)
             raise spelt(
                 error, text, (*TABLE, *VALUES, *WORDS), FUNCTION_NAMES
             ) from None

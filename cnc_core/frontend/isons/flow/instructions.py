@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from cnc_core.blocks import DWELL
-from cnc_core.errors import ERRORS, CncError
+from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail, shown
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
@@ -58,12 +58,7 @@ class Instructions:
         self._stream.next()
         if name in _STRUCTURE:
             self._program.control.index()
-        try:
-            return self._whole(name, make(self))
-        except CncError:
-            if name == "LOOP":
-                self._program.control.loop_refused(self._program.mark.position)
-            raise
+        return self._whole(name, make(self))
 
     def _dialog(self, name: str, offset: int) -> Run | None:
         """LIB_.."""
@@ -267,15 +262,7 @@ class Instructions:
 
         def run() -> Items:
             for name, size in made:
-                program = self._program
-                place = (program.flow.file.number, program.modal.line)
-                program.store.dimension(
-                    name,
-                    size(),
-                    place,
-                    self._start,
-                    looped=levels.in_loop(program),
-                )
+                levels.dimension(self._program, name, size(), self._start)
             return ()
 
         return run

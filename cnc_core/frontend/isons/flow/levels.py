@@ -38,12 +38,14 @@ def data_of(program: Program) -> LevelData:
     return data
 
 
-def in_loop(program: Program) -> bool:
-    """A LOOP is open, here or where subroutines were called from."""
+def dimension(program: Program, name: str, size: float, offset: int) -> None:
+    """DIM, which may be in a LOOP: here or where subroutines were called from."""
     scope = program.store.scope
-    return any(
+    looped = any(
         level.nest for level in program.flow.levels if level.user.scope is scope
     )
+    place = (program.flow.file.number, program.modal.line)
+    program.store.dimension(name, size, place, offset, looped=looped)
 
 
 def call(
