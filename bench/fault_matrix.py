@@ -1,14 +1,17 @@
 """Kill and stop CNC, PLC and launcher at chosen and random moments; every run
 must end and leave nothing.
 
-    python bench/fault_matrix.py --runs 200 [--seed 1]
+    python bench/fault_matrix.py --runs 200 [--seed 1] [--clock freerun ...]
 
+The runs take the clocks in turn (all three unless some are named).
 Each run is ``hli-cosim run`` in a temporary folder of its own (TMPDIR).  A
 fault is (who, what, when): SIGKILL, or SIGSTOP and SIGCONT after a while.
 Asserted per run: the launcher ends within 5 s of a kill (a killed launcher: its
 children do), a stopped side goes on to a completed run, no process, segment or
 folder is left but those of a killed launcher; the clean run behind each batch
-completes and removes these too.
+completes and removes these too.  In a run that completes, the PLC has seen each M
+function of the program once and in order: each carries its number as value.
+Functions that a PLC fetched and died before it acknowledged come again, marked.
 """
 
 from __future__ import annotations
@@ -23,7 +26,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,14 +34,20 @@ from hli import layout
 
 SHM = Path("/dev/shm")
 LIMIT_S = 5.0
+FUNCTIONS = 30
 PROGRAM = (
     "N10 G01 X10 F3000\n"
-    "N20 M20\n"
+    "N20 M20=1\n"
     "N30 G03 X0 Y10 I-10 J0\n"
-    "N40 M20\n"
+    "N40 M20=2\n"
     "N50 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]\n"
-    + "".join(f"N{60 + k} G01 X{k % 5} Y{k % 7} F2000\n" for k in range(120))
+    + "".join(
+        f"N{60 + k} G01 X{k % 5} Y{k % 7} F2000\n"
+        + (f"M20={k // 4 + 3}\n" if k % 4 == 0 else "")
+        for k in range(4 * (FUNCTIONS - 2))
+    )
 )
+CLOCKS = ("lockstep", "freerun", "realtime")
 CONFIG = '[channel]\n[channel.m_synch]\n20 = "MVS_SVS"\n'
 PLC = """
 from plc_client import AcknowledgeAll, ContourLookahead, task
@@ -46,14 +55,16 @@ from plc_client import AcknowledgeAll, ContourLookahead, task
 class P:
     def setup(self, hli):
         self.ch = hli.gpCh[0]
-        self.all, self.n = AcknowledgeAll(hli), 0
+        self.all, self.n, self.seen = AcknowledgeAll(hli), 0, []
         self.clah = ContourLookahead(self.ch.contour_lookahead)
     def cyclic(self):
-        self.all()
+        self.seen += [f.payload.add_value for f in self.all() if f.kind == "M" and not f.again]
         self.n += 1
         self.ch.bahn_mc_control.backward_motion.command_w = self.n % 400 > 350
         self.ch.bahn_mc_control.backward_motion.enable_w = True
         self.clah(start_position=self.ch.bahn_state.dist_prog_start, length=50_000.0)
+    def result(self):
+        return self.seen
 """
 MOMENTS = (
     "start",
@@ -71,24 +82,28 @@ MOMENTS = (
 
 @dataclass(frozen=True)
 class Fault:
-    """Who is hit, how, and at which moment."""
+    """Who is hit, how, at which moment and under which clock."""
 
     who: str
     what: str
     when: str
+    clock: str
 
     def __str__(self) -> str:
-        return f"{self.what} {self.who} at {self.when}"
+        return f"{self.what} {self.who} at {self.when}, {self.clock}"
 
 
-def faults(runs: int, seed: int) -> Iterator[Fault]:
+def faults(
+    runs: int, seed: int, clocks: Sequence[str] = CLOCKS
+) -> Iterator[Fault]:
     """All chosen combinations in random order, over and over."""
     rng = random.Random(seed)
     table = [
-        Fault(a, b, c)
+        Fault(a, b, c, d)
         for a in ("cnc", "plc", "launcher")
         for b in ("KILL", "STOP")
         for c in MOMENTS
+        for d in clocks
     ]
     while runs > 0:
         rng.shuffle(table)
@@ -99,7 +114,7 @@ def faults(runs: int, seed: int) -> Iterator[Fault]:
 class Run:
     """One run with its processes and the memory of its segment."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, clock: str = CLOCKS[0]) -> None:
         self.folder = folder
         (folder / "part.nc").write_text(PROGRAM)
         (folder / "plc.py").write_text(PLC)
@@ -114,6 +129,7 @@ class Run:
             "--json",
         ]
         command += ["--config", "cell.toml", "--plc", "plc.py"]
+        command += ["--clock", clock]
         scratch = folder / "tmp"
         scratch.mkdir(exist_ok=True)
         self.launcher = subprocess.Popen(
@@ -202,7 +218,8 @@ def wait(what: Callable[[], object], seconds: float = LIMIT_S) -> float:
 
 def one(fault: Fault, folder: Path, rng: random.Random) -> tuple[bool, float]:
     """(injected, seconds to the end) of one run with one fault."""
-    run, since, delay = Run(folder), time.monotonic(), rng.uniform(0, 1.6)
+    run, since = Run(folder, fault.clock), time.monotonic()
+    delay = rng.uniform(0, 1.6)
     hit = False
     while run.launcher.poll() is None and time.monotonic() - since < 30.0:
         run.find()
@@ -219,7 +236,7 @@ def one(fault: Fault, folder: Path, rng: random.Random) -> tuple[bool, float]:
             text
         )
         if fault.what == "STOP":
-            assert json.loads(text)["end"] == "completed", text
+            check_functions(text)
         assert not list((folder / "tmp").iterdir()), "temporary folder left"
         assert not list(SHM.glob(f"hli-cosim-{run.launcher.pid}-*")), (
             "segment left"
@@ -241,13 +258,21 @@ def inject(pid: int, what: str, rng: random.Random) -> bool:
     return True
 
 
+def check_functions(text: str) -> None:
+    """The run has completed, and no function is lost, doubled or out of order."""
+    said = json.loads(text)
+    assert said["end"] == "completed", text
+    seen = said["plc"]["result"]
+    assert seen == list(range(1, FUNCTIONS + 1)), f"functions {seen}"
+
+
 def clean(folder: Path) -> None:
     """A run without a fault completes and leaves nothing, of its own or of
     those before.
     """
     run = Run(folder)
     text = run.launcher.communicate(timeout=60)[0]
-    assert json.loads(text)["end"] == "completed", text
+    check_functions(text)
     assert not list((folder / "tmp").iterdir()), list(
         (folder / "tmp").iterdir()
     )
@@ -263,14 +288,19 @@ def left_segments() -> list[str]:
     ]
 
 
-def matrix(runs: int, seed: int = 1, batch: int = 20) -> Counter[str]:
+def matrix(
+    runs: int,
+    seed: int = 1,
+    batch: int = 20,
+    clocks: Sequence[str] = CLOCKS,
+) -> Counter[str]:
     """Counts of injected and missed faults; AssertionError names the fault that
     broke a promise.
     """
     rng, counts = random.Random(seed), Counter[str]()
     with tempfile.TemporaryDirectory() as root:
         folder = Path(root)
-        for k, fault in enumerate(faults(runs, seed), 1):
+        for k, fault in enumerate(faults(runs, seed, clocks), 1):
             try:
                 hit, seconds = one(fault, folder, rng)
                 if k % batch == 0 or k == runs:
@@ -292,8 +322,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--clock", action="append", choices=CLOCKS)
     args = parser.parse_args()
-    print(json.dumps(matrix(args.runs, args.seed), indent=2))
+    found = matrix(args.runs, args.seed, clocks=args.clock or CLOCKS)
+    print(json.dumps(found, indent=2))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,8 @@ The C declarations cffi needs are read from the headers, between ``/* cdef begin
 */`` and ``/* cdef end */``; the header of the shared-memory layout is generated
 from ``hli/layout.py`` before anything is compiled.  The environment variable
 HLI_COSIM_SANITIZE=address,undefined (or thread) builds both modules under the
-sanitizers; HLI_COSIM_INTERLEAVE=1 with the places at which
+sanitizers; HLI_COSIM_FLAGS=-O2 adds options of the compiler (``bench/determinism.py``);
+HLI_COSIM_INTERLEAVE=1 with the places at which
 ``tests/unit/engine/test_interleaving.py`` switches between planner and GEO.
 """
 
@@ -81,6 +82,7 @@ def compile_args() -> tuple[list[str], list[str]]:
         "-ffp-contract=off",
     ]
     args += ["-Wno-psabi", "-pthread"]
+    args += os.environ.get("HLI_COSIM_FLAGS", "").split()
     link = ["-pthread", "-lm", "-lrt"]
     if os.environ.get("HLI_COSIM_WERROR"):
         args.append("-Werror")
@@ -126,6 +128,7 @@ SYNC_SOURCES = [
     "hli/sync.c",
     "hli/guard.c",
     "hli/queue.c",
+    "hli/gather.c",
     "hli/bench.c",
     "hli/scans.c",
     "hli/trace.c",
@@ -153,6 +156,7 @@ def engine_sources() -> list[str]:
         found
         - {
             "hli/bench.c",
+            "hli/gather.c",
             "hli/guard.c",
             "hli/scans.c",
             "hli/trace.c",
@@ -169,6 +173,7 @@ sync_ffi = module(
     [
         "hli/sync.h",
         "hli/guard.h",
+        "hli/gather.h",
         "hli/bench.h",
         "hli/scans.h",
         "hli/trace.h",

@@ -97,6 +97,9 @@ def _facts_of(root: Any, unit: View) -> Any:
     return layout.HLI_AHEAD_ANSWER()
 
 
+_next = lib.hs_clah_next
+
+
 class ContourUnit:
     """One contour look-ahead unit and its bells: request, take, exchange (PLC);
     wait_request, answer (CNC).
@@ -159,7 +162,7 @@ class ContourUnit:
         Number of elements; below 0 nothing was done: BUSY, or REFUSED for a
         request that is not finite.
         """
-        n: int = lib.hs_clah_next(
+        n: int = _next(
             self._unit,
             self._bell,
             start_position,
@@ -174,8 +177,8 @@ class ContourUnit:
         """An own array with the first `n` rows: bytes as a whole, where numpy
         would copy member by member.
         """
-        return np.ndarray(
-            n, BLOCK_DTYPE, bytearray(self._bytes[: n * _ROW_BYTES])
+        return np.frombuffer(
+            bytearray(self._bytes[: n * _ROW_BYTES]), BLOCK_DTYPE
         )
 
     def exchange(

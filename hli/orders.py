@@ -232,6 +232,8 @@ def send(
         try:
             connection.sendall(_line(order))
             answer: Order = json.loads(_read_line(connection))
+            if not isinstance(answer, dict):
+                raise ValueError("an answer is a table")
         except (OSError, ValueError, RecursionError):
             raise HliTimeout(
                 f"the {_SAID[side]} on segment {name!r} did not answer"

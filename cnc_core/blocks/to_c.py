@@ -14,6 +14,9 @@ from cnc_core._engine import ffi
 
 from . import NC_BLOCK
 
+OUTSIDE = "coefficients outside the pool, or a plane that the channel lacks"
+"""What a stage says of rows that it refuses (-2)."""
+
 
 def row_pointer(rows: npt.NDArray[Any], writable: bool = False) -> Any:
     """``nc_block[]`` of rows.

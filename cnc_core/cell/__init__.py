@@ -20,6 +20,7 @@ from typing import Any, Unpack
 
 from hli import segment
 from hli.errors import HliError
+from hli.interrupts import interrupts_held
 from plc_client.task import refuse_cell_start
 
 from ..config import CellConfig, load_config, setups_of
@@ -34,6 +35,7 @@ from ..process.options import (
     names_of,
     takes_run_options,
 )
+from ..process.recording import Missing
 from ..program.restart import Restart
 from ..recording.parts import Parts
 from ..recording.recorder import check_columns
@@ -159,7 +161,6 @@ class Cell:
         sweep_folders()
         folder = options.out or OUT_FOLDER
         before = files_below(folder)
-        self._job = job = self._start(programs, choice, options, warm, attended)
 
         def collected(*, judged: bool) -> RunResult:
             result = self._collect(job, options, judged=judged)
@@ -170,21 +171,26 @@ class Cell:
             ]
             return result
 
-        try:
-            supervise(job, options.max_wall, look)
-            stop(job)
-            return collected(judged=True)
-        except KeyboardInterrupt:
-            stop(job)
-            result = collected(judged=False)
-            raise RunInterrupted(result, options.record) from None
-        except BaseException:
-            stop(job)
-            if job.parts:
-                job.parts.finish(end="interrupted")
-            raise
-        finally:
-            self.close()
+        with interrupts_held() as let_come:
+            self._job = job = self._start(
+                programs, choice, options, warm, attended
+            )
+            try:
+                let_come()
+                supervise(job, options.max_wall, look)
+                stop(job)
+                return collected(judged=True)
+            except KeyboardInterrupt:
+                stop(job)
+                result = collected(judged=False)
+                raise RunInterrupted(result, options.record) from None
+            except BaseException:
+                stop(job)
+                if job.parts:
+                    job.parts.finish(end="interrupted")
+                raise
+            finally:
+                self.close()
 
     def _options(self, chosen: RunKeywords) -> RunOptions:
         """The options of a run; the cell's clock and service where none is named."""
@@ -285,13 +291,9 @@ class Cell:
             if options.strict:
                 be_strict(result)
         if job.parts:
-            told = cnc.get("recording", {})
-            if plc.get("record_lost"):
-                told = told | {
-                    "lost": {**told.get("lost", {}), "plc": plc["record_lost"]}
-                }
+            missing = Missing.of(cnc, plc, start=job.parts.problem)
             end = result.end if judged else "interrupted"
-            keep_recording(result, job.parts, told, end)
+            keep_recording(result, job.parts, missing, end)
         return result
 
 

@@ -34,7 +34,10 @@ FROM_CNC = (
 
 @dataclass
 class RunResult:
-    """Outcome of one co-simulation (the contract's run object)."""
+    """Outcome of one co-simulation (the contract's run object).
+
+    ``unwritten``: there is no file of the recording, ``errors`` tell why.
+    """
 
     cycles: int = 0
     sim_time_s: float = 0.0
@@ -58,6 +61,7 @@ class RunResult:
     blocks: int = 0
     recorded: int = 0
     record_lost: int = 0
+    unwritten: bool = False
     error_text: str = ""
     dialect: str | None = None
     peak_mb: float = 0.0
@@ -87,6 +91,11 @@ class RunResult:
         return result
 
     @property
+    def failed(self) -> bool:
+        """Whether it did not complete, or its recording could not be written."""
+        return self.end != "completed" or self.unwritten
+
+    @property
     def columns(self) -> Columns:
         """Arrays by name: with ``record=`` a row a cycle, ``t`` (s), axes (mm),
         ``s``, ``v`` and the other columns of ``cycles``, and the watched symbols.
@@ -97,8 +106,8 @@ class RunResult:
         return Columns(self.plc.get("watch") or {}, self.recording)
 
     def check(self) -> RunResult:
-        """This result; CncError with the reason of a run that did not complete."""
-        if self.end == "completed":
+        """This result; CncError with the reason of a run that has failed."""
+        if not self.failed:
             return self
         found = [
             CncError(

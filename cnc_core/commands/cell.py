@@ -81,6 +81,7 @@ def run(
     check_choices(options)
     file = _first(files or [], config)
     options = replace(options, st=st.words())
+    tell_unwritable(options.record)
     if monitor:
         options = replace(options, name=options.name or own_name())
     with (
@@ -99,7 +100,7 @@ def run(
     else:
         print_run(result, " ".join(map(str, files or [file])))
     say_run_errors(result)
-    if result.end != "completed":
+    if result.failed:
         raise typer.Exit(1)
 
 
@@ -162,7 +163,7 @@ def demo(
     else:
         _print_demo(result)
     say_run_errors(result.run)
-    if result.run.end != "completed":
+    if result.run.failed:
         raise typer.Exit(1)
 
 
@@ -339,6 +340,7 @@ def cnc(
     if options.record:
         from ..process.recording import SoleRecording  # noqa: PLC0415
 
+        tell_unwritable(options.record)
         recording = SoleRecording(options.record, config, options.record_only)
         chosen = recording.options(chosen)
     for setup, program in zip(setups_of(cell), programs, strict=True):
@@ -356,6 +358,19 @@ def cnc(
     for text in recording.told if recording else ():
         say_error(f"warning: {text}")
     raise typer.Exit(status)
+
+
+def tell_unwritable(record: Path | None) -> None:
+    """Warn ahead of a run of a recording that nobody can write; the run goes on."""
+    if record is None:
+        return
+    from ..recording.parts import why_unwritable  # noqa: PLC0415
+
+    why = why_unwritable(record)
+    if why:
+        say_error(
+            f"warning: recording {record}: {why}; the run goes on without it"
+        )
 
 
 CHECK_S = 2.0  # of wall time; the rest of a long program is read while it runs
@@ -402,7 +417,9 @@ def plc(
     force: Forced = None,
     config: Annotated[
         Path | None,
-        typer.Option("--config", help="cell.toml, for its simulated inputs"),
+        typer.Option(
+            "--config", "--cell", help="cell.toml, for its simulated inputs"
+        ),
     ] = None,
 ) -> None:
     """Run the PLC side alone: waits for the CNC, re-attaches when it comes

@@ -14,6 +14,7 @@ from .console import (
     SHOWN_ERRORS,
     app,
     emit,
+    interrupted,
     load,
     out,
     say_causes,
@@ -323,7 +324,7 @@ def plan(
     result = _planned(
         program,
         max_wall,
-        recording=recording,
+        recording,
         window=lookahead,
         jerk=not no_jerk,
         keep_samples=bool(samples or picture),
@@ -345,7 +346,9 @@ def plan(
         say_wrapped(line)
 
 
-def _planned(program: Any, max_wall: float, **chosen: Any) -> PlanResult:
+def _planned(
+    program: Any, max_wall: float, recording: Any, **chosen: Any
+) -> PlanResult:
     """The plan of a program that tells where it is."""
     from ..planning import plan_program  # noqa: PLC0415
     from ..planning.watching import PlanWatch  # noqa: PLC0415
@@ -359,7 +362,13 @@ def _planned(program: Any, max_wall: float, **chosen: Any) -> PlanResult:
             bar.program(program, feeder.n, cycle * program.cell.cycle_s)
             watch.look(feeder)
 
-        return plan_program(program, look=look, **chosen)
+        try:
+            return plan_program(
+                program, look=look, recording=recording, **chosen
+            )
+        except KeyboardInterrupt:
+            written = recording.written if recording else None
+            raise interrupted(watch.account(), written) from None
 
 
 @app.command()

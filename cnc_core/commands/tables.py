@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
@@ -150,6 +151,8 @@ def _value(path: str, name: str, value: Any, indent: int) -> Iterator[str]:
 
 def _with_millimetres(value: Any, unit: str) -> str:
     """A value with its unit; millimetres beside 0.1 um."""
+    if isinstance(value, bool):
+        return _text(value)
     if unit == TENTH_UM and isinstance(value, (int, float)):
         return f"{value:.0f} x {unit} ({number(value / TENTHS_A_MM)} mm)"
     return f"{_text(value)} {_times(unit)}"
@@ -196,6 +199,8 @@ def print_run(result: Any, title: str) -> None:
 
 
 def _run_rows(result: Any) -> Iterator[list[str]]:
+    if result.name and not result.name.startswith(f"hli-cosim-{os.getpid()}-"):
+        yield ["name", result.name]
     yield ["end", result.end]
     yield [
         "cell's time",

@@ -382,8 +382,15 @@ class Engine:
 
     def take_mode_command(self) -> ModeCommand | None:
         """The command that ``Event.MODE_COMMAND`` told of."""
+        return self._mode_command(lib.engine_take_mode_command)
+
+    def see_mode_command(self) -> ModeCommand | None:
+        """The same; it stays to be taken."""
+        return self._mode_command(lib.engine_see_mode_command)
+
+    def _mode_command(self, get: Any) -> ModeCommand | None:
         out = ffi.new("engine_mode_command *")
-        if not lib.engine_take_mode_command(self._handle, out):
+        if not get(self._handle, out):
             return None
         parameter = ffi.string(out.parameter).decode("latin-1").strip()
         return ModeCommand(

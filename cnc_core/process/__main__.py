@@ -14,6 +14,7 @@ from typing import Any
 from hli._sync import lib as sync
 
 from hli.errors import HliError
+from hli.interrupts import take_interrupts
 
 from ..errors import CncError, Place
 from .cnc_process import CncProcess
@@ -42,6 +43,7 @@ def run_cnc(options: CncOptions) -> int:
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN or number in ASKED:
             signal.signal(number, process.on_signal)
+    take_interrupts()
     process.run()
     if options.report:
         write_json(options.report, process.report())

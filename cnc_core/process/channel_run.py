@@ -247,6 +247,7 @@ class ChannelRun:
             self.engine.show_commands(block * BLOCK_BYTES, slots)
         port.manual_data = path == self._scratch
         port.signals = self.signals
+        port.ended = self.modes.end_beside_dialog
         return port
 
     def _heard(self, kind: str, text: str) -> None:

@@ -26,6 +26,7 @@ SERVICES = {
 }
 
 KERNEL_VERSION = b"hli-cosim 0.1"
+LINEAR, ROTARY, SPINDLE = 1, 2, 4  # types of axes
 
 
 def fill_identity(
@@ -59,22 +60,30 @@ def fill_channel(
     channel.head.version_r.zeichen = KERNEL_VERSION
     channel.head.sizeof_interface_r = ctypes.sizeof(layout.HLI_CHANNEL)
     channel.head.channel_nr = place.index + 1
-    channel.bahn_state.prog_name_r = program.encode("latin-1", "replace")[:259]
+    channel.bahn_state.prog_name_r = _cut(program, 259)
     channel.bahn_state.file_offset_r = -1
     channel.bahn_mc_control.insert_cmd.state_r.distance_of_next_stop = -1.0
     for i, (name, axis) in enumerate(cell.axes.items()):
-        number, kind = axis.id or i + 1, 2 if axis.kind == "rotary" else 1
-        area = root.axis[place.axis_base + i]
-        coord, head = channel.bahn_state.coord_r[i], area.head
-        coord.log_axis_nr_r = head.log_ax_n_r = number
-        coord.axis_type_r = head.axis_type_r = kind
-        coord.name = name.encode()
-        head.sizeof_interface_r = ctypes.sizeof(layout.HLI_AXIS)
+        number = axis.id or i + 1
+        kind = ROTARY if axis.kind == "rotary" else LINEAR
+        coord = channel.bahn_state.coord_r[i]
+        coord.log_axis_nr_r, coord.axis_type_r = number, kind
+        coord.name = coord.axis_name_r.zeichen = name.encode()
+        _fill_axis(root.axis[place.axis_base + i], number, kind)
     behind = place.axis_base + len(cell.axes)
     for i, spindle in enumerate(cell.spindles.values(), behind):
-        head = root.axis[i].head
-        head.log_ax_n_r, head.axis_type_r = spindle.id, 4
-        head.sizeof_interface_r = ctypes.sizeof(layout.HLI_AXIS)
+        _fill_axis(root.axis[i], spindle.id, SPINDLE)
+
+
+def _fill_axis(axis: Any, number: int, kind: int) -> None:
+    axis.head.log_ax_n_r = axis.ipo_state.log_achs_nr_r = number
+    axis.head.axis_type_r = axis.ipo_state.type_r = kind
+    axis.ipo_state.spindle_axis_r = kind == SPINDLE
+    axis.head.sizeof_interface_r = ctypes.sizeof(layout.HLI_AXIS)
+
+
+def _cut(text: str, length: int) -> bytes:
+    return text.encode("latin-1", "replace")[:length]
 
 
 def scratch_folder() -> Path:

@@ -101,7 +101,8 @@ class Preparation:
                     self.computes = True
                     return
         except CncError as error:
-            self._end(error)
+            if not self.done:  # else it was ended in a dialog
+                self._end(error)
 
     def drained(self) -> None:
         """Everything handed out so far has been executed: go on reading."""
@@ -316,10 +317,12 @@ class Preparation:
 
     def stop(self) -> bool:
         """Brake, leave out the rest, execute what the program has for a stop;
-        False if it has nothing.
+        False if it has nothing, or asks in a dialog.
         """
         reader = self._restartable
         if reader is None or self._stopping or not reader.has_stop:
+            return False
+        if self.port.asks:
             return False
         self._stopping, self._batch, self._first = True, BlockBatch.empty(), 0
         self.waiting, self.done = True, False

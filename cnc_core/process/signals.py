@@ -103,7 +103,7 @@ class SignalBoard:
         return True
 
     def remove(self, number: int, receivers: tuple[int, ...]) -> None:
-        wanted = {one - 1 for one in receivers} or {None}
+        wanted: set[int | None] = {one - 1 for one in receivers} or {None}
         self._sent = [
             one
             for one in self._sent

@@ -26,6 +26,9 @@ TOUCHED_BYTES = 1 << 26
 """Of a mapped file that stay in memory while it is read; the rest is given back."""
 
 
+OTHER = "it is not of hli-cosim"
+
+
 class Source(Protocol):
     """One file of a recording."""
 
@@ -62,12 +65,15 @@ class ArrowSource:
             self.complete = False
             return
         if META not in (schema.metadata or {}):
-            raise not_a_recording(path, "it is not of hli-cosim")
+            raise not_a_recording(path, OTHER)
         self.meta = meta_of(schema.metadata)
-        self.tables = {
-            field.name: {p.name: str(p.type) for p in field.type.value_type}
-            for field in schema
-        }
+        try:
+            self.tables = {
+                field.name: {p.name: str(p.type) for p in field.type.value_type}
+                for field in schema
+            }
+        except (AttributeError, TypeError):
+            raise not_a_recording(path, OTHER) from None
         self._rows = dict.fromkeys(self.tables, 0)
         for batch in self._read():
             self._batches += 1
@@ -158,14 +164,17 @@ class ParquetSource:
             ) from None
         self.meta = meta_of(self._file.schema_arrow.metadata)
         if not self.meta:
-            raise not_a_recording(path, "it is not of hli-cosim")
+            raise not_a_recording(path, OTHER)
         self.complete = bool(self.meta.get("complete"))
-        self.tables = self.meta["types"]
-        self._groups: dict[str, list[int]] = {}
-        for name, count in self.meta["row_groups"]:
-            first = sum(map(len, self._groups.values()))
-            groups = self._groups.setdefault(name, [])
-            groups += range(first, first + count)
+        try:
+            self.tables = self.meta["types"]
+            self._groups: dict[str, list[int]] = {}
+            for name, count in self.meta["row_groups"]:
+                first = sum(map(len, self._groups.values()))
+                groups = self._groups.setdefault(name, [])
+                groups += range(first, first + count)
+        except (KeyError, TypeError, ValueError, AttributeError):
+            raise not_a_recording(path, OTHER) from None
 
     def rows(self, table: str) -> int:
         """Rows of a table."""
@@ -188,19 +197,25 @@ class NpzSource:
         import zipfile  # noqa: PLC0415
 
         try:
-            with np.load(path, allow_pickle=False) as arrays:
+            # opened here: numpy leaves a file open that is none of its own
+            with path.open("rb") as file:
+                arrays = np.load(file, allow_pickle=False)
                 self.meta = json.loads(str(arrays["meta"]))
-        except (zipfile.BadZipFile, EOFError, ValueError):
+            self.tables = {
+                name: {str(n): str(kind) for n, kind in columns.items()}
+                for name, columns in self.meta["types"].items()
+            }
+            self._rows = {n: int(k) for n, k in self.meta["rows"].items()}
+        except (zipfile.BadZipFile, EOFError, ValueError, RecursionError):
             raise not_a_recording(path, "no npz file") from None
-        except KeyError:
-            raise not_a_recording(path, "it is not of hli-cosim") from None
+        except (KeyError, TypeError, AttributeError, IndexError):
+            raise not_a_recording(path, OTHER) from None
         self._path = path  # opened for each table: nobody closes a recording
         self.complete = bool(self.meta.get("complete"))
-        self.tables = self.meta["types"]
 
     def rows(self, table: str) -> int:
         """Rows of a table."""
-        return int(self.meta["rows"].get(table, 0))
+        return self._rows.get(table, 0)
 
     def chunks(self, table: str, columns: Sequence[str]) -> Iterator[Any]:
         """The whole table."""
@@ -247,7 +262,10 @@ class JoinedSource:
 def meta_of(metadata: dict[bytes, bytes] | None) -> dict[str, Any]:
     """What a schema says of the recording, empty if it is none."""
     text = (metadata or {}).get(META, b"{}")
-    value = json.loads(text)
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
     return value if isinstance(value, dict) else {}
 
 

@@ -41,5 +41,7 @@ def _say(text: str) -> None:
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
+    # the run under way takes its processes, segment and files with it
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     if lib.hs_die_with_parent(signal.SIGTERM, int(sys.argv[3])) == 0:
         serve(Path(sys.argv[1]), Path(sys.argv[2]))

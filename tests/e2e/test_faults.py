@@ -20,10 +20,10 @@ from fault_matrix import Fault, clean, one
 from support.command_line import T1, command, wait_for_cycle
 
 SAMPLE = [
-    Fault("cnc", "KILL", "M pending"),
-    Fault("plc", "KILL", "request pending"),
-    Fault("plc", "STOP", "motion"),
-    Fault("launcher", "KILL", "motion"),
+    Fault("cnc", "KILL", "M pending", "lockstep"),
+    Fault("plc", "KILL", "request pending", "lockstep"),
+    Fault("plc", "STOP", "motion", "lockstep"),
+    Fault("launcher", "KILL", "motion", "lockstep"),
 ]
 
 

@@ -370,6 +370,9 @@ uint32_t engine_mode_state(struct engine *engine);
 /* 1 and the command that ENGINE_MODE_COMMAND told of, or 0. */
 int engine_take_mode_command(struct engine *engine,
                              struct engine_mode_command *out);
+/* The same, and the command stays to be taken. */
+int engine_see_mode_command(struct engine *engine,
+                            struct engine_mode_command *out);
 void engine_post_error(struct engine *engine, const engine_error *error);
 int engine_take_plc_error(struct engine *engine,
                           uint32_t *id,

@@ -7,6 +7,7 @@
 #include "engine/path/piece_curve.h"
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
+#include "rows/planes.h"
 
 bool row_is_finite(const engine_config *cfg, const nc_block *row) {
     for (int i = 0; i < cfg->axis_count; i++) {
@@ -59,19 +60,8 @@ bool row_is_supported(struct engine *engine,
         return row->length > 0 && (row->feed > 0 || (row->flags & NC_RAPID));
     case NC_CIRCULAR: {
         bool bends = row->length > 0 && row->radius > 0 && row->angle != 0.0;
-        if (row->plane < 17 || row->plane > 19 || !bends) {
-            return false;
-        }
-        for (int i = 0; i < 3; i++) {
-            if (engine->cfg.main[i] < 0
-                && i
-                       != (row->plane == 17   ? 2
-                           : row->plane == 18 ? 1
-                                              : 0)) {
-                return false;
-            }
-        }
-        return row->feed > 0 || (row->flags & NC_RAPID);
+        return bends && plane_is_there(row->plane, engine->cfg.main)
+               && (row->feed > 0 || (row->flags & NC_RAPID));
     }
     case NC_POLYNOMIAL:
         return row->length > 0 && row->degree >= 1 && row->degree < CURVE_ORDER

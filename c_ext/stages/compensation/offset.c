@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "stages/compensation/state.h"
+#include "rows/planes.h"
 #include "rows/scan.h"
 
 void nc_offset_init(nc_offset *offset) {
@@ -305,10 +306,10 @@ static int select_side(nc_offset *offset, const nc_block *row) {
     if (offset->state == OFFSET_LEAVING && offset->has_prev) {
         error = offset_end_perpendicular(offset);
     }
-    offset->plane = row->plane;
-    if (offset_axis(offset, 0) < 0 || offset_axis(offset, 1) < 0) {
+    if (!plane_is_there(row->plane, offset->main_axis)) {
         return offset_fail(offset, NC_ERROR_PLANE_AXIS, row);
     }
+    offset->plane = row->plane;
     if (offset->state != OFFSET_ACTIVE) {
         offset->state = OFFSET_ARMED;
     }

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "rows/planes.h"
 #include "rows/pool.h"
 #include "stages/contouring/corner.h"
 #include "stages/contouring/tuning.h"
@@ -452,7 +453,8 @@ int nc_contour_push(nc_contour *contour,
                     const double *pool,
                     int64_t pool_n) {
     for (int64_t i = 0; i < count && !contour->failed; i++) {
-        if (!row_in_pool(&rows[i], contour->cfg.axes, pool_n)) {
+        if (!row_in_pool(&rows[i], contour->cfg.axes, pool_n)
+            || !row_in_plane(&rows[i], contour->cfg.main_axis)) {
             return -2;
         }
         if (rows[i].type <= NC_POLYNOMIAL) {

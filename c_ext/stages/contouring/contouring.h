@@ -48,7 +48,8 @@ void nc_contour_resync(nc_contour *contour, const double *position);
 /* Function `code` of row type `kind` makes the channel stand: 1 ahead of its
  * block's motion, 2 behind it; 0: it does not. */
 void nc_contour_set_wait(nc_contour *contour, int kind, int code, int how);
-/* 0, or -1: no memory. */
+/* 0, or -1: no memory, or -2: coefficients outside the pool, or a plane that
+ * the channel lacks. */
 int nc_contour_push(nc_contour *contour,
                     const nc_block *rows,
                     int64_t count,

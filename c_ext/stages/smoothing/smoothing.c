@@ -1,5 +1,6 @@
 /* Rows to points of the contour, and the life of the stage. */
 #include <stdlib.h>
+#include "rows/planes.h"
 #include "rows/pool.h"
 #include "stages/smoothing/emit.h"
 #include "stages/smoothing/nodes.h"
@@ -198,14 +199,37 @@ static void line_point(nc_smooth *smooth, const nc_block *row) {
     }
 }
 
-static void arc_points(nc_smooth *smooth, const nc_block *row) {
+/* Index 0, 1: channel axes of an arc's plane. */
+static void plane_axes(const nc_smooth *smooth,
+                       const nc_block *row,
+                       int axes[2]) {
     static const int planes[3][2] = {
         {0, 1},
         {2, 0},
         {1, 2},
     };
-    int a1 = smooth->cfg.main_axis[planes[row->plane - 17][0]];
-    int a2 = smooth->cfg.main_axis[planes[row->plane - 17][1]];
+    for (int i = 0; i < 2; i++) {
+        axes[i] = smooth->cfg.main_axis[planes[row->plane - 17][i]];
+    }
+}
+
+/* How many chords stay within the tolerance; infinite: no step is small
+ * enough. */
+static double arc_chords(const nc_smooth *smooth, const nc_block *row) {
+    int axes[2];
+    plane_axes(smooth, row, axes);
+    double radius = hypot(smooth->last[axes[0]] - row->center[0],
+                          smooth->last[axes[1]] - row->center[1]);
+    double sagitta = SAGITTA * smooth->tol;
+    double step = 2.0 * acos(fmax(1.0 - sagitta / radius, 0.5));
+    return ceil(fabs(row->angle) / step);
+}
+
+static void arc_points(nc_smooth *smooth, const nc_block *row) {
+    int axes[2];
+    plane_axes(smooth, row, axes);
+    int a1 = axes[0];
+    int a2 = axes[1];
     double from[NC_AXES];
     double sagitta = SAGITTA * smooth->tol;
     double d0 = smooth->programmed;
@@ -214,8 +238,7 @@ static void arc_points(nc_smooth *smooth, const nc_block *row) {
     double e2 = from[a2] - row->center[1];
     double radius = hypot(e1, e2);
     double angle0 = atan2(e2, e1);
-    double step = 2.0 * acos(fmax(1.0 - sagitta / radius, 0.5));
-    double count = ceil(fabs(row->angle) / step);
+    double count = arc_chords(smooth, row);
     for (double k = 1.0; k <= count; k++) {
         double share = k / count;
         double angle = angle0 + row->angle * share;
@@ -275,7 +298,7 @@ static bool smoothable(const nc_smooth *smooth, const nc_block *row) {
         return false;
     }
     if (row->type == NC_CIRCULAR) {
-        return true;
+        return arc_chords(smooth, row) <= ARC_CHORDS;
     }
     double main = 0.0;
     double all = 0.0;
@@ -403,7 +426,8 @@ int64_t nc_smooth_push(nc_smooth *smooth,
                        const double *pool,
                        int64_t pool_n) {
     for (int64_t i = 0; i < count; i++) {
-        if (!row_in_pool(&rows[i], smooth->cfg.axes, pool_n)) {
+        if (!row_in_pool(&rows[i], smooth->cfg.axes, pool_n)
+            || !row_in_plane(&rows[i], smooth->cfg.main_axis)) {
             return -2;
         }
         take_row(smooth, &rows[i], pool);

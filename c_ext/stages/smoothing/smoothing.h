@@ -49,7 +49,8 @@ nc_smooth *nc_smooth_new(const nc_smooth_config *config, const double *start);
 void nc_smooth_free(nc_smooth *smooth);
 void nc_smooth_resync(nc_smooth *smooth, const double *position);
 /* Take rows until the output is half full; returns how many were taken, or -1:
- * no memory, or -2: coefficients outside the pool. */
+ * no memory, or -2: coefficients outside the pool, or a plane that the channel
+ * lacks. */
 int64_t nc_smooth_push(nc_smooth *smooth,
                        const nc_block *rows,
                        int64_t count,

@@ -33,6 +33,11 @@
  * tests/property/test_smoothing.py. */
 #define SAGITTA 0.05
 
+/* An arc that needs more chords than that is driven exactly, which keeps every
+ * tolerance; no tolerance, however small, makes the stage work for long. Unit:
+ * chords. Evidence: tests/unit/stages/test_hand_made_rows.py. */
+#define ARC_CHORDS 200000.0
+
 /* A curve that stays so close to its chord is driven as the chord. Unit:
  * share of the tolerance. Evidence:
  * tests/unit/frontend/isons/test_isons_bends.py. */

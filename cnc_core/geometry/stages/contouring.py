@@ -26,7 +26,7 @@ from cnc_core.blocks import (
     S,
     T,
 )
-from cnc_core.blocks.to_c import pool_pointer, row_pointer
+from cnc_core.blocks.to_c import OUTSIDE, pool_pointer, row_pointer
 from cnc_core.errors import CncError, Place
 from cnc_core.units import FloatArray
 
@@ -93,6 +93,10 @@ class Contouring:
         self._place, self._warn = place, warn
         self._short: set[tuple[int, int]] = set()
 
+    @property
+    def idle(self) -> bool:
+        return bool(lib.nc_contour_idle(self._state))
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows that are final now."""
         if (
@@ -109,7 +113,7 @@ class Contouring:
             self._state, first, len(rows), pointer, len(pool)
         )
         if failed == -2:
-            raise ValueError("contouring: coefficients outside the pool")
+            raise ValueError(f"contouring: {OUTSIDE}")
         if failed < 0:
             raise MemoryError("contouring")
         self._messages()

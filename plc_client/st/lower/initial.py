@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..errors import RANGE, TYPE, StopHere
 from ..model import after_init, types
 from ..model.classes import ClassType
-from ..model.world import unknown
+from ..model.world import Cascade, unknown
 from ..syntax import tree
 from . import calls, convert, expressions, names, store
 from .context import Context
@@ -245,6 +245,8 @@ def _member(
             return Value(types.VOID, "")
     else:
         raise StopHere(TYPE, f"{type_} has no members", pos)
+    if isinstance(type_, ClassType) and type_.cls.uncertain:
+        raise Cascade(pos)
     if name.upper() not in known:
         raise unknown(f"member of {type_}:", name, list(known), pos)
     return known[name.upper()]

@@ -8,13 +8,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cnc_core.blocks import CONTOUR, NC_BLOCK, POLYNOMIAL, BlockBatch
+from cnc_core.blocks import (
+    CIRCULAR,
+    COMPENSATION,
+    CONTOUR,
+    NC_BLOCK,
+    POLYNOMIAL,
+    BlockBatch,
+)
 from cnc_core.errors import Place
 from cnc_core.geometry.stages.contouring import Contouring, ContourMachine
+from cnc_core.geometry.stages.radius_compensation import RadiusCompensation
 from cnc_core.geometry.stages.smoothing import Smoothing
+from cnc_core.geometry.stages.stage import RefusedRow
 from support.smoothed_paths import MACHINE
 
-pytestmark = pytest.mark.sanitize("stages/smoothing", "stages/contouring")
+pytestmark = pytest.mark.sanitize(
+    "stages/smoothing", "stages/contouring", "stages/compensation"
+)
 
 AXES, DEGREE = 3, 4
 NEED = AXES * (DEGREE + 1)
@@ -83,3 +94,43 @@ def test_coefficients_at_the_pools_end_are_taken(
     at = int(owner.rows["pool"][owner.rows["type"] == POLYNOMIAL][0])
     assert POLYNOMIAL in rows["type"]
     assert np.array_equal(owner.pool[at : at + NEED], pool[7:])
+
+
+@pytest.mark.parametrize("plane", [0, 16, 20, 255])
+@pytest.mark.parametrize("stage", [smoothing, contouring])
+def test_a_circle_of_no_plane_is_refused(
+    stage: Callable[[], Smoothing | Contouring], plane: int
+) -> None:
+    """Its axes are looked up by the plane's number."""
+    row = np.zeros(1, NC_BLOCK)
+    row["type"], row["plane"] = CIRCULAR, plane
+    row["length"], row["radius"], row["angle"] = 1.0, 1.0, 1.0
+    with pytest.raises(ValueError, match="a plane that the channel lacks"):
+        stage().push(BlockBatch(np.concatenate([on(), row])))
+
+
+@pytest.mark.parametrize(
+    ("plane", "main"), [(20, (0, 1, 2)), (0, (0, 1, 2)), (18, (0, 1, -1))]
+)
+def test_compensation_in_no_plane_is_an_error(
+    plane: int, main: tuple[int, int, int]
+) -> None:
+    """By number; compensation stays off."""
+    row = np.zeros(1, NC_BLOCK)
+    row["type"], row["plane"], row["code"] = COMPENSATION, plane, 41
+    stage = RadiusCompensation(np.zeros(AXES), main, lambda *_: Place("", 0))
+    with pytest.raises(RefusedRow) as refused:
+        stage.push(BlockBatch(row))
+    assert refused.value.error.code == 900016
+
+
+def test_a_tolerance_of_nothing_drives_an_arc_exactly() -> None:
+    """It would need chords without end: `#HSC ON [PATH_DEV=1e-12]` stood still."""
+    row = np.zeros(1, NC_BLOCK)
+    row["type"], row["plane"], row["feed"] = CIRCULAR, 17, 100.0
+    row["center"], row["radius"] = (10_000.0, 0.0), 10_000.0
+    row["angle"], row["length"] = np.pi, np.pi * 10_000.0
+    row["end"][0, 0] = 20_000.0
+    stage = Smoothing(np.zeros(AXES), MACHINE, 1e-12)
+    out = np.concatenate([stage.push(BlockBatch(row)).rows, stage.drain().rows])
+    assert out["type"].tolist() == [CIRCULAR]

@@ -170,7 +170,7 @@ def test_scripts(tmp_path):
         Answer(press="YES"),
         Answer({"IN1": 2.0}, "B"),
     ]
-    for value in ('"b"', "NaN", "-Infinity", "true"):
+    for value in ('"b"', "NaN", "-Infinity", "true", "1" + 400 * "0"):
         path.write_text(f'[{{"set": {{"a": {value}}}}}]')
         with pytest.raises(CncError):
             read_answers(path)
