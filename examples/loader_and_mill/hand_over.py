@@ -1,15 +1,16 @@
 """The PLC of a mill and a loader: vice, gripper, and a lock between both.
 
 The programs agree by signals where they move.  The PLC moves vice and gripper as
-their M functions ask for it, each in its time.  It never opens one that alone
-holds a part.
+their M functions ask for it, each in its time.  It opens the gripper at the vice
+alone, when the vice holds the part.
 """
 
 from __future__ import annotations
 
 from plc_client import AutoContinue, TechnoServer, task
 
-VICE_SCANS, GRIPPER_SCANS = 120, 80  # how long they move
+VICE_SCANS, GRIPPER_SCANS = 30, 20  # how long they move
+AT_VICE = 1_000_000  # 0.1 um: the loader is at the vice below this X
 
 
 class Clamp:
@@ -30,7 +31,7 @@ class Clamp:
         self.open(done=done and self.open.active)
 
 
-@task(interval=0.001)
+@task(interval=0.004)
 class HandOver:
     """Loops over the channels, as PLC programs do."""
 
@@ -47,11 +48,12 @@ class HandOver:
         for flow in self.flows:
             flow()
         self.functions()
-        held_by_both = self.vice.closed and self.gripper.closed
-        opens = self.vice.closed
-        self.vice(may_open=not held_by_both)
-        self.gripper(may_open=self.vice.closed)
-        self.parts += opens and not self.vice.closed
+        loader_x = self.hli.gpCh[1].bahn_state.coord_r[0].act_position_r
+        at_vice = loader_x < AT_VICE
+        was_shut = self.vice.closed
+        self.vice(may_open=not (at_vice and self.gripper.closed))
+        self.gripper(may_open=at_vice and self.vice.closed)
+        self.parts += was_shut and not self.vice.closed
         self.vice_shut, self.gripper_shut = (
             self.vice.closed,
             self.gripper.closed,

@@ -1,6 +1,6 @@
-; The loader: brings three parts and takes each away.  Signal 3: the vice holds it.
+; The loader: brings two parts and takes each away.  Signal 3: the vice holds it.
 N10 V.P.PART = 0
-N20 $WHILE V.P.PART < 3
+N20 $WHILE V.P.PART < 2
 N30   G0 X600
 N40   Z-100
 N50   M20

@@ -1,14 +1,14 @@
-; The mill: three parts.  Signal 1: the vice is free.  Signal 2: a part lies in it.
+; The mill: two parts.  Signal 1: the vice is free.  Signal 2: a part lies in it.
 N10 V.P.PART = 0
-N20 $WHILE V.P.PART < 3
+N20 $WHILE V.P.PART < 2
 N30   G0 X0 Y0 Z50
 N40   #SIGNAL SYN [ID=1 CH=2]
 N50   #WAIT SYN [ID=2 CH=2]
 N60   M10
 N70   #SIGNAL SYN [ID=3 CH=2]
 N80   G0 X10 Y10
-N90   G1 Z-1 F1500
-N100  X50 F4000
+N90   G1 Z-1 F3000
+N100  X50 F12000
 N110  Y40
 N120  X10
 N130  Y10
