@@ -4,7 +4,8 @@
 test server that comes with pyads, which is the reference in the same run.
 Prints JSON.  Targets: one symbol by ADS p50 <= 250 us, 100 in a sum <= 1.5 ms,
 1000 notifications a second without loss; OPC UA read and write <= 2.5 ms,
-500 monitored items at 100 ms without loss.
+500 monitored items at 100 ms without loss.  ``cnc`` is the CPU time of a cycle
+of the CNC with and without clients, in turns: their ratio is the cost.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import os
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -26,6 +28,8 @@ import asyncua
 import pyads
 from pyads import constants
 
+from hli.segment import observe
+
 ua: Any = asyncua.ua
 HOSTS = {"hli-cosim": "127.0.48.1", "pyads": "127.0.48.2"}
 IDS = {"hli-cosim": "127.0.48.1.1.1", "pyads": "127.0.48.2.1.1"}
@@ -35,6 +39,7 @@ FEED = f"{CH}.bahn_state.active_feed_r"
 READS, SUMS, WRITES = 3000, 300, 200
 LISTEN_S = 5.0
 ITEMS, PERIOD_MS = 500, 100
+TURNS, TURN_S = 4, 2.0
 PART = "%p\n$FOR P1 = 0, 100000, 1\nG01 X100 Y5 F6000\nX0 Y0\n$ENDFOR\nM30\n"
 PLC = """
 from plc_client import task
@@ -42,11 +47,13 @@ from plc_client import task
 @task(interval=0.001)
 class Counter:
     def __init__(self):
-        self.n = 0
         self.gain = 1.0
+        for k in range({items}):
+            setattr(self, f"n{k}", 0)
 
     def cyclic(self):
-        self.n += 1
+        for k in range({items}):
+            setattr(self, f"n{k}", getattr(self, f"n{k}") + 1)
 """
 REFERENCE = """
 import sys, time
@@ -84,8 +91,8 @@ def told(taken: list[float]) -> dict[str, float]:
 
 
 # -- processes
-def started(stack: ExitStack, *words: str, waits: str = "") -> None:
-    """A process that ends with the run; it has said a word when this returns."""
+def started(stack: ExitStack, *words: str, waits: str = "") -> int:
+    """Id of a process that ends with the run; it has said a word by now."""
     process = subprocess.Popen(
         [sys.executable, "-P", *words],
         stdout=subprocess.PIPE,
@@ -97,22 +104,23 @@ def started(stack: ExitStack, *words: str, waits: str = "") -> None:
     assert process.stdout is not None
     while waits not in process.stdout.readline():
         assert process.poll() is None, words
+    return process.pid
 
 
 @contextmanager
-def everything() -> Iterator[str]:
-    """Cell, servers and reference."""
+def everything() -> Iterator[tuple[str, int]]:
+    """Cell, servers and reference: name of the cell, process of the CNC."""
     name = f"hli-bench-{os.getpid()}"
     cli = ("-m", "cnc_core.cli")
     with TemporaryDirectory() as text, ExitStack() as stack:
         folder = Path(text)
         (folder / "part.nc").write_text(PART)
-        (folder / "plc.py").write_text(PLC)
+        (folder / "plc.py").write_text(PLC.replace("{items}", str(ITEMS)))
         users = folder / "users"
         users.touch(0o600)
         users.write_text("op:secret\n")
         part, plc = str(folder / "part.nc"), str(folder / "plc.py")
-        started(stack, *cli, "cnc", part, "--name", name, waits="CNC")
+        cnc = started(stack, *cli, "cnc", part, "--name", name, waits="CNC")
         started(stack, *cli, "plc", plc, "--name", name, waits="PLC")
         host = ("--host", HOSTS["hli-cosim"])
         own = ("--net-id", IDS["hli-cosim"])
@@ -122,7 +130,7 @@ def everything() -> Iterator[str]:
         started(stack, "-c", REFERENCE, HOSTS["pyads"], waits="ready")
         for host in HOSTS.values():
             listens(host)
-        yield name
+        yield name, cnc
 
 
 def listens(host: str) -> None:
@@ -198,6 +206,63 @@ def ads() -> dict[str, Any]:
     return found
 
 
+# -- what it costs the CNC
+def cnc_now(name: str, process: int) -> tuple[int, int]:
+    """CPU time of the CNC, ns, and its cycles."""
+    tasks = Path(f"/proc/{process}/task").iterdir()
+    spent = sum(int((t / "schedstat").read_text().split()[0]) for t in tasks)
+    with observe(name) as segment:
+        return spent, int(segment.root.sidecar.cnc.cycle)
+
+
+def cycle_us(name: str, process: int) -> float:
+    """CPU time of a cycle over the next while."""
+    spent, cycles = cnc_now(name, process)
+    time.sleep(TURN_S)
+    later, more = cnc_now(name, process)
+    return (later - spent) / (more - cycles) / 1e3
+
+
+@contextmanager
+def busy_client() -> Iterator[None]:
+    """Somebody reads 100 symbols again and again, and is told 1000 a second."""
+    plc = connection("hli-cosim")
+    dints = [s.name for s in plc.get_all_symbols() if s.symbol_type == "DINT"]
+    over = threading.Event()
+
+    def read() -> None:
+        while not over.is_set():
+            plc.read_list_by_name(dints[:100])
+
+    wish = pyads.NotificationAttrib(
+        4, constants.ADSTRANS_SERVERCYCLE, cycle_time=1
+    )
+    handles = plc.add_device_notification(FEED, wish, lambda *_: None)
+    reader = threading.Thread(target=read)
+    reader.start()
+    yield
+    over.set()
+    reader.join()
+    plc.del_device_notification(*handles)
+    plc.close()
+
+
+def cost(name: str, process: int) -> dict[str, float]:
+    """us of CPU in a cycle of the CNC, in turns alone and with a client."""
+    pyads.open_port()
+    alone, served = [], []
+    for _ in range(TURNS):
+        alone.append(cycle_us(name, process))
+        with busy_client():
+            served.append(cycle_us(name, process))
+    without, beside = min(alone), min(served)
+    return {
+        "alone_us": round(without, 1),
+        "with_client_us": round(beside, 1),
+        "ratio": round(beside / without, 3),
+    }
+
+
 # -- OPC UA
 class Told:
     """Counts what a subscription tells, by node."""
@@ -222,7 +287,7 @@ async def timed(work: Callable[[], Any], count: int) -> dict[str, float]:
 async def opcua() -> dict[str, Any]:
     """Reads, writes, and 500 monitored items."""
     address = f"opc.tcp://127.0.0.1:{OPCUA_PORT}/"
-    client = asyncua.Client(address, timeout=60.0)
+    client = asyncua.Client(address, timeout=60.0, watchdog_intervall=60.0)
     client.set_user("op")
     client.set_password("secret")
     async with client:
@@ -233,29 +298,36 @@ async def opcua() -> dict[str, Any]:
             return client.get_node(ua.NodeId(path, own))
 
         feed, gain = node(FEED), node("Counter.gain")
+        counters = [node(f"Counter.n{k}") for k in range(ITEMS)]
         found: dict[str, Any] = {
             "read_us": await timed(feed.read_value, 1000),
             "write_us": await timed(lambda: gain.write_value(2.0), WRITES),
         }
-        seen = Told()
-        subscription = await client.create_subscription(PERIOD_MS, seen)
         coords = [
             node(f"{CH}.bahn_state.coord_r[{k}].{name}")
             for k in range(32)
             for name in (await _coordinates(node))
-        ][: ITEMS - 2]
-        wanted = [*coords, feed, node("Counter.n")]
-        await subscription.subscribe_data_change(
-            wanted, sampling_interval=PERIOD_MS
-        )
-        await asyncio.sleep(LISTEN_S)
-        await subscription.delete()
-        found["monitored"] = {
-            "items": len(wanted),
-            "told": len(seen.values),
-            "of_one_that_changes": len(seen.values[wanted[-1].nodeid]),
-        }
+        ]
+        members = [*coords[: ITEMS - 1], feed]
+        found["monitored"] = await monitored(client, members, feed)
+        found["all_change"] = await monitored(client, counters, counters[0])
         return found
+
+
+async def monitored(client: Any, items: list[Any], one: Any) -> dict[str, int]:
+    """How many items are told of, how often the least, and how often one."""
+    seen = Told()
+    subscription = await client.create_subscription(PERIOD_MS, seen)
+    await subscription.subscribe_data_change(items, sampling_interval=PERIOD_MS)
+    await asyncio.sleep(LISTEN_S)
+    await subscription.delete()
+    counts = [len(values) for values in seen.values.values()]
+    return {
+        "items": len(items),
+        "told": len(counts),
+        "least": min(counts),
+        "one_that_changes": len(seen.values[one.nodeid]),
+    }
 
 
 async def _coordinates(node: Callable[[str], Any]) -> list[str]:
@@ -267,15 +339,17 @@ async def _coordinates(node: Callable[[str], Any]) -> list[str]:
             (await part.read_browse_name()).Name
             for part in await node(path).get_children()
         ]
-        found += [f"{inner}{name}" for name in names if name != "hb_display_r"]
+        plain = [n for n in names if n not in ("hb_display_r", "axis_name_r")]
+        found += [f"{inner}{name}" for name in plain]
     return found
 
 
 def main() -> None:
     """Print what was measured."""
-    with everything():
+    with everything() as (name, process):
         found = {
             "load": os.getloadavg()[0],
+            "cnc": cost(name, process),
             "ads": ads(),
             "opcua": asyncio.run(opcua()),
         }

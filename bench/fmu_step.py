@@ -17,7 +17,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from cnc_core.cell.stepping import start_plc
 from cnc_core.fmu import export_fmu
-from cnc_core.fmu.slave import Acknowledging
+from cnc_core.fmu.instance import Acknowledging
 
 PART = "G1 F6000 X100\nG2 X120 Y20 R20\nG1 Y120\nX0\nY0\nM30\n"
 ROUNDS = 5

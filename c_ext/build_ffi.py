@@ -128,6 +128,7 @@ SYNC_SOURCES = [
     "hli/sync.c",
     "hli/guard.c",
     "hli/queue.c",
+    "hli/gather.c",
     "hli/bench.c",
     "hli/scans.c",
     "hli/trace.c",
@@ -155,6 +156,7 @@ def engine_sources() -> list[str]:
         found
         - {
             "hli/bench.c",
+            "hli/gather.c",
             "hli/guard.c",
             "hli/scans.c",
             "hli/trace.c",
@@ -171,6 +173,7 @@ sync_ffi = module(
     [
         "hli/sync.h",
         "hli/guard.h",
+        "hli/gather.h",
         "hli/bench.h",
         "hli/scans.h",
         "hli/trace.h",

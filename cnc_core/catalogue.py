@@ -66,8 +66,9 @@ def explain(code: int) -> Explanation:
 def _near(code: int) -> str:
     """Numbers that somebody may have meant."""
     close = sorted(catalogue(), key=lambda one: abs(one - code))
+    begin = [one for one in close if str(one).startswith(str(code))]
     like = difflib.get_close_matches(str(code), map(str, close), 2)
-    near = dict.fromkeys([*map(int, like), *close])
+    near = dict.fromkeys([*begin, *map(int, like), *close])
     said = [f"{n} ({catalogue()[n].text})" for n in list(near)[:NEAR]]
     return f"; near it: {', '.join(said)}"
 

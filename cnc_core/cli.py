@@ -6,9 +6,10 @@ Exit status: 0 success, 1 program or user error, 2 wrong usage, 130 interrupted.
 
 from __future__ import annotations
 
+import ctypes
 import signal
 import sys
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NoReturn, Protocol, runtime_checkable
 
 import typer
 
@@ -50,17 +51,27 @@ def main() -> None:
     try:
         code = app(standalone_mode=False, prog_name="hli-cosim")
         # the parser has made a status of Ctrl-C
-        if code == INTERRUPTED and not told_interrupts:
-            sys.stderr.write("interrupted\n")
+        if code == INTERRUPTED:
+            _interrupted()
         sys.exit(code if isinstance(code, int) else 0)
     except (KeyboardInterrupt, typer.Abort):
-        sys.stderr.write("interrupted\n")
-        sys.exit(INTERRUPTED)
+        _interrupted()
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(0)
     except Exception as error:
         sys.exit(_failed(error))
+
+
+def _interrupted() -> NoReturn:
+    """Ctrl-C: a line, unless the command has told of it, and the status."""
+    if not told_interrupts:
+        sys.stderr.write("interrupted\n")
+    # Python ends itself by the signal, whatever the status, where Ctrl-C fell
+    # into code that a library makes at run time.  The next text that is executed
+    # lets it forget that.
+    ctypes.pythonapi.PyRun_SimpleString(b"pass")
+    sys.exit(INTERRUPTED)
 
 
 def _numbered(error: Exception) -> CncError:

@@ -170,6 +170,9 @@ ERRORS: dict[int, str] = {
     907052: "#WAIT for a signal that nobody sends",
     907053: "file name leaves the folders of the program and of the run",
     907054: "external variable does not fit its storage",
+    907055: "more signals than the cell keeps",
+    907056: "channels wait for each other",
+    907057: "the cell has no such channel",
     907060: "zero offset number out of range",
     907061: "not possible in this feed mode",
     # our own: cycles

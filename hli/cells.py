@@ -27,6 +27,8 @@ class CellInfo:
 
     ``pid``: of the CNC.  ``state``: of its operation mode, in small letters.
     ``plc``: process of the PLC that is attached, or None.
+    ``channels``: program and state of each, if there are several; ``program``
+    and ``state`` are those of the first.
     """
 
     name: str
@@ -35,22 +37,40 @@ class CellInfo:
     program: str
     state: str
     plc: int | None
+    channels: tuple[dict[str, str], ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        return asdict(self)
+        found = asdict(self)
+        if not self.channels:
+            del found["channels"]
+        return found
 
 
 def _info(name: str, root: layout.HLI_SEGMENT) -> CellInfo:
-    side, channel = root.sidecar, root.channel[0]
-    mode = channel.channel_mc_control.mode_and_state.state_r
-    plc = side.plc
+    side, plc = root.sidecar, root.sidecar.plc
+    shown = [
+        {"program": program, "state": state}
+        for program, state in map(
+            _channel, root.channel[: root.segment_head.channel_count]
+        )
+    ]
     return CellInfo(
         name,
         int(side.cnc.pid or root.segment_head.owner_pid),
         CLOCKS.get(side.cnc.clock, str(side.cnc.clock)),
+        shown[0]["program"],
+        shown[0]["state"],
+        int(plc.pid) if plc.attached else None,
+        tuple(shown) if len(shown) > 1 else (),
+    )
+
+
+def _channel(channel: layout.HLI_CHANNEL) -> tuple[str, str]:
+    """Program and state of a channel."""
+    mode = channel.channel_mc_control.mode_and_state.state_r
+    return (
         channel.bahn_state.prog_name_r.decode("latin-1"),
         STATES.get(mode.state, str(mode.state)),
-        int(plc.pid) if plc.attached else None,
     )
 
 

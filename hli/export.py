@@ -142,7 +142,8 @@ def _public(cls: type[ctypes.Structure]) -> bool:
     return not cls.__name__.startswith(("HLI_SEGMENT", "HLI_SIDE"))
 
 
-def _st_constants() -> dict[str, int]:
+def st_constants() -> dict[str, int]:
+    """What ``HLI_Global_Constants`` of a PLC program holds."""
     public = re.compile("HLI_(.*_(MAXIDX|LAENGE)|(CLAH|IMCM|AHEAD)_.*)")
     return {
         name: value
@@ -172,7 +173,7 @@ def _st_structure(cls: Any) -> str:
 def _st_constant_list() -> str:
     lines = [
         f"    {name} : UDINT := {value};"
-        for name, value in _st_constants().items()
+        for name, value in st_constants().items()
     ]
     return "\n".join(["VAR_GLOBAL CONSTANT", *lines, "END_VAR"]) + "\n"
 

@@ -47,7 +47,7 @@ def word_pointer(root: View, name: str) -> Any:
 
 def snapshot(view: View, timeout_s: float = 1.0) -> Any:
     """A consistent private copy of ``bahn_state`` or
-    ``contour_lookahead.state`` of channel 0, as a view.
+    ``contour_lookahead.state`` of a channel, as a view.
 
     These two are what the CNC writes under the seqlock; ValueError for any
     other view. Raises HliTimeout if no copy stayed undisturbed for
@@ -61,13 +61,13 @@ def snapshot(view: View, timeout_s: float = 1.0) -> Any:
         *layout.structures(),
     )
     root: Any = root_of(view)
-    if view not in (
-        root.channel[0].bahn_state,
-        root.channel[0].contour_lookahead.state,
+    if not any(
+        view in (channel.bahn_state, channel.contour_lookahead.state)
+        for channel in root.channel
     ):
         raise ValueError(
-            f"{spelling(view)}: only gpCh[0].bahn_state and "
-            "contour_lookahead.state have a seqlock"
+            f"{spelling(view)}: only bahn_state and contour_lookahead.state of"
+            " a channel have a seqlock"
         )
     structure: Any = type(view._c)
     copy = structure()
@@ -95,6 +95,9 @@ def _facts_of(root: Any, unit: View) -> Any:
         if channel.contour_lookahead._address == unit._address:
             return area._c.answer
     return layout.HLI_AHEAD_ANSWER()
+
+
+_next = lib.hs_clah_next
 
 
 class ContourUnit:
@@ -159,7 +162,7 @@ class ContourUnit:
         Number of elements; below 0 nothing was done: BUSY, or REFUSED for a
         request that is not finite.
         """
-        n: int = lib.hs_clah_next(
+        n: int = _next(
             self._unit,
             self._bell,
             start_position,
@@ -174,8 +177,8 @@ class ContourUnit:
         """An own array with the first `n` rows: bytes as a whole, where numpy
         would copy member by member.
         """
-        return np.ndarray(
-            n, BLOCK_DTYPE, bytearray(self._bytes[: n * _ROW_BYTES])
+        return np.frombuffer(
+            bytearray(self._bytes[: n * _ROW_BYTES]), BLOCK_DTYPE
         )
 
     def exchange(

@@ -54,6 +54,7 @@ HLI_ESA_MAXIDX = 2
 # UDINT words of one external-variable area: 1000 variables of 24 bytes
 HLI_EXT_VAR_MAXIDX = 5999
 HLI_INTF_VERSION_NAME_LAENGE = 23
+HLI_ACHS_NAME_LAENGE = 15
 # The extension HLI_AHEAD: not of the manual, so it has a version of its own
 HLI_AHEAD_VERSION = 2
 HLI_AHEAD_CH_MAXIDX = 0
@@ -359,6 +360,10 @@ class HLI_HB_DISPLAY(Structure):
     ]
 
 
+class HLI_ACHS_NAME(Structure):
+    _fields_ = [("zeichen", STRING(HLI_ACHS_NAME_LAENGE))]
+
+
 class HLI_COORD(Structure):
     _fields_ = [
         ("log_axis_nr_r", UINT),
@@ -373,6 +378,7 @@ class HLI_COORD(Structure):
         ("dist_to_geom_end_r", DINT),
         ("fill_2", DINT),
         ("hb_display_r", HLI_HB_DISPLAY),
+        ("axis_name_r", HLI_ACHS_NAME),
     ]
 
 
@@ -827,7 +833,18 @@ class HLI_LR_STATE(Structure):
         ("position_offset_r", DINT),
         ("axis_state_r", UINT),
         ("fill_1", UINT),
-        ("fill_2", UDINT),
+        ("cmd_rev_r", DINT),
+        ("active_rev_r", DINT),
+        ("current_rev_r", DINT),
+    ]
+
+
+class HLI_IPO_STATE(Structure):
+    _fields_ = [
+        ("log_achs_nr_r", UINT),
+        ("type_r", UINT),
+        ("spindle_axis_r", BOOL),
+        ("fill_1", BYTE * 3),
     ]
 
 
@@ -848,6 +865,7 @@ class HLI_AXIS(Structure):
             "techno_unit_late_sync",
             TECHNO_UNIT_AX * (HLI_TU_AX_LATE_SYNC_MAXIDX + 1),
         ),
+        ("ipo_state", HLI_IPO_STATE),
     ]
 
 
@@ -1132,6 +1150,7 @@ ALIASES: dict[str, str] = {
     "stop_conditions_r": "stop_condition_r",
     "insert_cmd.semaphor_rw": "insert_cmd.command_semaphor_rw",
     "feed_hold": "feedhold",
+    "log_achs_nr_r": "log_axis_nr_r",
     "HLI_CONTOUR_LOOKAHEAD.HLI_INSERT_CMD_STATE": "HLI_CONTOUR_LOOKAHEAD_STATE",
 }
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Mapping
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
@@ -64,40 +65,52 @@ def batch_of(schema: Any, tables: Mapping[str, Mapping[str, Any]]) -> Any:
 class PartFile:
     """Appends batches to a file; a batch that does not fit leaves no trace.
 
-    ``problem``: the first error of the disk, None while there was none.
+    ``problem``: the first error of the disk, None while there was none.  A file
+    that cannot be made takes no batch.
     """
 
     def __init__(self, path: Path, tables: Schema, meta: bytes) -> None:
         self.schema = arrow_schema(tables, meta)
         self.problem: OSError | None = None
-        self._file = path.open("wb", buffering=0)
+        self._file: FileIO | None = None
+        try:
+            self._file = path.open("wb", buffering=0)
+        except OSError as error:
+            self.problem = error
         self._good = 0
         self._begun = False
 
     def add(self, tables: Mapping[str, Mapping[str, Any]]) -> bool:
         """Whether the batch is in the file; the next one may fit again."""
-        self._begun = self._begun or self._append(self.schema.serialize())
-        return self._begun and self._append(
+        return self._begin() and self._append(
             batch_of(self.schema, tables).serialize()
         )
 
     def close(self) -> None:
         """End the stream; nothing more is added."""
-        self._begun = self._begun or self._append(self.schema.serialize())
-        if self._begun:
+        if self._begin():
             self._append(END_OF_STREAM)
-        self._file.close()
+        if self._file is not None:
+            self._file.close()
+
+    def _begin(self) -> bool:
+        """Whether the schema is in the file."""
+        self._begun = self._begun or self._append(self.schema.serialize())
+        return self._begun
 
     def _append(self, data: Any) -> bool:
+        file = self._file
+        if file is None:
+            return False
         view = memoryview(data)
         try:
             while view:
-                view = view[self._file.write(view) or 0 :]
+                view = view[file.write(view) or 0 :]
         except OSError as error:
             self.problem = self.problem or error
             with contextlib.suppress(OSError):
-                os.ftruncate(self._file.fileno(), self._good)
-                self._file.seek(self._good)
+                os.ftruncate(file.fileno(), self._good)
+                file.seek(self._good)
             return False
-        self._good = self._file.tell()
+        self._good = file.tell()
         return True

@@ -30,8 +30,7 @@ axis_count | | CNC | configured axes (`gNrAx`)
 ready | | CNC | 1: published; written last, with release order
 segment_size | bytes | CNC | size of the whole
 owner_pid | | CNC | process that created the segment
-owner_start | ticks | CNC | its start time since boot: a recycled process id has
-    another one
+owner_start | ticks | CNC | its start time since boot: a recycled process id has another one
 layout_hash | | CNC | SHA-256 of `layout.describe()`
 HLI_PLATFORM
     `gpPform`
@@ -45,8 +44,8 @@ HLI_NC_CONFIG
 hli_version_w | | | not evaluated
 hli_version_r | | | version of the interface
 nc_kernel_version_r | | | version of the CNC
-HLI_INTF_VERSION
-    a version's text
+HLI_INTF_VERSION HLI_ACHS_NAME
+    the text of a version or a name
 zeichen | | as its holder | characters
 HLI_CHANNEL
     `gpCh[i]`
@@ -71,8 +70,7 @@ version_r | | | version of the interface
 sizeof_interface_r | bytes | | size of the channel's area
 channel_nr | | CNC | number of the channel, from 1
 channel_type_r | | | 0
-plc_present_w | | | TRUE: the PLC works on this channel; without it its units
-    are dead
+plc_present_w | | | TRUE: the PLC works on this channel; without it its units are dead
 init_done_r | | | TRUE: the area is ready
 mc_watchdog | | both | the PLC shows that it lives
 lc_watchdog | | both | the CNC shows that it lives
@@ -103,8 +101,7 @@ HLI_DECODER_MC_CONTROL
 program_block_ignore | | both | skip levels: bit n - 1 is level n; taken over at
     program start
 single_block | | both | not supported, as in the kernel
-execution_mode | | both | 0x2000: no M, H, T output; other values are refused
-    (905021)
+execution_mode | | both | 0x2000: no M, H, T output; other values are refused (905021)
 HLI_BAHN_MC_CONTROL
     control units of the path
 feedhold | | both | brakes and stands on the path
@@ -116,10 +113,8 @@ single_block | | both | stands ahead of each block with motion
 continue_machining | | both | its rising edge leaves M00, M01, single block and
     inserted stops
 m01_stop_enable | | both | M01 stops
-delete_distance_to_go | | both | its rising edge leaves out the rest of the
-    block
-del_dist_to_go_end | | both | mask of `#DEL DIST2GO` marks where the line may
-    end
+delete_distance_to_go | | both | its rising edge leaves out the rest of the block
+del_dist_to_go_end | | both | mask of `#DEL DIST2GO` marks where the line may end
 backward_motion | | both | TRUE: backward on the path
 simulate_motion | | both | functions ahead are put out as MOS
 backward_storage_off | | both | clears the store
@@ -178,10 +173,8 @@ HLI_BAHN_STATE
     status of the path
 dist_prog_start | 0.1 um | CNC | distance from program start
 dist_to_go_r | 0.1 um | | distance to the end of the block
-eta_time_r | us | | motion time to the next change from rapid to feed
-    (FCT_CALC_TIME)
-dist_v_0_r | 0.1 um | | way to standstill if the feed were held now
-    (FCT_CALC_POS_V_0)
+eta_time_r | us | | motion time to the next change from rapid to feed (FCT_CALC_TIME)
+dist_v_0_r | 0.1 um | | way to standstill if the feed were held now (FCT_CALC_POS_V_0)
 esa_vb | 1 um/s | CNC | path speed to come (FCT_CALC_STATE_AT_T); -1: not known
 covered_distance_r | 0.1 % | | share of the block that is driven
 block_count_r | | | counted block
@@ -205,8 +198,7 @@ dwell_time_active_r | | | TRUE: dwells
 speed_limit_detect_r | | | 0
 block_search_active_r | | | 0
 delete_distance_to_go_active_r | | | TRUE: distance to go is being left out
-feedhold_active_r | | | TRUE: the path is held, by feed hold, an axis or the
-    mode
+feedhold_active_r | | | TRUE: the path is held, by feed hold, an axis or the mode
 rapid_active_r | | | TRUE: rapid motion
 backward_active_r | | | TRUE: drives backward
 error_r | | | TRUE: an error stands
@@ -216,8 +208,7 @@ esa_data_valid | | CNC | TRUE: esa_vb counts
 inside_rt_loop_r | | | TRUE: inside a real-time loop
 g_function_r | | | 0
 prog_name_r | | | name of the program
-rt_loop_count_r | | | `V.RTG.LOOP.COUNT`: passes of the real-time loop that are
-    over
+rt_loop_count_r | | | `V.RTG.LOOP.COUNT`: passes of the real-time loop that are over
 coord_r | | | status by axis
 pos_v_0_pcs_r | 0.1 um | | positions of standstill, programmed coordinates
 pos_v_0_acs_r | 0.1 um | | positions of standstill, axes
@@ -233,6 +224,7 @@ current_position_r | 0.1 um | | present position
 acs_position_r | 0.1 um | | present position of the axis itself
 dist_to_geom_end_r | 0.1 um | | 0
 hb_display_r | | CNC | status of the manual mode
+axis_name_r | | | name of the axis
 HLI_HB_DISPLAY
     status of the manual mode of an axis; there is no manual mode
 state | | CNC | 0: not active
@@ -244,8 +236,7 @@ jog_geschw | 1 um/s | CNC | 0: no incremental jog (reconstructed name)
 jog_weg | 0.1 um | CNC | 0: no incremental jog (reconstructed name)
 TECHNO_UNIT_CH TECHNO_UNIT_AX
     an M, H or T function of the channel, or a spindle function
-please_rw | | | the CNC sets it behind the data; the PLC clears it once it has
-    fetched them
+please_rw | | | the CNC sets it behind the data; the PLC clears it once it has fetched them
 done_w | | | the PLC sets it: the function is acknowledged
 fkt_ctrl_r | | | kind: 1 M, 2 H, 3 S, 4 T
 attribut_r | | | its data
@@ -337,8 +328,7 @@ satz_nr | | who reports | N of the block
 HLI_CONTOUR_LOOKAHEAD
     the contour look-ahead unit
 request | | PLC | what is wanted
-semaphor_rw | | | the PLC sets it behind the request, the CNC clears it behind
-    the answer
+semaphor_rw | | | the PLC sets it behind the request, the CNC clears it behind the answer
 response | | CNC | the answer
 state | | CNC | what there is, every cycle, under the seqlock
 HLI_CONTOUR_LOOKAHEAD_REQUEST
@@ -355,8 +345,7 @@ block_type | | CNC | `HLI_CLAH_*`: 0 none, 1 line, 2 arc, 3 log on, 4 param, 5
     log off, 6 polynomial
 block_number | | CNC | N of the block
 block_count_r | | | counted block
-circle_turns | | CNC | whole turns of a helix beyond circle_angle; not in the
-    manual
+circle_turns | | CNC | whole turns of a helix beyond circle_angle; not in the manual
 rt_loop_pass | | CNC | `HLI_CLAH_PASS_*`: 0 not in a real-time loop, 1 entering
     pass, 2 loop to loop, 3 last pass; not in the manual
 start_position | 0.1 um | CNC | distance from program start
@@ -364,8 +353,7 @@ length | 0.1 um | CNC | length of the element
 programmed_radius | 0.1 um | CNC | radius as programmed
 compensated_radius | 0.1 um | CNC | radius on the driven path
 circle_angle | rad | CNC | swept angle, clockwise in [-2 pi, 0), else in (0, 2 pi]
-length_min | 0.1 um | CNC | length on the scaled contour
-    (FCT_EXTENSION_EQUIDIST)
+length_min | 0.1 um | CNC | length on the scaled contour (FCT_EXTENSION_EQUIDIST)
 tangent_variation | rad | CNC | turn of the tangent at the start of the element
 HLI_CONTOUR_LOOKAHEAD_STATE
     what the CNC has
@@ -382,6 +370,7 @@ used_units_std_sync_r | | | technology units in use
 used_units_late_sync_r | | | 0
 techno_unit_std_sync | | both | spindle functions
 techno_unit_late_sync | | both | 0
+ipo_state | | CNC | identity, again
 HLI_HB_MC_CONTROL
     units of the manual mode; commands are taken, counted as bad and not done
 activation | | both | not supported: commands are refused
@@ -465,6 +454,14 @@ active_position_acs_r | 0.1 um | | present position
 current_position_acs_r | 0.1 um | | present position
 position_offset_r | 0.1 um | | 0
 axis_state_r | | | 3 while the path moves, else 1
+cmd_rev_r | 0.001 deg/s | | spindle: speed of the last function that is output
+active_rev_r | 0.001 deg/s | | spindle: speed now, negative for M4
+current_rev_r | 0.001 deg/s | | spindle: speed now
+HLI_IPO_STATE
+    identity of an axis
+log_achs_nr_r | | | logical axis number
+type_r | | | 1 linear, 2 rotary, 4 spindle
+spindle_axis_r | | | TRUE: a spindle
 HLI_EXT_VAR
     an area of external variables
 value | | both | 24-byte blocks, six words each

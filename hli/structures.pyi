@@ -159,7 +159,7 @@ class MC_CONTROL_INSERT_CMD_UNIT(View):
     """Alias of ``command_semaphor_rw``."""
 
 class HLI_INTF_VERSION(View):
-    """A version's text."""
+    """The text of a version or a name."""
 
     zeichen: str
     """Characters; written by: as its holder."""
@@ -304,6 +304,12 @@ class HLI_HB_DISPLAY(View):
     CNC.
     """
 
+class HLI_ACHS_NAME(View):
+    """The text of a version or a name."""
+
+    zeichen: str
+    """Characters; written by: as its holder."""
+
 class HLI_COORD(View):
     """Status of one axis of the channel."""
 
@@ -327,6 +333,10 @@ class HLI_COORD(View):
     """0; unit: 0.1 um; written by: CNC."""
     hb_display_r: HLI_HB_DISPLAY
     """Status of the manual mode; written by: CNC."""
+    axis_name_r: HLI_ACHS_NAME
+    """Name of the axis; written by: CNC."""
+    log_achs_nr_r: int
+    """Alias of ``log_axis_nr_r``."""
 
 class HLI_BAHN_STATE(View):
     """Status of the path."""
@@ -1008,6 +1018,26 @@ class HLI_LR_STATE(View):
     """0; unit: 0.1 um; written by: CNC."""
     axis_state_r: int
     """3 while the path moves, else 1; written by: CNC."""
+    cmd_rev_r: int
+    """Spindle: speed of the last function that is output; unit: 0.001 deg/s;
+    written by: CNC.
+    """
+    active_rev_r: int
+    """Spindle: speed now, negative for M4; unit: 0.001 deg/s; written by:
+    CNC.
+    """
+    current_rev_r: int
+    """Spindle: speed now; unit: 0.001 deg/s; written by: CNC."""
+
+class HLI_IPO_STATE(View):
+    """Identity of an axis."""
+
+    log_achs_nr_r: int
+    """Logical axis number; written by: CNC."""
+    type_r: int
+    """1 linear, 2 rotary, 4 spindle; written by: CNC."""
+    spindle_axis_r: bool
+    """TRUE: a spindle; written by: CNC."""
 
 class HLI_AXIS(View):
     """``gpAx[i]``."""
@@ -1028,6 +1058,8 @@ class HLI_AXIS(View):
     """Spindle functions; written by: both."""
     techno_unit_late_sync: ViewArray[TECHNO_UNIT_AX]
     """0; written by: both."""
+    ipo_state: HLI_IPO_STATE
+    """Identity, again; written by: CNC."""
 
 class HLI_NC_CONFIG(View):
     """Versions of both sides."""

@@ -10,6 +10,7 @@ optional; an index may be a number or a constant
 
 from __future__ import annotations
 
+import ctypes
 import difflib
 import re
 from typing import Any
@@ -64,6 +65,26 @@ class Symbol:
             self._holder[self._key] = value
         else:
             setattr(self._holder, self._key, value)
+
+    @property
+    def memory(self) -> tuple[int, Any] | None:
+        """Address and ctypes type of a number of the memory; None: this is a
+        part, a text, or a variable of a task.
+        """
+        holder, key = self._holder, self._key
+        if isinstance(holder, ArrayView) and holder._check is not None:
+            kind = holder._a._type_
+            begin = ctypes.addressof(holder._a)
+            return begin + int(key) * ctypes.sizeof(kind), kind
+        if not isinstance(holder, View):
+            return None
+        members: dict[str, Any] = dict(holder._structure._fields_)  # type: ignore[arg-type]
+        kind = members[str(key)]
+        if not issubclass(kind, ctypes._SimpleCData):
+            return None
+        return holder._address + getattr(
+            holder._structure, str(key)
+        ).offset, kind
 
     def __repr__(self) -> str:
         return f"<Symbol {self.path} = {self.value!r}>"

@@ -173,6 +173,26 @@ class View:
         return "\n".join([f"<{head}", *(f"  {v}" for v in values)]) + ">"
 
 
+@contextlib.contextmanager
+def telling_first_use(
+    view_class: type[View], part: str, told: Callable[[], None]
+) -> Iterator[None]:
+    """Meanwhile ``told()`` is called when a view of the class gives out this part
+    for the first time: ahead of it nobody can have used it.
+    """
+    build = view_class._parts[part]
+
+    def building(view: View) -> Any:
+        told()
+        return build(view)
+
+    view_class._parts[part] = building
+    try:
+        yield
+    finally:
+        view_class._parts[part] = build
+
+
 _REPR_COLUMNS = 80
 _REPR_ITEMS = 8
 

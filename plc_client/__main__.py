@@ -16,7 +16,9 @@ from typing import Any
 
 from hli._sync import lib
 
+from hli import layout
 from hli.errors import HliError, HliNotFound, HliNotReady
+from hli.interrupts import take_interrupts
 from hli.orders import Orders
 from hli.owners import cnc_writes
 from hli.symbol import SymbolError
@@ -26,7 +28,13 @@ from .client import DEFAULT_NAME, Hli, connect
 from .guard import Guard
 from .online import UNFIT, Forces, TaskSymbol, Watch, parse_force
 from .scan import Ending, Program, Scanner, report
-from .scan_record import TABLES, ScanRecord, memory_of, program_of
+from .scan_record import (
+    TABLES,
+    ScanRecord,
+    memory_of,
+    missing_rows,
+    program_of,
+)
 from .sources import load_tasks
 from .task import PlcError
 
@@ -236,6 +244,7 @@ class Process:
                         "memory": memory_of(hli),
                     },
                     scanner.trace() if "exchange" in tables else None,
+                    waits=hli.cnc.clock != layout.HLI_CLOCK_REALTIME,
                 )
             )
 
@@ -272,6 +281,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     error = ""
     interrupted = False
     try:
+        take_interrupts()
         process.load()
         signal.signal(signal.SIGTERM, process.on_signal)
         signal.signal(signal.SIGINT, process.on_signal)
@@ -392,7 +402,7 @@ def _write_report(path: Path | None, process: Process, error: str) -> str:
         }
     content["warnings"] = [*process.warnings, *content["warnings"]]
     if process.watch.to is not None:
-        content["record_lost"] = process.watch.to.lost
+        content["recording"] = missing_rows(process.watch.to)
     _store(path, content)
     return error
 

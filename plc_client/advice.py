@@ -45,6 +45,7 @@ def of_class(program: Program) -> list[str]:
         " cycle; write command_w or another _w member"
         for name in sorted(set(_written(bodies)))
     ]
+    found += [f"task {program.name}: {text}" for text in _unheard(bodies, cls)]
     found += [
         f"task {program.name}: {name}() calls {called}(); {WAITS}"
         for name, called in _waits(bodies, _globals(cls))
@@ -138,6 +139,36 @@ def _written(bodies: list[Function]) -> Iterator[str]:
             )
             if path and cnc_writes(path):
                 yield path
+
+
+def _unheard(bodies: list[Function], cls: type) -> Iterator[str]:
+    """Commands that the CNC does not look at, for what must be set with them is
+    named nowhere in the module.
+    """
+    text = _text_of(sys.modules.get(cls.__module__))
+    chains = [list(_chain(target)) for target in _targets(bodies)]
+    # of channel.bahn_mc_control.override.command_w: override
+    units = {"".join(c[1:2]) for c in chains if c[:1] == ["command_w"]}
+    if units and "enable_w" not in text:
+        yield (
+            "writes command_w, and never enable_w; the CNC looks at a unit while"
+            " its enable_w is TRUE"
+        )
+    for name in sorted(units & {"override", "rapid_override"}):
+        if f"{name}_valid" not in text:
+            yield (
+                f"writes {name}.command_w, and never {name}_valid; the CNC looks"
+                f" at {name} while {name}_valid is TRUE"
+            )
+
+
+@functools.lru_cache(maxsize=64)
+def _text_of(module: Any) -> str:
+    """The source of a module; empty where there is none."""
+    try:
+        return inspect.getsource(module)
+    except (OSError, TypeError):
+        return ""
 
 
 def _targets(bodies: list[Function]) -> Iterator[ast.expr]:

@@ -169,9 +169,7 @@ class Hli(Areas):
         return (self.cnc.pid, self.cnc.start, self.cnc.generation)
 
     def snapshot(self, channel: int = 0) -> HLI_BAHN_STATE:
-        """A consistent private copy of ``gpCh[channel].bahn_state`` (channel 0
-        has the seqlock).
-        """
+        """A consistent private copy of ``gpCh[channel].bahn_state``."""
         copy: HLI_BAHN_STATE = snapshot(self.gpCh[channel].bahn_state)
         return copy
 

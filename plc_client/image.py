@@ -4,7 +4,7 @@ In lockstep the CNC stands while the PLC scans; in freerun and realtime it runs
 on, and a task that reads ``dist_prog_start`` twice would see two values.  With
 an image all tasks of one scan see the same state, the same in every clock:
 ``bahn_state``, ``decoder_state`` and ``contour_lookahead.state`` of the
-channels (channel 0 consistent under the seqlock), ``lr_state`` of the axes.
+channels (each consistent under the seqlock), ``lr_state`` of the axes.
 Control units, semaphores, technology units stay the memory itself.
 """
 
@@ -68,9 +68,9 @@ class InputImage:
         self._replaced: list[tuple[Any, str]] = []
         self._locked: list[_Copy] = []
         self._plain: list[_Copy] = []
-        for i, channel in enumerate(hli.gpCh):
+        for channel in hli.gpCh:
             if channel is not None:
-                self._channel(channel, self._plain if i else self._locked)
+                self._channel(channel)
         for area in hli.gpAhead:
             if area is not None:
                 self._extension(area)
@@ -80,7 +80,7 @@ class InputImage:
         self.now = self._native(hli)
         self.latch()
 
-    def _channel(self, channel: Any, copies: list[_Copy]) -> None:
+    def _channel(self, channel: Any) -> None:
         """``decoder_state`` and ``bahn_state`` lie side by side: one copy."""
         start, status = (
             layout.HLI_CHANNEL.decoder_state.offset,
@@ -105,7 +105,7 @@ class InputImage:
         self._replace(
             unit, "state", ahead.structure(layout.HLI_CONTOUR_LOOKAHEAD_STATE)
         )
-        copies += [both, ahead]
+        self._locked += [both, ahead]
 
     def _extension(self, area: Any) -> None:
         place = layout.HLI_AHEAD.state
@@ -151,7 +151,7 @@ class InputImage:
         return [*self._locked, *self._plain]
 
     def latch(self) -> None:
-        """Copy everything once; channel 0's copies belong to one cycle.
+        """Copy everything once; with one channel its copies belong to one cycle.
         HliTimeout: the CNC died while it wrote.
         """
         if _latch(self.now, _TRIES) != OK:

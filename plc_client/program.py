@@ -96,6 +96,13 @@ class Program:
         """
         begin = monotonic_ns()
         self._note_period(begin if at_ns is None else at_ns)
+        self.call_cyclic()
+        self.times.add(monotonic_ns() - begin)
+        self.scans_after_end += ended
+        self.schedule(now)
+
+    def call_cyclic(self) -> None:
+        """``cyclic()`` under the watchdog.  Raises PlcError as ``call`` does."""
         guard = self.guard
         try:
             guard.begin(self.spec.watchdog)
@@ -104,9 +111,6 @@ class Program:
             raise self._failure("cyclic", self.spec.watchdog, error) from error
         finally:
             guard.end()
-        self.times.add(monotonic_ns() - begin)
-        self.scans_after_end += ended
-        self.schedule(now)
 
     def _failure(
         self, method: str, limit: float, error: BaseException

@@ -28,7 +28,7 @@ from .online import check, views_of
 from .pace import CyclePacer
 from .program import Program, task_statistics
 from .scan import Scanner
-from .scan_record import ScanRecord, memory_of
+from .scan_record import ScanRecord, memory_of, missing_rows
 from .sources import load_tasks
 from .task import PlcError
 
@@ -93,7 +93,7 @@ class PlcRunner:
         hli: Hli,
         tasks: Tasks,
         cnc: MockCnc | None = None,
-        close: Callable[[], dict[str, Any]] | None = None,
+        close: Callable[[dict[str, Any]], dict[str, Any]] | None = None,
         inputs: Mapping[str, Any] | None = None,
         watch: str | Sequence[str] = (),
         record: tuple[Path, Sequence[str]] | None = None,
@@ -166,6 +166,7 @@ class PlcRunner:
                 scanner.watch.paths,
                 {"plc": {"file": names}, "memory": memory_of(hli)},
                 scanner.trace() if "exchange" in tables else None,
+                waits=True,
             )
         )
 
@@ -179,13 +180,15 @@ class PlcRunner:
         self._closed = True
         self._scanner.close()
         self._guard.close()
+        report: dict[str, Any] = {}
         if self._scanner.watch.to is not None:
             self._scanner.watch.to.close()
+            report["recording"] = missing_rows(self._scanner.watch.to)
         self.hli.close()
         if self.cnc is not None:
             self.cnc.close()
         if self._close is not None:
-            self.cnc_report = self._close()
+            self.cnc_report = self._close(report)
 
     def __enter__(self) -> PlcRunner:
         return self
@@ -268,10 +271,16 @@ class PlcRunner:
         if scans < 0:
             raise ValueError(f"step of {scans} scans: 0 or more")
         for _ in range(scans):
-            self._scanner.scan()
-            self._wait(self._scanner.next_due())
+            self.scan()
+            self.advance()
 
-    def _wait(self, due: int) -> None:
+    def scan(self) -> None:
+        """The first half of a step: one scan, behind which the CNC stands."""
+        self._scanner.scan()
+
+    def advance(self) -> None:
+        """The second half: the CNC's cycles up to the next scan."""
+        due = self._scanner.next_due()
         while not self._pacer.wait(due):
             if (
                 not self.hli.alive()

@@ -240,6 +240,28 @@ class Scanner:
         self._latched_ns = self._now.cell_time_ns
         self._scan()
 
+    def plain_scan(self) -> Callable[[int], None] | None:
+        """A function that does ``scan_latched`` at a cycle if it is due, without
+        taking times.  None: there is more to a scan than one task.
+        """
+        more = (self.watch, self.inputs, self.forces, self.panel)
+        if len(self.programs) != 1 or any(one.any for one in more):
+            return None
+        program, now, counters = self.programs[0], self._now, self._counters
+
+        def scan(cycle: int) -> None:
+            if program.due > cycle:
+                return
+            self._latched_ns = now.cell_time_ns
+            program.call_cyclic()
+            program.scans_after_end += self._end_seen
+            program.schedule(cycle)
+            counters.scans += 1
+            if self._end_seen or now.phase == _ENDED:
+                self._tell_finished()
+
+        return scan
+
     def _scan(self) -> None:
         """The scan of the image that is latched."""
         record = self.watch.to

@@ -44,6 +44,8 @@ class ScanRecord:
 
     ``trace``: where the changes come from, None: they are not recorded.
     ``about``: what the recording's account says of the PLC.
+    ``waits``: a scan waits for a slow disk (virtual time).
+    ``lost``: rows that are not in the file, by table.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class ScanRecord:
         symbols: Sequence[str],
         about: dict[str, Any],
         trace: MemoryTrace | None = None,
+        waits: bool = False,
     ) -> None:
         types = {"cycle": "uint64", "t": "double", "scan": "uint64"}
         types |= dict.fromkeys(symbols, "double")
@@ -62,13 +65,14 @@ class ScanRecord:
         units["plc"]["t"] = "s"
         meta = json.dumps({"columns": units, **about}).encode()
         self._symbols = tuple(symbols)
-        self._trace = trace
+        self._trace, self._waits = trace, waits
+        self._broken: Exception | None = None
         self._file = PartFile(path, tables, meta)
         self._rows = self._empty()
         self._changes = _Changes()
         self.scan = 0  # number of the last scan; 0: setup()
         self._full: queue.Queue[Batch | None] = queue.Queue(BATCHES)
-        self.lost = 0
+        self.lost: dict[str, int] = {}
         self._thread = threading.Thread(
             target=self._write, name="scan record", daemon=True
         )
@@ -110,9 +114,9 @@ class ScanRecord:
             batch["exchange"] = self._changes.columns()
         self._rows, self._changes = self._empty(), _Changes()
         try:
-            self._full.put_nowait(batch)
+            self._full.put(batch, block=self._waits)
         except queue.Full:
-            self.lost += _rows_of(batch)
+            self._lose(batch)
 
     def close(self) -> None:
         """Write the rest."""
@@ -121,15 +125,36 @@ class ScanRecord:
         self._thread.join()
         self._file.close()
 
+    @property
+    def problem(self) -> str:
+        """Why rows could not be written, empty if nothing was wrong."""
+        error = self._file.problem
+        if error:
+            return error.strerror or str(error)
+        return repr(self._broken) if self._broken else ""
+
     def _write(self) -> None:
         while (batch := self._full.get()) is not _END:
-            rows = {
-                name: columns
-                for name, columns in batch.items()
-                if len(columns["cycle"])
-            }
-            if rows and not self._file.add(rows):
-                self.lost += _rows_of(rows)
+            if not self._written(batch):
+                self._lose(batch)
+
+    def _written(self, batch: Batch) -> bool:
+        rows = {
+            name: columns
+            for name, columns in batch.items()
+            if len(columns["cycle"])
+        }
+        try:
+            return not rows or self._file.add(rows)
+        except Exception as error:
+            self._broken = self._broken or error
+            return False
+
+    def _lose(self, batch: Batch) -> None:
+        for table, columns in batch.items():
+            if len(columns["cycle"]):
+                before = self.lost.get(table, 0)
+                self.lost[table] = before + len(columns["cycle"])
 
 
 class _Changes:
@@ -175,8 +200,9 @@ class _Changes:
 _MANY_BYTES = 1 << 18
 
 
-def _rows_of(batch: Batch) -> int:
-    return sum(len(columns["cycle"]) for columns in batch.values())
+def missing_rows(record: ScanRecord) -> dict[str, Any]:
+    """What is missing in the PLC's part, and why."""
+    return {"lost": record.lost, "problem": record.problem}
 
 
 def memory_of(hli: Hli) -> dict[str, Any]:

@@ -4,9 +4,11 @@ totals of one PLC process.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import random
 from bisect import bisect_right
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
@@ -143,3 +145,21 @@ HANDSHAKES = Reservoir()
 
 All contour look-ahead blocks of this process count.
 """
+
+
+class _Unmeasured(Reservoir):
+    """Takes nothing."""
+
+    def add(self, value: int) -> None:
+        """Nothing."""
+
+
+@contextlib.contextmanager
+def unmeasured() -> Iterator[None]:
+    """Handshakes do not count meanwhile: nobody answers them (a replay)."""
+    global HANDSHAKES  # noqa: PLW0603 - the arbiters look it up in every scan
+    before, HANDSHAKES = HANDSHAKES, _Unmeasured()
+    try:
+        yield
+    finally:
+        HANDSHAKES = before

@@ -99,13 +99,16 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 def pytest_collection_modifyitems(
     config: pytest.Config, items: list[pytest.Item]
 ) -> None:
-    """HLI_COSIM_EVERY=N: of the cases of one test the first, and every Nth."""
+    """HLI_COSIM_EVERY=N: of the cases of one test the first, and every Nth; all
+    of those that CI alone runs.
+    """
     every = int(os.environ.get("HLI_COSIM_EVERY", "1"))
     seen: Counter[str] = Counter()
     kept, left = [], []
     for item in items:
         name = item.nodeid.partition("[")[0]
-        (left if seen[name] % every else kept).append(item)
+        leave = seen[name] % every and not item.get_closest_marker("ci")
+        (left if leave else kept).append(item)
         seen[name] += 1
     if left:
         items[:] = kept

@@ -77,6 +77,7 @@ ORDER = [
     "cnc_core.frontend.detect",
     "cnc_core.frontend.front_end",
     "cnc_core.frontend.port",
+    "cnc_core.frontend.signals",
     "cnc_core.frontend.operator",
     "cnc_core.frontend.machine",
     "cnc_core.frontend.isons.base.machine",

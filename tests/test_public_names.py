@@ -44,6 +44,7 @@ def test_names_stay(name: str) -> None:
     same_as_golden(name, lines)
 
 
+@pytest.mark.ci
 def test_json_keys_stay(tmp_path: Path, cli: Callable[..., Outcome]) -> None:
     """Every command prints the same keys with the same kinds of values."""
     same_as_golden("json", public_surface.json_keys(tmp_path, cli))

@@ -5,6 +5,7 @@
 #include "engine/accel/accel_planner.h"
 #include "engine/accel/corner_zones.h"
 #include "engine/accel/span_store.h"
+#include "engine/commit/pace.h"
 #include "engine/events.h"
 #include "engine/geo/commands.h"
 #include "engine/geo/cycle.h"
@@ -92,6 +93,7 @@ static bool allocate(struct engine *engine) {
 static void attach_segment(struct engine *engine, void *segment) {
     engine->hli.segment = segment;
     engine->hli.channel = &engine->hli.segment->channel[engine->cfg.channel];
+    engine->hli.axis = &engine->hli.segment->axis[engine->cfg.axis_base];
     engine->hli.side = &engine->hli.segment->sidecar;
     if (engine->cfg.channel <= HLI_AHEAD_CH_MAXIDX) {
         engine->hli.ahead = &engine->hli.segment->ahead[engine->cfg.channel];
@@ -107,6 +109,7 @@ struct engine *engine_new(const engine_config *config, void *segment) {
         return NULL;
     }
     engine->cfg = *config;
+    engine->group = (struct engine_group){{engine}, 1};
     engine->planner =
         jerk_adapter_wanted(config) ? &jerk_limited_planner : &accel_planner;
     engine->traits = engine->planner->traits;
@@ -265,35 +268,75 @@ static void tell_plc(struct engine *engine) {
 /* Immediate service without a thread: the request of the scan that has ended is
  * answered with what that scan has seen, before anything moves. */
 static void serve_between_scans(struct engine *engine) {
-    if (engine->cfg.service == HLI_SERVICE_IMMEDIATE && !engine->service.started
-        && engine->hli.segment) {
+    if (engine->cfg.service == HLI_SERVICE_IMMEDIATE
+        && !first_channel(engine)->service.started && engine->hli.segment) {
         serve_request(engine);
     }
 }
 
-int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
-    int64_t until_ns = hs_monotonic_ns() + wait_ns;
-    for (int64_t i = 0; i < count; i++) {
-        int event = pending_event(engine);
+int engine_join(struct engine *const *engines, uint32_t count) {
+    if (!count || count > HLI_SYS_CH_MAXIDX + 1) {
+        return -1;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        memcpy(engines[i]->group.all, engines, count * sizeof *engines);
+        engines[i]->group.count = count;
+    }
+    return 0;
+}
+
+/* The first channel's event in the order of the channels; -1: none. */
+static int event_of(const struct engine_group *group, uint32_t *who) {
+    for (*who = 0; *who < group->count; (*who)++) {
+        int event = pending_event(group->all[*who]);
         if (event >= 0) {
             return event;
         }
-        if (record_full(&engine->recording)) {
+        if (record_full(&group->all[*who]->recording)) {
             return ENGINE_RECORD_FULL;
         }
-        if (!plc_allows(engine, until_ns)) {
+    }
+    *who = 0;
+    return -1;
+}
+
+static void channel_cycle(struct engine *engine) {
+    prediction_plan(engine, planner_pump(engine) != 0);
+    geo_cycle(engine);
+}
+
+int engine_run_all(struct engine *first,
+                   int64_t count,
+                   int64_t wait_ns,
+                   uint32_t *who) {
+    const struct engine_group *group = &first->group;
+    int64_t until_ns = hs_monotonic_ns() + wait_ns;
+    for (int64_t i = 0; i < count; i++) {
+        int event = event_of(group, who);
+        if (event >= 0) {
+            return event;
+        }
+        if (!plc_allows(first, until_ns)) {
             return ENGINE_PLC_WAIT;
         }
-        if (plc_finished(engine)) {
+        if (plc_finished(first)) {
             return ENGINE_PLC_FINISHED; /* looked at where the PLC's scan has
                                            ended: same in every run */
         }
-        serve_between_scans(engine);
-        prediction_plan(engine, planner_pump(engine) != 0);
-        geo_cycle(engine);
-        tell_plc(engine);
+        for (uint32_t k = 0; k < group->count; k++) {
+            serve_between_scans(group->all[k]);
+        }
+        for (uint32_t k = 0; k < group->count; k++) {
+            channel_cycle(group->all[k]);
+        }
+        tell_plc(first);
     }
     return ENGINE_DONE;
+}
+
+int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
+    uint32_t who;
+    return engine_run_all(engine, count, wait_ns, &who);
 }
 
 void engine_get_state(struct engine *engine, engine_state *out) {
@@ -341,4 +384,5 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->planner_late = engine->lateness.times;
     out->planner_late_cycles = engine->lateness.cycles;
     out->planner_away_s = (double)ATOMIC_GET(engine->lateness.away_ns) * 1e-9;
+    pace_quantiles(engine, out->planner_us_per_ms);
 }

@@ -25,7 +25,8 @@ static bool needs_blocks(struct engine *engine) {
 }
 
 bool plc_finished(const struct engine *engine) {
-    return ATOMIC_GET(engine->program.end) && !ATOMIC_GET(engine->program.stay)
+    return all_ended(&engine->group)
+           && !ATOMIC_GET(first_channel(engine)->program.stay)
            && engine->hli.side
            && load_u32_acquire(&engine->hli.side->plc.finished);
 }
@@ -58,6 +59,11 @@ int pending_event(struct engine *engine) {
     if (ATOMIC_GET(engine->standstill.event)) {
         ATOMIC_SET(engine->standstill.event, 0);
         return ENGINE_STANDS;
+    }
+    if (engine->group.count > 1
+        && ATOMIC_GET(engine->path_commands.head)
+               != engine->path_commands.tail) {
+        return ENGINE_COMMANDS;
     }
     if (drained(engine)) {
         ATOMIC_SET(engine->program.expect_drain, 0);

@@ -9,6 +9,7 @@
 #include "engine/commit/planner.h"
 #include "engine/events.h"
 #include "engine/geo/cycle.h"
+#include "engine/geo/publish.h"
 #include "engine/lookahead/service.h"
 #include "engine/plan/prediction.h"
 #include "engine/plan/pump.h"
@@ -60,6 +61,47 @@ static struct waker waker_of(int64_t cycle) {
     return waker;
 }
 
+/* A channel that is being stopped waits for the end of a round
+ * (leave_rounds()). */
+static void begin_round(struct engine *first) {
+    __atomic_store_n(&first->threads.in_round, 1, __ATOMIC_SEQ_CST);
+}
+
+static void end_round(struct engine *first) {
+    __atomic_store_n(&first->threads.in_round, 0, __ATOMIC_SEQ_CST);
+}
+
+static bool takes_part(const struct engine *engine) {
+    return __atomic_load_n(&engine->threads.running, __ATOMIC_SEQ_CST);
+}
+
+static void rehearse_all(struct engine *first) {
+    begin_round(first);
+    for (uint32_t i = 0; i < first->group.count; i++) {
+        if (takes_part(first->group.all[i])) {
+            geo_rehearse(first->group.all[i]);
+        }
+    }
+    end_round(first);
+}
+
+/* A channel whose program is being exchanged only grows older. */
+static void cycle_of_all(struct engine *first) {
+    begin_round(first);
+    for (uint32_t i = 0; i < first->group.count; i++) {
+        struct engine *engine = first->group.all[i];
+        if (takes_part(engine)) {
+            geo_cycle(engine);
+            continue;
+        }
+        ATOMIC_SET(engine->geo.cycle, engine->geo.cycle + 1);
+        if (i + 1 == first->group.count) {
+            publish_cell(engine);
+        }
+    }
+    end_round(first);
+}
+
 /* Returns what the rehearsal took, 0 if there was no time for one. */
 static int64_t wake_at(struct engine *engine, struct waker *waker, int64_t t) {
     int64_t took = 0, ready = t - waker->rehearsal;
@@ -68,7 +110,7 @@ static int64_t wake_at(struct engine *engine, struct waker *waker, int64_t t) {
             early = waker->early + (now > ready ? EARLIER_NS : -LATER_NS);
     waker->early = early < 0 ? 0 : early > waker->most ? waker->most : early;
     if (now <= ready) {
-        geo_rehearse(engine);
+        rehearse_all(engine);
         took = now_ns() - now;
     }
     while (now_ns() < t) {
@@ -117,25 +159,25 @@ static void timed_cycle(struct engine *engine,
                         int64_t late,
                         int64_t rehearsal) {
     if (engine->timing.done >= engine->timing.rows) {
-        geo_cycle(engine);
+        cycle_of_all(engine);
         return;
     }
     int64_t begin = now_ns();
-    geo_cycle(engine);
+    cycle_of_all(engine);
     engine->timing.cycle_ns[engine->timing.done] = now_ns() - begin;
     engine->timing.late_ns[engine->timing.done] = late;
     engine->timing.rehearsal_ns[engine->timing.done] = rehearsal;
     ATOMIC_SET(engine->timing.done, engine->timing.done + 1);
 }
 
-/* Absolute deadlines; a deadline missed by a whole cycle is an overrun and is
- * not made up for. */
+/* GEO of all channels.  Absolute deadlines; a deadline missed by a whole cycle
+ * is an overrun and is not made up for. */
 static void *geo_main(void *arg) {
     struct engine *engine = arg;
     int64_t cycle = (int64_t)(engine->cfg.cycle_s * 1e9 + 0.5),
             next = now_ns() + cycle;
     struct waker waker = waker_of(cycle);
-    while (ATOMIC_GET(engine->threads.running)) {
+    while (ATOMIC_GET(engine->threads.geo_running)) {
         int64_t rehearsal = wake_at(engine, &waker, next),
                 late = now_ns() - next;
         if (late >= cycle) {
@@ -216,6 +258,25 @@ static void lock_memory(struct engine *engine) {
                  (engine->store.element_mask + 1) * sizeof(struct element));
 }
 
+/* The thread that all channels share, with the first of them that starts. */
+static int start_geo(struct engine *first, int use_fifo) {
+    if (first->threads.geo_started) {
+        return first->threads.fifo_result;
+    }
+    ATOMIC_SET(first->threads.geo_running, 1);
+    int result = start_thread(&first->threads.geo,
+                              geo_main,
+                              first,
+                              use_fifo ? GEO_PRIORITY : 0);
+    if (result < 0) {
+        ATOMIC_SET(first->threads.geo_running, 0);
+        return -1;
+    }
+    first->threads.geo_started = true;
+    first->threads.fifo_result = result;
+    return result;
+}
+
 /* 0: running as asked, 1: running without SCHED_FIFO, -1: no thread could be
  * started. */
 int engine_start(struct engine *engine, int use_fifo) {
@@ -230,12 +291,10 @@ int engine_start(struct engine *engine, int use_fifo) {
                      engine,
                      use_fifo ? PLANNER_PRIORITY : 0)
         < 0) {
+        ATOMIC_SET(engine->threads.running, 0);
         return -1;
     }
-    int result = start_thread(&engine->threads.geo,
-                              geo_main,
-                              engine,
-                              use_fifo ? GEO_PRIORITY : 0);
+    int result = start_geo(first_channel(engine), use_fifo);
     if (result < 0) {
         ATOMIC_SET(engine->threads.running, 0);
         pthread_join(engine->threads.planner, NULL);
@@ -246,13 +305,16 @@ int engine_start(struct engine *engine, int use_fifo) {
 }
 
 /* Polls, so that GEO neither locks nor wakes anybody. */
-int engine_wait(struct engine *engine, int64_t timeout_ns) {
+int engine_wait_all(struct engine *first, int64_t timeout_ns, uint32_t *who) {
     int64_t until = now_ns() + timeout_ns;
     for (;;) {
-        int event = pending_event(engine);
-        if (event >= 0) {
-            return event;
+        for (*who = 0; *who < first->group.count; (*who)++) {
+            int event = pending_event(first->group.all[*who]);
+            if (event >= 0) {
+                return event;
+            }
         }
+        *who = 0;
         if (now_ns() >= until) {
             return ENGINE_DONE;
         }
@@ -260,14 +322,57 @@ int engine_wait(struct engine *engine, int64_t timeout_ns) {
     }
 }
 
+int engine_wait(struct engine *engine, int64_t timeout_ns) {
+    uint32_t who;
+    return engine_wait_all(engine, timeout_ns, &who);
+}
+
+static bool others_run(const struct engine *engine) {
+    bool run = false;
+    for (uint32_t i = 0; i < engine->group.count; i++) {
+        const struct engine *other = engine->group.all[i];
+        run |= other != engine && other->threads.started;
+    }
+    return run;
+}
+
+/* Behind it GEO touches this channel no more; the last one ends GEO. */
+static void leave_rounds(struct engine *engine) {
+    struct engine *first = first_channel(engine);
+    if (!others_run(engine)) {
+        /* its last cycle is one like all others, and recorded */
+        ATOMIC_SET(first->threads.geo_running, 0);
+        pthread_join(first->threads.geo, NULL);
+        first->threads.geo_started = false;
+        ATOMIC_SET(engine->threads.running, 0);
+        return;
+    }
+    __atomic_store_n(&engine->threads.running, 0, __ATOMIC_SEQ_CST);
+    while (__atomic_load_n(&first->threads.in_round, __ATOMIC_SEQ_CST)) {
+        sleep_until(now_ns() + ROUND_POLL_NS);
+    }
+}
+
 void engine_stop(struct engine *engine) {
     if (!engine->threads.started) {
         return;
     }
-    ATOMIC_SET(engine->threads.running, 0);
-    pthread_join(engine->threads.geo, NULL);
+    leave_rounds(engine);
     pthread_join(engine->threads.planner, NULL);
     engine->threads.started = false;
+}
+
+/* The channels that are answered at once. */
+static int serve_all(struct engine *first) {
+    int served = 0;
+    for (uint32_t i = 0; i < first->group.count; i++) {
+        struct engine *engine = first->group.all[i];
+        if (first->group.count == 1
+            || engine->cfg.service == HLI_SERVICE_IMMEDIATE) {
+            served += serve_request(engine);
+        }
+    }
+    return served;
 }
 
 /* Spins for a while after each request, then sleeps on the bell; a PLC that
@@ -279,7 +384,7 @@ static void *serve_main(void *arg) {
     uint32_t rounds = 0;
     while (ATOMIC_GET(engine->service.running)) {
         uint32_t seen = load_u32_acquire(&bell->word);
-        if (serve_request(engine)) {
+        if (serve_all(engine)) {
             rounds = 0;
             continue;
         }

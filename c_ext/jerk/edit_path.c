@@ -39,6 +39,8 @@ void jerk_stand(jerk_planner *planner, int64_t i, int stand) {
     interval->flags ^= JERK_STAND;
     if (stand && jerk_passes(planner, i)) {
         planner->changed = true;
+        planner->hurried = false; /* no waiting: the stand comes nearer */
+        planner->again_s = 0.0;
     }
     if (stand || pl->next >= pl->count || at + 1 < pl->end) {
         return;
@@ -79,6 +81,8 @@ void jerk_brake(jerk_planner *planner) {
     }
     plan_stop(planner);
     planner->changed = true; /* it is not what is wanted, only what is sure */
+    planner->hurried = false;
+    planner->again_s = 0.0;
 }
 
 void jerk_reset(jerk_planner *planner) {

@@ -50,8 +50,19 @@ static bool zero_factor(const jerk_planner *planner) {
            && asked_speed(planner, interval) <= 0.0;
 }
 
+/* Motion that earns what was worked since then, s: other speeds that come all
+ * the time wait so long. */
+static double earned_in(const jerk_planner *planner, uint64_t since) {
+    if (!planner->hurried) {
+        return 0.0;
+    }
+    double work = (double)(planner->stats.work - since);
+    return fmin(EARNED_MAX_S, work / WORK_PER_S);
+}
+
 static void plan_again(jerk_planner *planner) {
     double t0 = thread_cpu_s();
+    uint64_t work = planner->stats.work;
     bool met = true;
     if (planner->hold || zero_factor(planner)) {
         if (planner->at_standstill) {
@@ -71,7 +82,7 @@ static void plan_again(jerk_planner *planner) {
         : planner->hold
             ? TRY_AGAIN_S
             : fmin(TRY_AGAIN_MAX_S, fmax(TRY_AGAIN_S, 2.0 * planner->waited_s));
-    planner->again_s = planner->waited_s;
+    planner->again_s = fmax(planner->waited_s, earned_in(planner, work));
     planner->stats.worst_solve_s =
         fmax(planner->stats.worst_solve_s, thread_cpu_s() - t0);
 }

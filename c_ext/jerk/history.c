@@ -37,6 +37,7 @@ void remember_law(jerk_planner *planner,
         handed->input[i] = pl->input[i][k];
     }
     handed->last = whole ? pl->last[k] : 0;
+    planner->driven_s += law->time;
 }
 
 void forget_laws(jerk_planner *planner) {
@@ -53,6 +54,7 @@ void forget_plan(jerk_planner *planner) {
     planner->plan.count = 0;
     planner->plan.next = 0;
     planner->plan.edition++;
+    planner->near = false;
     planner->wait = 0;
     forget_laws(planner);
 }

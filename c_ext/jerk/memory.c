@@ -55,6 +55,7 @@ static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
                         &problem->dc[1],
                         &problem->guess,
                         &problem->weight,
+                        &problem->pull,
                         &problem->root[0],
                         &problem->root[1],
                         &problem->calm,
@@ -161,6 +162,7 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     planner->feed_factor = 1.0;
     planner->rapid_factor = 1.0;
     planner->command_speed = -1.0;
+    planner->other_s = -CALM_S;
     planner->was = speeds_now(planner);
     planner->reach = 1e30;
     struct arena arena = {0};

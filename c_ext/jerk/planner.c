@@ -31,6 +31,15 @@ static void changes(jerk_planner *planner) {
     planner->waited_s = 0.0;
 }
 
+/* Other speeds are asked for, perhaps not the first time within CALM_S. */
+static void other_speeds(jerk_planner *planner) {
+    planner->hurried = planner->driven_s - planner->other_s < CALM_S;
+    planner->other_s = planner->driven_s;
+    double again_s = planner->hurried ? planner->again_s : 0.0;
+    changes(planner);
+    planner->again_s = again_s;
+}
+
 void jerk_override(jerk_planner *planner, double feed, double rapid) {
     if (!isfinite(feed) || !isfinite(rapid)) {
         return;
@@ -40,7 +49,7 @@ void jerk_override(jerk_planner *planner, double feed, double rapid) {
     }
     planner->feed_factor = fmax(0.0, feed);
     planner->rapid_factor = fmax(0.0, rapid);
-    changes(planner);
+    other_speeds(planner);
 }
 
 void jerk_hold(jerk_planner *planner, int hold) {
@@ -64,7 +73,7 @@ int64_t jerk_used(const jerk_planner *planner) {
 }
 
 int jerk_as_wanted(const jerk_planner *planner) {
-    return !planner->changed;
+    return !planner->changed && !planner->near;
 }
 
 void jerk_get_stats(const jerk_planner *planner, jerk_stats *out) {
@@ -81,5 +90,5 @@ void jerk_command_speed(jerk_planner *planner, double speed) {
         return;
     }
     planner->command_speed = speed;
-    planner->changed = true;
+    other_speeds(planner);
 }

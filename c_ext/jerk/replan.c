@@ -1,6 +1,7 @@
 /* When the plan is made anew: over the window, over less of it where that
  * fails, and otherwise the fastest way down. */
 #include <math.h>
+#include "jerk/near.h"
 #include "jerk/path/grid.h"
 #include "jerk/replan.h"
 #include "jerk/solver/constraints.h"
@@ -97,9 +98,12 @@ static bool slow_fallback(jerk_planner *planner, struct grid *grid) {
     return false;
 }
 
-static bool above_soft(const jerk_planner *planner, const struct grid *grid) {
-    return !grid->from_standstill && grid->count > 1
-           && planner->x > 1.003 * fmin(grid->seg[0].soft, grid->seg[1].soft);
+/* The present plan was made for other speeds. */
+static bool other_speeds(const jerk_planner *planner) {
+    const struct speeds *was = &planner->was;
+    return was->command != planner->command_speed
+           || was->feed != planner->feed_factor
+           || was->rapid != planner->rapid_factor;
 }
 
 /* The window up to a reach, with finer steps where they turn out to be too
@@ -154,10 +158,44 @@ static void reach_further(jerk_planner *planner, const struct grid *grid) {
     }
 }
 
+/* Segments of the grid that are driven until the next commit, or nearly. */
+static int until_next_commit(const jerk_planner *planner,
+                             const struct grid *grid) {
+    double way = NEXT_COMMIT_S * planner->scale * sqrt(planner->x);
+    int k = 1;
+    while (k < grid->count && grid->from_start[k] < way) {
+        k++;
+    }
+    return k;
+}
+
+/* The plan follows other speeds; false: it does not, so it is tried again. */
+static bool plan_other_speeds(jerk_planner *planner) {
+    bool changed = planner->changed;
+    bool hurried = changed && planner->hurried;
+    planner->changed = false;
+    bool planned = (!hurried && plan_fall(planner)) || plan_near(planner);
+    planner->wait = until_next_commit(planner, &planner->grid);
+    if (planned || !changed) {
+        return true;
+    }
+    return !hurried && planner->x > FASTER * planner->grid.seg[0].asked
+           && plan_stop(planner);
+}
+
+/* Other speeds while it moves, soon behind the last ones. */
+static bool is_hurried(const jerk_planner *planner) {
+    return planner->changed && planner->hurried && !planner->at_standstill
+           && planner->plan.next < planner->plan.count && other_speeds(planner);
+}
+
 /* A new plan over the window, if it is legal and not slower than the stored
  * tail; else the tail stays. False: it is not what is wanted. */
 bool plan_window(jerk_planner *planner) {
     struct grid *grid = &planner->grid;
+    if (is_hurried(planner)) {
+        return plan_other_speeds(planner);
+    }
     if (plan_straight(planner)) {
         planner->changed = false;
         return true;
@@ -170,12 +208,14 @@ bool plan_window(jerk_planner *planner) {
     if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return true;
     }
-    bool changed = planner->changed, above = above_soft(planner, grid);
+    if (!grid->from_standstill && plan_is_faster(planner, grid)) {
+        return plan_other_speeds(planner);
+    }
+    bool changed = planner->changed;
     planner->changed = false;
     planner->wait = 1 + grid->count / 10;
-    if (!above
-        && (solve_finer(planner, grid, ahead, FINER_TRIES)
-            || solve_shorter(planner, grid, TAIL_MORE * left))) {
+    if (solve_finer(planner, grid, ahead, FINER_TRIES)
+        || solve_shorter(planner, grid, TAIL_MORE * left)) {
         if (!changed && !grid->from_standstill
             && slower_than_tail(planner, grid)) {
             planner->stats.slower++;
@@ -185,6 +225,7 @@ bool plan_window(jerk_planner *planner) {
         } else if (plan_accept(planner, grid, planner->prob.solved)) {
             planner->was = speeds_now(planner);
         }
+        planner->near = false;
         reach_further(planner, grid);
         return true;
     }
@@ -197,11 +238,8 @@ bool plan_window(jerk_planner *planner) {
         }
         return true;
     }
-    if (changed && plan_ramp(planner)) {
-        return true;
-    }
     bool met = !changed || plan_stop(planner); /* the fastest way down */
-    if (!changed && !above) {
+    if (!changed) {
         return true;
     }
     grid_window(planner, grid, 1e30);

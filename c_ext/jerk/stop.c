@@ -1,6 +1,5 @@
-/* Changes that ask for less speed than the plan has.  A reduced override: a
- * ramp down to it.  Feed hold: the shortest legal stop on the path, found by
- * halving the distance to the standstill. */
+/* Feed hold: the shortest legal stop on the path, found by halving the distance
+ * to the standstill. */
 #include <math.h>
 #include "jerk/path/grid.h"
 #include "jerk/solver/constraints.h"
@@ -13,69 +12,75 @@ typedef struct brake {
     double top, distance; /* highest speed on the way, mm/s; mm */
 } brake;
 
+typedef struct path_limits {
+    double acc, jerk; /* mm/s2, mm/s3 along the path */
+} path_limits;
+
+/* What all axes can follow at the head. */
+static path_limits limits_at_head(const jerk_planner *planner) {
+    path_limits least = {1e30, 1e30};
+    const jerk_interval *interval = ring_at(planner, planner->head);
+    for (int i = 0; i < planner->cfg.axes; i++) {
+        double along = fmax(fabs(interval->d1[0][i]), 1e-9);
+        least.acc = fmin(least.acc, acc_max(planner, interval, i) / along);
+        least.jerk = fmin(least.jerk, jerk_max(planner, interval, i) / along);
+    }
+    return least;
+}
+
+static double path_acceleration(const jerk_planner *planner) {
+    return planner->scale * planner->scale * planner->accel;
+}
+
 /* From (v, a) down to the speed v1 with the smallest limits along the path: to
  * a = 0, then two jerk ramps. */
 static struct brake brake_estimate(const jerk_planner *planner, double v1) {
     double v = planner->scale * sqrt(planner->x);
-    double a = fmax(0.0, planner->scale * planner->scale * planner->accel);
-    double acc = 1e30;
-    double jerk = 1e30;
-    const jerk_interval *interval = ring_at(planner, planner->head);
-    for (int i = 0; i < planner->cfg.axes; i++) {
-        double along = fmax(fabs(interval->d1[0][i]), 1e-9);
-        acc = fmin(acc, acc_max(planner, interval, i) / along);
-        jerk = fmin(jerk, jerk_max(planner, interval, i) / along);
-    }
-    double t1 = a / jerk;
+    double a = fmax(0.0, path_acceleration(planner));
+    path_limits most = limits_at_head(planner);
+    double t1 = a / most.jerk;
     double top = v + 0.5 * a * t1;
     double drop = fmax(0.0, top - v1);
-    double ramp = fmin(acc, sqrt(drop * jerk));
-    double rise = v * t1 + 0.5 * a * t1 * t1 - jerk * t1 * t1 * t1 / 6.0;
+    double ramp = fmin(most.acc, sqrt(drop * most.jerk));
+    double rise = v * t1 + 0.5 * a * t1 * t1 - most.jerk * t1 * t1 * t1 / 6.0;
     return (struct brake){
         top,
         rise
-            + (ramp > 0.0 ? 0.5 * (top + v1) * (drop / ramp + ramp / jerk)
+            + (ramp > 0.0 ? 0.5 * (top + v1) * (drop / ramp + ramp / most.jerk)
                           : 0.0)};
+}
+
+/* Way to rest where the path brakes already: more acceleration, as much for a
+ * while, less; or less at once. */
+static double brakes_on(double v, double a, path_limits most) {
+    double room = 0.5 * a * a + most.jerk * v;
+    double steepest = fmax(a, fmin(most.acc, sqrt(room)));
+    double drop = v - 0.5 * a * a / most.jerk;
+    if (drop <= 0.0) {
+        return v * v / (1.5 * a);
+    }
+    double t1 = (steepest - a) / most.jerk;
+    double v1 = v - 0.5 * (steepest * steepest - a * a) / most.jerk;
+    double v2 = 0.5 * steepest * steepest / most.jerk;
+    double way1 = t1 * (v - t1 * (0.5 * a + most.jerk * t1 / 6.0));
+    double way2 = 0.5 * (v1 + v2) * fmax(0.0, v1 - v2) / steepest;
+    return way1 + way2 + v2 * steepest / most.jerk / 3.0;
+}
+
+/* The first distance that is tried for a stop. */
+static double likely_stop(const jerk_planner *planner) {
+    double a = path_acceleration(planner);
+    double v = planner->scale * sqrt(planner->x);
+    return a < 0.0 ? brakes_on(v, -a, limits_at_head(planner))
+                   : brake_estimate(planner, 0.0).distance;
+}
+
+double way_down_to(const jerk_planner *planner, double v1) {
+    return brake_estimate(planner, v1).distance;
 }
 
 double jerk_stop_distance(const jerk_planner *planner) {
     return planner->at_standstill ? 0.0 : brake_estimate(planner, 0.0).distance;
-}
-
-/* The speed is above what a reduced override allows: a window that comes down
- * to it without falling below. */
-bool plan_ramp(jerk_planner *planner) {
-    static const double tries[] = {1.03, 1.15, 1.5};
-    struct grid *grid = &planner->grid;
-    for (int i = 0; i < 3; i++) {
-        grid_window(planner, grid, 1e30);
-        if (grid->count < 2) {
-            return false;
-        }
-        double target = grid->seg[0].soft;
-        struct brake brake =
-            brake_estimate(planner, planner->scale * sqrt(target));
-        double top =
-            1.01 * brake.top * brake.top / (planner->scale * planner->scale);
-        allow_present(planner, grid, tries[i] * brake.distance, top);
-        grid->land_cap = target;
-        grid->land_from = tries[i] * brake.distance;
-        grid->land_to = 3.0 * grid->land_from;
-        if (solve_window(planner, grid, true, 1.0)) {
-            return plan_accept(planner, grid, planner->prob.solved);
-        }
-    }
-    return false;
-}
-
-/* What iterates took off limits is given back: of a distance that is too short,
- * or of another guess, they say nothing. */
-static void give_back(struct grid *grid) {
-    for (int k = 0; k < grid->count; k++) {
-        struct segment *segment = &grid->seg[k];
-        *segment->tight = segment->before;
-        segment->share = segment->jump * segment->before;
-    }
 }
 
 /* Solve for a stop over the grid: from a profile of constant limits, and where
@@ -117,13 +122,13 @@ static bool try_stop(jerk_planner *planner, double distance, double found) {
 bool shortest_stop(jerk_planner *planner, int hopeless) {
     double low = 0.0;
     double high = 0.0;
+    double grow = STOP_LONGER;
     bool found = false;
     for (int k = planner->plan.next; k < planner->plan.count; k++) {
         high += planner->plan.lengths[k];
     }
     planner->stats.holds++;
-    double distance =
-        fmin(0.999 * high, 1.02 * brake_estimate(planner, 0.0).distance);
+    double distance = fmin(0.999 * high, 1.02 * likely_stop(planner));
     for (int i = 0; i < (found ? MAX_HALVINGS : hopeless)
                     && high - low > CLOSE_ENOUGH * high;
          i++) {
@@ -132,9 +137,10 @@ bool shortest_stop(jerk_planner *planner, int hopeless) {
         } else {
             low = distance;
         }
-        double near = low > 0.0 && i < 3 ? fmin(0.5 * (low + high), 1.1 * low)
-                                         : 0.5 * (low + high);
+        double middle = 0.5 * (low + high);
+        double near = found ? middle : fmin(middle, grow * low);
         distance = low > 0.0 ? near : 0.92 * high;
+        grow = 1.0 + STOP_GROWS * (grow - 1.0);
     }
     return found || high <= NEAR_ENOUGH * brake_estimate(planner, 0.0).distance;
 }

@@ -1,13 +1,13 @@
-/* Changes that ask for less speed than the plan has. */
+/* The shortest stop. */
 #ifndef JERK_STOP_H
 #define JERK_STOP_H
 #include "jerk/state/state.h"
 
-/* The plan comes down to a reduced speed without falling below it. */
-bool plan_ramp(jerk_planner *planner);
-
 /* The plan becomes the shortest stop that is found; false: none is. */
 bool plan_stop(jerk_planner *planner);
+
+/* mm to the speed v1, estimated. */
+double way_down_to(const jerk_planner *planner, double v1);
 
 /* As plan_stop, given up after so many distances without a legal stop. */
 bool shortest_stop(jerk_planner *planner, int hopeless);

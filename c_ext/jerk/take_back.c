@@ -67,6 +67,7 @@ static void put_back(jerk_planner *planner, const struct handed *handed) {
     planner->behind_mm = handed->behind_mm;
     planner->behind_share = handed->behind_share;
     turns_back(planner, handed->driven);
+    planner->driven_s -= handed->time;
     planner->at_standstill = handed->at_standstill;
 }
 

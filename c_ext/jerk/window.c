@@ -9,11 +9,9 @@
 #include "jerk/verify.h"
 #include "jerk/window.h"
 
-/* Way from the speed v to rest with the smallest limits along the path; axes
- * that outrun it have less of theirs to give. */
-static double way_from(const jerk_planner *planner,
-                       const jerk_interval *interval,
-                       double v) {
+double way_from(const jerk_planner *planner,
+                const jerk_interval *interval,
+                double v) {
     double a = 1e30;
     double j = 1e30;
     for (int i = 0; i < planner->cfg.axes; i++) {
@@ -325,6 +323,7 @@ static bool solve_from_guess(jerk_planner *planner,
     problem->pause = 0.0;
     problem->solved = solved;
     planner->stats.iterations += (uint64_t)planner->prob.iterations;
+    planner->stats.work += (uint64_t)(problem->iterations * problem->count);
     planner->stats.failed += !solved;
     return solved;
 }
@@ -337,7 +336,10 @@ bool solve_window(jerk_planner *planner,
     planner->finer = false;
     problem_from_grid(planner, grid, planner->x, planner->accel);
     return guess_window(planner, grid, warm, shrink)
-           && solve_guess(planner, grid, TIGHTENINGS, WINDOW_ITERATIONS);
+           && solve_guess(planner,
+                          grid,
+                          grid->sinks ? STOP_TRIES : TIGHTENINGS,
+                          WINDOW_ITERATIONS);
 }
 
 bool solve_guess(jerk_planner *planner,
@@ -355,12 +357,26 @@ bool solve_guess(jerk_planner *planner,
         if (worst <= CHECK_SLACK) {
             return true;
         }
+        if (!solved && tries < TIGHTENINGS
+            && planner->prob.missed > NEARLY_MET) {
+            return false;
+        }
         planner->stats.refused += solved;
         if (!tighten(planner, grid, worst)) {
             return false;
         }
     }
     return false;
+}
+
+/* What iterates took off limits is given back: of a window that has failed they
+ * say nothing. */
+void give_back(struct grid *grid) {
+    for (int k = 0; k < grid->count; k++) {
+        struct segment *segment = &grid->seg[k];
+        *segment->tight = segment->before;
+        segment->share = segment->jump * segment->before;
+    }
 }
 
 /* Cap on x (scaled) by the feeds that the present plan was made under. */

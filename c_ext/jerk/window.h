@@ -22,6 +22,15 @@ bool solve_window(jerk_planner *planner,
 /* The checked problem becomes the plan; false if the watched word is set. */
 bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final);
 
+/* Way from the speed v to rest with the smallest limits along the path, mm;
+ * axes that outrun it have less of theirs to give. */
+double way_from(const jerk_planner *planner,
+                const jerk_interval *interval,
+                double v);
+
+/* What iterates took off limits is given back. */
+void give_back(struct grid *grid);
+
 /* What the stored tail drives stays allowed over `reach` mm. */
 void allow_tail(jerk_planner *planner, struct grid *grid, double reach);
 

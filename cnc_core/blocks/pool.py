@@ -29,13 +29,13 @@ def coefficients(
 
 
 def rows_joined(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
-    """One behind the other: np.concatenate spends its time on the dtype."""
-    out = np.empty(sum(len(part) for part in parts), NC_BLOCK)
-    at = 0
-    for part in parts:
-        out[at : at + len(part)] = part
-        at += len(part)
-    return out
+    """One behind the other, as bytes: numpy copies such rows member by member."""
+    return rows_of(b"".join([part.tobytes() for part in parts]))
+
+
+def rows_of(raw: bytes) -> npt.NDArray[Any]:
+    """Rows of their own from their bytes."""
+    return np.frombuffer(bytearray(raw), NC_BLOCK)
 
 
 def joined(batches: list[BlockBatch]) -> BlockBatch:

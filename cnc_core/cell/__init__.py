@@ -20,9 +20,10 @@ from typing import Any, Unpack
 
 from hli import segment
 from hli.errors import HliError
+from hli.interrupts import interrupts_held
 from plc_client.task import refuse_cell_start
 
-from ..config import CellConfig, load_config
+from ..config import CellConfig, load_config, setups_of
 from ..config.reading import config_of, config_text
 from ..errors import CncError, Place
 from ..frontend.operator import read_answers
@@ -34,6 +35,7 @@ from ..process.options import (
     names_of,
     takes_run_options,
 )
+from ..process.recording import Missing
 from ..program.restart import Restart
 from ..recording.parts import Parts
 from ..recording.recorder import check_columns
@@ -41,6 +43,7 @@ from .child import Child, Job
 from .judgement import be_strict, judge
 from .kept import keep_recording, plc_part, recorded_aside
 from .plc_choice import PlcChoice, tables_of
+from .programs import Programs, programs_of, refuse_for_several
 from .result import RunInterrupted, RunResult
 from .scratch import files_below, scratch_folder, sweep_folders
 from .supervision import stop, supervise
@@ -95,7 +98,7 @@ class Cell:
     @takes_run_options
     def run(
         self,
-        program: str | Path,
+        program: Programs,
         plc: Any = None,
         *,
         plc_args: dict[str, Any] | None = None,
@@ -103,6 +106,8 @@ class Cell:
     ) -> RunResult:
         """Run the program to its end.
 
+        ``program``: a file, or several: one a channel in their order.  Channels
+        behind them execute what the cell file names.
         ``plc``: a file, a task class, ``builtin:NAME`` or None.
         None acknowledges everything.
         ``"none"`` runs without a PLC process, in virtual time.
@@ -131,7 +136,7 @@ class Cell:
     def run_with(
         self,
         options: RunOptions,
-        program: str | Path,
+        program: Programs,
         plc: Any = None,
         plc_args: dict[str, Any] | None = None,
         look: Callable[[str], None] = lambda _: None,
@@ -145,8 +150,8 @@ class Cell:
         ``warm``: further runs may follow; a worker makes the processes.
         """
         refuse_cell_start()
-        program = Path(program)
-        self._check(program, options)
+        programs = programs_of(self.config, program, self.config_path)
+        self._check(programs, options)
         choice = (
             PlcChoice.of(plc, plc_args)
             .online(options.watch, options.force)
@@ -156,7 +161,6 @@ class Cell:
         sweep_folders()
         folder = options.out or OUT_FOLDER
         before = files_below(folder)
-        self._job = job = self._start(program, choice, options, warm, attended)
 
         def collected(*, judged: bool) -> RunResult:
             result = self._collect(job, options, judged=judged)
@@ -167,21 +171,26 @@ class Cell:
             ]
             return result
 
-        try:
-            supervise(job, options.max_wall, look)
-            stop(job)
-            return collected(judged=True)
-        except KeyboardInterrupt:
-            stop(job)
-            result = collected(judged=False)
-            raise RunInterrupted(result, options.record) from None
-        except BaseException:
-            stop(job)
-            if job.parts:
-                job.parts.finish(end="interrupted")
-            raise
-        finally:
-            self.close()
+        with interrupts_held() as let_come:
+            self._job = job = self._start(
+                programs, choice, options, warm, attended
+            )
+            try:
+                let_come()
+                supervise(job, options.max_wall, look)
+                stop(job)
+                return collected(judged=True)
+            except KeyboardInterrupt:
+                stop(job)
+                result = collected(judged=False)
+                raise RunInterrupted(result, options.record) from None
+            except BaseException:
+                stop(job)
+                if job.parts:
+                    job.parts.finish(end="interrupted")
+                raise
+            finally:
+                self.close()
 
     def _options(self, chosen: RunKeywords) -> RunOptions:
         """The options of a run; the cell's clock and service where none is named."""
@@ -197,18 +206,24 @@ class Cell:
         given["service"] = given.get("service") or self.service
         return RunOptions(**given)
 
-    def _check(self, program: Path, options: RunOptions) -> None:
+    def _check(
+        self, programs: tuple[Path | None, ...], options: RunOptions
+    ) -> None:
         """Refuse what is wrong before anything starts."""
-        if not program.exists():
-            raise CncError(901001, "file not found", Place(str(program)))
-        check_columns(self.config, options.record_only)
+        for program in programs:
+            if program is not None and not program.exists():
+                raise CncError(901001, "file not found", Place(str(program)))
+        if len(programs) > 1:
+            refuse_for_several(options)
+        else:
+            check_columns(setups_of(self.config)[0].cell, options.record_only)
         if options.answers:
             read_answers(options.answers)
         Restart.of(*options.checked().place)
 
     def _start(
         self,
-        program: Path,
+        programs: tuple[Path | None, ...],
         choice: PlcChoice,
         options: RunOptions,
         warm: bool,
@@ -228,7 +243,7 @@ class Cell:
             # the same cycles, and nobody to wait for
             options = replace(options, clock="freerun")
         chosen = CncOptions(
-            program,
+            programs[0],
             name,
             options,
             config=self._config_file(folder),
@@ -238,6 +253,7 @@ class Cell:
             once=True,
             terminal=sys.stdin is not None and sys.stdin.isatty(),
             attended=attended,
+            more=programs[1:],
         )
         started = time.monotonic()
         record = plc_part(parts, options.record_only)
@@ -275,13 +291,9 @@ class Cell:
             if options.strict:
                 be_strict(result)
         if job.parts:
-            told = cnc.get("recording", {})
-            if plc.get("record_lost"):
-                told = told | {
-                    "lost": {**told.get("lost", {}), "plc": plc["record_lost"]}
-                }
+            missing = Missing.of(cnc, plc, start=job.parts.problem)
             end = result.end if judged else "interrupted"
-            keep_recording(result, job.parts, told, end)
+            keep_recording(result, job.parts, missing, end)
         return result
 
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hli.interrupts import interrupts_held
+
 from ..process.options import CncOptions
 from ..recording.parts import Parts
 from .worker import WarmProcess, Worker
@@ -127,17 +129,18 @@ def _started(
 ) -> subprocess.Popen[bytes]:
     """A process that is started anew."""
     stdin, stdout, stderr = streams
-    return subprocess.Popen(
-        [
-            *(sys.executable, "-P", "-m", module, *arguments),
-            *("--parent", str(os.getpid())),
-        ],
-        stdin=stdin,
-        stdout=stdout,
-        stderr=stderr,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-        start_new_session=own_session,
-    )
+    with interrupts_held():
+        return subprocess.Popen(
+            [
+                *(sys.executable, "-P", "-m", module, *arguments),
+                *("--parent", str(os.getpid())),
+            ],
+            stdin=stdin,
+            stdout=stdout,
+            stderr=stderr,
+            env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+            start_new_session=own_session,
+        )
 
 
 @dataclass

@@ -6,10 +6,9 @@ import shutil
 import weakref
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from ..errors import CncError
-from ..process.recording import losses
+from ..process.recording import Missing
 from ..recording.parts import Parts
 from ..recording.reading import SOURCES, Recording
 from ..recording.schema import PLC_TABLES
@@ -29,25 +28,24 @@ def plc_part(
 
 
 def keep_recording(
-    result: RunResult, parts: Parts, told: dict[str, Any], end: str
+    result: RunResult, parts: Parts, missing: Missing, end: str
 ) -> None:
     """Write the file that the user named.
 
-    ``told``: what the CNC's report says of losses; ``end``: how the run ended.
+    The run's own end stays as it was where that fails; ``end``: how it ended.
     """
-    lost: dict[str, int] = told.get("lost", {})
-    result.record_lost = sum(lost.values())
-    result.warnings += losses(lost, told.get("problem", ""))
+    result.record_lost = sum(missing.lost.values())
+    result.warnings += missing.told()
     if parts.recovered:
         result.warnings.append(
             f"recording: what a dead run left is now {parts.recovered}"
         )
     try:
-        result.recorded = parts.finish(end=end, lost=lost)
+        result.recorded = parts.finish(end=end, lost=missing.lost)
         if parts.target.suffix in SOURCES:
             result.recording = Recording(parts.target)
     except CncError as error:
-        result.end = "error"
+        result.unwritten = True
         result.errors.append(error.as_json())
 
 

@@ -15,6 +15,7 @@ FROM_CNC = (
     "planner_late",
     "planner_late_cycles",
     "planner_away_s",
+    "planner_us_per_ms",
     "cycles",
     "sim_time_s",
     "wall_time_s",
@@ -28,12 +29,16 @@ FROM_CNC = (
     "blocks",
     "dialect",
     "peak_mb",
+    "channels",
 )
 
 
 @dataclass
 class RunResult:
-    """Outcome of one co-simulation (the contract's run object)."""
+    """Outcome of one co-simulation (the contract's run object).
+
+    ``unwritten``: there is no file of the recording, ``errors`` tell why.
+    """
 
     cycles: int = 0
     sim_time_s: float = 0.0
@@ -46,6 +51,7 @@ class RunResult:
     planner_late: int = 0
     planner_late_cycles: int = 0
     planner_away_s: float = 0.0
+    planner_us_per_ms: dict[str, float] = field(default_factory=dict)
     end: str = "aborted"
     messages: list[str] = field(default_factory=list)
     files: list[str] = field(default_factory=list)
@@ -57,10 +63,12 @@ class RunResult:
     blocks: int = 0
     recorded: int = 0
     record_lost: int = 0
+    unwritten: bool = False
     error_text: str = ""
     dialect: str | None = None
     peak_mb: float = 0.0
     name: str = ""
+    channels: list[dict[str, Any]] = field(default_factory=list)
     recording: Recording | None = None
 
     @property
@@ -85,6 +93,11 @@ class RunResult:
         return result
 
     @property
+    def failed(self) -> bool:
+        """Whether it did not complete, or its recording could not be written."""
+        return self.end != "completed" or self.unwritten
+
+    @property
     def columns(self) -> Columns:
         """Arrays by name: with ``record=`` a row a cycle, ``t`` (s), axes (mm),
         ``s``, ``v`` and the other columns of ``cycles``, and the watched symbols.
@@ -95,8 +108,8 @@ class RunResult:
         return Columns(self.plc.get("watch") or {}, self.recording)
 
     def check(self) -> RunResult:
-        """This result; CncError with the reason of a run that did not complete."""
-        if self.end == "completed":
+        """This result; CncError with the reason of a run that has failed."""
+        if not self.failed:
             return self
         found = [
             CncError(
@@ -130,6 +143,7 @@ class RunResult:
             "planner_late": self.planner_late,
             "planner_late_cycles": self.planner_late_cycles,
             "planner_away_s": self.planner_away_s,
+            "planner_us_per_ms": self.planner_us_per_ms,
             "end": self.end,
             "messages": self.messages,
             "files": self.files,
@@ -142,6 +156,7 @@ class RunResult:
             "record_lost": self.record_lost,
             "dialect": self.dialect,
             "name": self.name,
+            "channels": self.channels,
             "plc": self.plc,
         }
 

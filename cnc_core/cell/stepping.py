@@ -25,6 +25,7 @@ from plc_client.task import refuse_cell_start
 from ..config import load_config
 from ..errors import CncError, Place
 from ..process.options import CncOptions, RunOptions, names_of
+from ..process.recording import Missing
 from ..recording.parts import Parts
 from ..recording.recorder import check_columns
 from .child import Child
@@ -86,9 +87,9 @@ class _Machine:
                     ) from None
                 time.sleep(_RETRY_S)
 
-    def end(self) -> dict[str, Any]:
+    def end(self, plc: dict[str, Any]) -> dict[str, Any]:
         """End it, write the recording, remove everything else; its report
-        (empty if it was killed).
+        (empty if it was killed).  ``plc``: that of the PLC's side.
         """
         if not self.child.ended:
             self.child.process.terminate()
@@ -96,10 +97,12 @@ class _Machine:
         report = self.child.report()
         segment.remove(self.name)
         shutil.rmtree(self.folder, ignore_errors=True)
-        if self.parts is not None and not self.parts.cnc.exists():
+        if self.parts is None:
+            return report
+        if not report and not self.parts.cnc.exists():
             self.parts.drop()  # it did not start
-        elif self.parts is not None:
-            lost = report.get("recording", {}).get("lost", {})
+        else:
+            lost = Missing.of(report, plc).lost
             self.parts.finish(end=report.get("end", "error"), lost=lost)
         return report
 
@@ -161,5 +164,5 @@ def start_plc(
             hli.close()
             raise
     except BaseException:
-        machine.end()
+        machine.end({})
         raise

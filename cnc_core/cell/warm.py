@@ -59,7 +59,7 @@ def serve(number: int, launcher: int) -> int:
                 _report_end(connection, running.pop(handle), handle)
         if number not in ready:
             continue
-        text, streams, _, _ = socket.recv_fds(connection, MESSAGE, 3)
+        text, streams = _received(connection)
         if not text:
             return 0
         request = json.loads(text)
@@ -74,7 +74,20 @@ def serve(number: int, launcher: int) -> int:
         handle = os.pidfd_open(pid)
         running[handle] = pid
         started = json.dumps({"started": pid}).encode()
-        socket.send_fds(connection, [started], [handle])
+        with contextlib.suppress(OSError):  # gone: the next look says so
+            socket.send_fds(connection, [started], [handle])
+
+
+def _received(connection: socket.socket) -> tuple[bytes, list[int]]:
+    """The next request with its streams; empty: the launcher is gone.
+
+    A launcher that is killed with answers unread resets the connection.
+    """
+    try:
+        text, streams, _, _ = socket.recv_fds(connection, MESSAGE, 3)
+    except ConnectionError:
+        return b"", []
+    return text, streams
 
 
 def _report_end(connection: socket.socket, pid: int, handle: int) -> None:

@@ -25,6 +25,8 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
+from hli.interrupts import interrupts_held
+
 MESSAGE = 1 << 20
 
 
@@ -70,15 +72,16 @@ class Worker:
         )
         number = theirs.fileno()
         self.launcher = os.getpid()
-        self._process = subprocess.Popen(
-            [
-                *(sys.executable, "-P", "-m", f"{__package__}.warm"),
-                *(str(number), str(self.launcher)),
-            ],
-            pass_fds=[number],
-            stdin=subprocess.DEVNULL,
-            env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-        )
+        with interrupts_held():
+            self._process = subprocess.Popen(
+                [
+                    *(sys.executable, "-P", "-m", f"{__package__}.warm"),
+                    *(str(number), str(self.launcher)),
+                ],
+                pass_fds=[number],
+                stdin=subprocess.DEVNULL,
+                env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+            )
         theirs.close()
         self.python = _python_settings()
         self._ended: dict[int, int] = {}

@@ -18,8 +18,12 @@ from ..errors import CncError
 from .console import app, out
 
 NICE = 5  # the cell comes first
+CELL, LOOPBACK = "hli-cosim", "127.0.0.1"
 CellName = Annotated[
     str, typer.Argument(metavar="[NAME]", help="the cell to serve")
+]
+Port = Annotated[
+    int, typer.Option(min=0, max=65535, help="port of TCP, 0: any")
 ]
 Host = Annotated[
     str,
@@ -40,11 +44,9 @@ Allow = Annotated[
 
 @app.command()
 def ads(
-    name: CellName = "hli-cosim",
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, help="port of TCP, 0: any")
-    ] = 48_898,
-    host: Host = "127.0.0.1",
+    name: CellName = CELL,
+    port: Port = 48_898,
+    host: Host = LOOPBACK,
     net_id: Annotated[
         str, typer.Option(help="AMS net id of the server")
     ] = "127.0.0.1.1.1",
@@ -84,11 +86,9 @@ def ads(
 
 @app.command()
 def opcua(
-    name: CellName = "hli-cosim",
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, help="port of TCP, 0: any")
-    ] = 4840,
-    host: Host = "127.0.0.1",
+    name: CellName = CELL,
+    port: Port = 4840,
+    host: Host = LOOPBACK,
     users: Annotated[
         Path | None,
         typer.Option(

@@ -8,7 +8,7 @@ import math
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -34,6 +34,7 @@ from .options import (
     Config,
     Dialect,
     File,
+    Files,
     Forced,
     Json,
     SegmentName,
@@ -45,15 +46,18 @@ from .options import (
 from .progressing import run_bar
 from .tables import number, print_answer, print_run, print_table
 
+if TYPE_CHECKING:
+    from ..config import ChannelSetup
+
 DEMO_S, DEMO_SHOWN_S = 10.0, 60.0
 
 
 @app.command()
 @expanded
 def run(
-    file: File,
     options: RunOptions,
     st: StOptions,
+    files: Files = None,
     plc: Annotated[
         str | None,
         typer.Option(
@@ -67,12 +71,17 @@ def run(
 ) -> None:
     """Co-simulate: a CNC process runs the program beside a PLC process.
 
+    A cell with several channels takes a program for each, in its order; a
+    channel without one executes what the cell file names.
+
     Example: hli-cosim run part.nc --plc my_plc.py --record part.npz
     """
     from ..cell import Cell  # noqa: PLC0415
 
     check_choices(options)
+    file = _first(files or [], config)
     options = replace(options, st=st.words())
+    tell_unwritable(options.record)
     if monitor:
         options = replace(options, name=options.name or own_name())
     with (
@@ -81,16 +90,39 @@ def run(
         run_bar(f"running {file.name}", file) as look,
         Cell(config) as cell,
     ):
-        result = cell.run_with(options, file, plc, look=look, attended=monitor)
+        result = cell.run_with(
+            options, files or [], plc, look=look, attended=monitor
+        )
     if options.dialect is None and result.dialect:
         say_dialect(result.dialect)
     if as_json:
         emit(result.as_json())
     else:
-        print_run(result, str(file))
+        print_run(result, " ".join(map(str, files or [file])))
     say_run_errors(result)
-    if result.end != "completed":
+    if result.failed:
         raise typer.Exit(1)
+
+
+def _first(files: list[Path], config: Path | None) -> Path:
+    """The program whose way is shown while it runs: the first channel's, or the
+    first that there is.
+    """
+    programs = _programs(files, config)
+    return next(file for file in programs if file is not None)
+
+
+def _programs(
+    files: list[Path], config: Path | None
+) -> tuple[Path | None, ...]:
+    """One program a channel; wrong usage where there is none at all."""
+    from ..cell.programs import programs_of  # noqa: PLC0415
+    from ..config import load_config, setups_of  # noqa: PLC0415
+
+    cell = load_config(config)
+    if not files and not any(setup.program for setup in setups_of(cell)):
+        raise typer.BadParameter("Missing argument 'FILE...'.")
+    return programs_of(cell, files, config)
 
 
 @app.command()
@@ -131,7 +163,7 @@ def demo(
     else:
         _print_demo(result)
     say_run_errors(result.run)
-    if result.run.end != "completed":
+    if result.run.failed:
         raise typer.Exit(1)
 
 
@@ -267,8 +299,8 @@ def _query(
 @app.command()
 @expanded
 def cnc(
-    file: File,
     options: CncSideOptions,
+    files: Files = None,
     name: SegmentName = "hli-cosim",
     wait: Annotated[
         bool,
@@ -286,25 +318,34 @@ def cnc(
 
     Example: hli-cosim cnc part.nc --name my-cell
     """
+    from ..config import load_config, setups_of  # noqa: PLC0415
     from ..process.__main__ import run_cnc  # noqa: PLC0415
 
     check_choices(options)
+    cell = load_config(config)
+    programs = _programs(files or [], config)
+    file = next(path for path in programs if path is not None)
+    if len(programs) > 1 and options.record:
+        raise CncError(902001, "--record is for cells with one channel")
     chosen = CncOptions(
-        file,
+        programs[0],
         name,
         options.run_options(),
         config=config,
         wait_plc=wait,
         attended=monitor,
+        more=programs[1:],
     )
     recording = None
     if options.record:
         from ..process.recording import SoleRecording  # noqa: PLC0415
 
+        tell_unwritable(options.record)
         recording = SoleRecording(options.record, config, options.record_only)
         chosen = recording.options(chosen)
-    if wait:
-        _check_ahead(file, config, options.dialect)
+    for setup, program in zip(setups_of(cell), programs, strict=True):
+        if wait and program is not None:
+            _check_ahead(program, setup, options.dialect)
     doing = "waiting for a PLC" if wait else "running"
     err.print(
         f"CNC on segment {name!r}, {options.clock}; {doing}; Ctrl-C ends it"
@@ -319,21 +360,35 @@ def cnc(
     raise typer.Exit(status)
 
 
+def tell_unwritable(record: Path | None) -> None:
+    """Warn ahead of a run of a recording that nobody can write; the run goes on."""
+    if record is None:
+        return
+    from ..recording.parts import why_unwritable  # noqa: PLC0415
+
+    why = why_unwritable(record)
+    if why:
+        say_error(
+            f"warning: recording {record}: {why}; the run goes on without it"
+        )
+
+
 CHECK_S = 2.0  # of wall time; the rest of a long program is read while it runs
 
 
-def _check_ahead(file: Path, config: Path | None, dialect: str | None) -> None:
+def _check_ahead(file: Path, setup: ChannelSetup, dialect: str | None) -> None:
     """Tell the program's errors before somebody waits for a PLC to start it.
 
     The CNC goes on: a PLC may select another program.
     """
-    from ..config import load_config  # noqa: PLC0415
     from ..program import Program  # noqa: PLC0415
 
     end = time.monotonic() + CHECK_S
     errors: list[CncError] = []
     try:
-        program = Program(file, load_config(config), dialect, collect=True)
+        program = Program(
+            file, setup.cell, dialect or setup.dialect, collect=True
+        )
         for _ in program.batches():
             if time.monotonic() > end:
                 break
@@ -362,7 +417,9 @@ def plc(
     force: Forced = None,
     config: Annotated[
         Path | None,
-        typer.Option("--config", help="cell.toml, for its simulated inputs"),
+        typer.Option(
+            "--config", "--cell", help="cell.toml, for its simulated inputs"
+        ),
     ] = None,
 ) -> None:
     """Run the PLC side alone: waits for the CNC, re-attaches when it comes

@@ -198,6 +198,13 @@ def say_wrapped(text: str) -> None:
     out.print(textwrap.fill(text, COLUMNS, subsequent_indent="  "))
 
 
+def interrupted(done: str, written: Path | None) -> typer.Exit:
+    """Ctrl-C: one line with how far it was, and the exit for the command."""
+    told_interrupts.append(True)
+    say_error(f"interrupted after {done}; written: {written or 'nothing'}")
+    return typer.Exit(INTERRUPTED)
+
+
 @contextmanager
 def telling_interrupts(as_json: bool) -> Iterator[None]:
     """Ctrl-C during a run: one line with where it stood and what was written,

@@ -32,13 +32,21 @@ def ps(as_json: Json = False) -> None:
         "",
         head,
         (
-            (
-                *map(str, (c.name, c.pid, c.clock, c.program, c.state)),
-                _plc(c.plc),
-            )
+            (c.name, str(c.pid), c.clock, *_of_channels(c), _plc(c.plc))
             for c in found
         ),
     )
+
+
+def _of_channels(cell: Any) -> tuple[str, str]:
+    """Programs and states; of several channels one below the other."""
+    channels = cell.channels or (
+        {"program": cell.program, "state": cell.state},
+    )
+    programs, states = (
+        "\n".join(one[key] for one in channels) for key in ("program", "state")
+    )
+    return programs, states
 
 
 def _plc(pid: int | None) -> str:

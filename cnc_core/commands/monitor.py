@@ -112,7 +112,8 @@ def monitor(
     allow_host: AllowHost = None,
     program: ProgramFile = None,
     config: Annotated[
-        Path | None, typer.Option("--config", help="cell.toml of the cell")
+        Path | None,
+        typer.Option("--config", "--cell", help="cell.toml of the cell"),
     ] = None,
     recording: Recordings = None,
     keep_forces: KeepForces = False,

@@ -26,6 +26,14 @@ from ..process.options import (
 from .console import one_of
 
 File = Annotated[Path, typer.Argument(help="NC program")]
+Files = Annotated[
+    list[Path] | None,
+    typer.Argument(
+        metavar="FILE...",
+        help="NC program; several: one a channel, in the cell's order",
+        show_default=False,
+    ),
+]
 Symbols = Annotated[
     list[str],
     typer.Argument(
@@ -39,7 +47,7 @@ Json = Annotated[
     ),
 ]
 CONFIG = typer.Option(
-    "--config", help="cell.toml; default: the built-in machine X Y Z"
+    "--config", "--cell", help="cell.toml; default: the built-in machine X Y Z"
 )
 Config = Annotated[Path | None, CONFIG]
 SegmentName = Annotated[
@@ -99,6 +107,14 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
     ),
     "config": (Path | None, CONFIG),
     "dialect": (str | None, DIALECT),
+    "channel": (
+        str | None,
+        typer.Option(
+            "--channel",
+            metavar="NAME",
+            help="of a cell with several channels: whose program it is",
+        ),
+    ),
     "lenient": (
         bool,
         typer.Option(
@@ -235,6 +251,7 @@ class ReadOptions:
     dialect: str | None = None
     lenient: bool = False
     answers: Path | None = None
+    channel: str | None = None
 
 
 @dataclass(frozen=True)

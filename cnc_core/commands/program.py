@@ -14,6 +14,7 @@ from .console import (
     SHOWN_ERRORS,
     app,
     emit,
+    interrupted,
     load,
     out,
     say_causes,
@@ -42,6 +43,28 @@ if TYPE_CHECKING:
 NO_PLACE = PlaceOptions().place
 
 
+def channel_of(cell: Any, name: str | None) -> tuple[Any, Any]:
+    """The channel that a program is for, and the signals of the others.
+
+    CncError: the cell has several and none is named, or none of this name.
+    """
+    from ..config import setups_of  # noqa: PLC0415
+    from ..frontend.signals import OpenSignals  # noqa: PLC0415
+
+    setups = {setup.place.name: setup for setup in setups_of(cell)}
+    known = ", ".join(setups)
+    if len(setups) == 1 and name is None:
+        return next(iter(setups.values())), None
+    if name not in setups or not name:
+        asked = f"no channel {name!r}" if name else "several channels"
+        raise CncError(
+            902001,
+            f"the cell has {asked}: --channel NAME, one of {known or 'none'}",
+        )
+    signals = OpenSignals(list(setups)) if len(setups) > 1 else None
+    return setups[name], signals
+
+
 def open_program(
     file: Path,
     options: ReadOptions,
@@ -55,16 +78,19 @@ def open_program(
     from ..program.restart import Restart  # noqa: PLC0415
 
     place = options.place if isinstance(options, PlaceOptions) else NO_PLACE
+    cell = load(options.config)
+    setup, signals = channel_of(cell, options.channel)
     program = Program(
         file,
-        load(options.config),
-        options.dialect,
+        setup.cell,
+        options.dialect or setup.dialect,
         collect=collect,
         lenient=options.lenient,
         tolerance=tolerance,
         programmed=programmed,
         answers=options.answers,
         restart=Restart.of(*place),
+        signals=signals,
     )
     if options.dialect is None:
         say_dialect(program.dialect)
@@ -298,7 +324,7 @@ def plan(
     result = _planned(
         program,
         max_wall,
-        recording=recording,
+        recording,
         window=lookahead,
         jerk=not no_jerk,
         keep_samples=bool(samples or picture),
@@ -320,7 +346,9 @@ def plan(
         say_wrapped(line)
 
 
-def _planned(program: Any, max_wall: float, **chosen: Any) -> PlanResult:
+def _planned(
+    program: Any, max_wall: float, recording: Any, **chosen: Any
+) -> PlanResult:
     """The plan of a program that tells where it is."""
     from ..planning import plan_program  # noqa: PLC0415
     from ..planning.watching import PlanWatch  # noqa: PLC0415
@@ -334,7 +362,13 @@ def _planned(program: Any, max_wall: float, **chosen: Any) -> PlanResult:
             bar.program(program, feeder.n, cycle * program.cell.cycle_s)
             watch.look(feeder)
 
-        return plan_program(program, look=look, **chosen)
+        try:
+            return plan_program(
+                program, look=look, recording=recording, **chosen
+            )
+        except KeyboardInterrupt:
+            written = recording.written if recording else None
+            raise interrupted(watch.account(), written) from None
 
 
 @app.command()

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -149,6 +151,8 @@ def _value(path: str, name: str, value: Any, indent: int) -> Iterator[str]:
 
 def _with_millimetres(value: Any, unit: str) -> str:
     """A value with its unit; millimetres beside 0.1 um."""
+    if isinstance(value, bool):
+        return _text(value)
     if unit == TENTH_UM and isinstance(value, (int, float)):
         return f"{value:.0f} x {unit} ({number(value / TENTHS_A_MM)} mm)"
     return f"{_text(value)} {_times(unit)}"
@@ -181,6 +185,11 @@ def print_run(result: Any, title: str) -> None:
     """
     if result.cycles and (result.blocks or not result.errors):
         print_table(title, ("run", ""), _run_rows(result))
+        if len(result.channels) > 1:
+            rows = [_channel_row(one) for one in result.channels]
+            print_table(
+                "channels", ("channel", "end", "blocks", "program"), rows
+            )
         _print_tasks(result.plc.get("tasks") or {})
         _print_result(result.plc.get("result"))
         print_watch(result.plc.get("watch") or {})
@@ -190,6 +199,8 @@ def print_run(result: Any, title: str) -> None:
 
 
 def _run_rows(result: Any) -> Iterator[list[str]]:
+    if result.name and not result.name.startswith(f"hli-cosim-{os.getpid()}-"):
+        yield ["name", result.name]
     yield ["end", result.end]
     yield [
         "cell's time",
@@ -213,9 +224,21 @@ def _run_rows(result: Any) -> Iterator[list[str]]:
     if asked:
         yield ["look-ahead requests", *_joined(asked, "")]
     yield from (["handshake", t] for t in _joined(result.handshake_us, "us"))
+    pace = result.planner_us_per_ms
+    if pace.get("max"):
+        yield ["planner", *_joined(pace, "us a ms of motion")]
     for name in ("overruns", "planner_late", "recorded"):
         if getattr(result, name):
             yield [name, str(getattr(result, name))]
+
+
+def _channel_row(channel: dict[str, Any]) -> list[str]:
+    return [
+        f"{channel['index']} {channel['name']}",
+        channel["end"],
+        str(channel["blocks"]),
+        Path(channel["program"]).name if channel["program"] else "",
+    ]
 
 
 def _print_tasks(tasks: dict[str, dict[str, Any]]) -> None:

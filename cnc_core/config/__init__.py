@@ -18,11 +18,13 @@ from .channel import (
     ChannelConfig,
     HscsConfig,
 )
+from .channels import ChannelPlace
 from .external import EXTERNAL_BLOCKS, ExternalConfig
 from .isons import IsonsConfig
 from .kinematics import KinematicsConfig
 from .osai import OsaiConfig
 from .reading import load_config, parse_config
+from .setups import ChannelSetup, setups_of
 from .synchronisation import (
     DEFAULT_M_SYNCH,
     SYNCH,
@@ -49,6 +51,8 @@ __all__ = [
     "AxisConfig",
     "CellConfig",
     "ChannelConfig",
+    "ChannelPlace",
+    "ChannelSetup",
     "ExternalConfig",
     "Finite",
     "HscsConfig",
@@ -63,5 +67,6 @@ __all__ = [
     "Uns32",
     "load_config",
     "parse_config",
+    "setups_of",
     "synch_value",
 ]

@@ -13,6 +13,7 @@ from pydantic import (
 )
 
 from ..blocks import NC_AXES
+from ..errors import ConfigError
 from ..frontend.isons.base.machine import EVENT_PLACE, EVENT_SLOTS, IO_BLOCKS
 from ..frontend.machine import (
     External,
@@ -31,6 +32,7 @@ from .channel import (
     ChannelConfig,
     StartupConfig,
 )
+from .channels import ChannelTable
 from .external import EXTERNAL_BLOCKS, ExternalConfig
 from .inputs import InputConfig, by_symbol
 from .isons import IsonsConfig
@@ -49,7 +51,10 @@ def _default_axes() -> dict[str, AxisConfig]:
 
 
 class CellConfig(Table):
-    """One cell: a machine with one channel."""
+    """One cell: a machine with one channel, or with several (``channels``).
+
+    What belongs to one channel is then asked channel by channel (``setups_of``).
+    """
 
     name: str = "cell"
     cycle_s: Annotated[float, Field(ge=1e-5, le=0.1, allow_inf_nan=False)] = (
@@ -67,6 +72,7 @@ class CellConfig(Table):
     kinematics: dict[str, KinematicsConfig] = Field(default_factory=dict)
     spindles: dict[str, SpindleConfig] = Field(default_factory=dict)
     inputs: dict[str, InputConfig] = Field(default_factory=dict)
+    channels: dict[str, ChannelTable] = Field(default_factory=dict)
 
     @field_validator("inputs", mode="before")
     @classmethod
@@ -77,6 +83,8 @@ class CellConfig(Table):
     @classmethod
     def _isons_axes(cls, data: Any) -> Any:
         """IsoNs machine parameters set what the axes' tables leave open."""
+        if isinstance(data, dict) and data.get("channels"):
+            return data  # each channel has axes of its own
         table = data.get("isons") if isinstance(data, dict) else None
         if not isinstance(table, dict) or not any(
             key == key.upper() for key in table
@@ -234,6 +242,8 @@ class CellConfig(Table):
 
     @model_validator(mode="after")
     def _numbers_differ(self) -> CellConfig:
+        if self.channels:
+            return self
         ids = [*self.axis_ids, *(s.id for s in self.spindles.values())]
         if len(set(ids)) < len(ids):
             raise ValueError(
@@ -276,11 +286,22 @@ class CellConfig(Table):
 
     @property
     def axis_names(self) -> tuple[str, ...]:
+        self._of_one_channel()
         return tuple(self.axes)
+
+    def _of_one_channel(self) -> None:
+        """ConfigError: somebody takes a cell with several channels for one."""
+        if self.channels:
+            names = ", ".join(self.channels)
+            raise ConfigError(
+                f"a cell with channels ({names}) does not go here: this takes"
+                " a cell with one channel ([axes], [channel])"
+            )
 
     @property
     def axis_ids(self) -> tuple[int, ...]:
         """Logical number of each axis, by default its place from 1 on."""
+        self._of_one_channel()
         axes = enumerate(self.axes.values(), 1)
         return tuple(axis.id or place for place, axis in axes)
 
@@ -298,6 +319,8 @@ class CellConfig(Table):
 
     @model_validator(mode="after")
     def _kinematics_fit(self) -> CellConfig:
+        if self.channels:
+            return self
         for key, table in self.kinematics.items():
             if not key.isdigit() or key != str(int(key)) or int(key) > 999:
                 raise ValueError(f"kinematics {key!r} is not a number 0..999")
@@ -367,6 +390,7 @@ class CellConfig(Table):
 
     def axis_values(self, key: str) -> FloatArray:
         """(axes,) one parameter of every axis."""
+        self._of_one_channel()
         return np.array(
             [getattr(a, key) for a in self.axes.values()], dtype=np.float64
         )

@@ -16,11 +16,13 @@ from ..files import DATA_BYTES, open_regular
 from .axes import AxisConfig, SpindleConfig
 from .cell import CellConfig
 from .channel import ChannelConfig, HscsConfig, StartupConfig
+from .channels import ChannelTable
 from .external import ExternalConfig
 from .inputs import InputConfig, StepConfig
 from .isons import IsonsConfig
 from .kinematics import KinematicsConfig
 from .osai import OsaiConfig
+from .setups import setups_of
 from .tools import ToolConfig
 
 NEAR = 0.6  # of a key: what may have been meant
@@ -36,6 +38,11 @@ def _known_keys(path: tuple[Any, ...]) -> list[str]:
         "inputs": StepConfig if "steps" in path else InputConfig,
         "isons": IsonsConfig,
     }
+    if path[0] == "channels" and len(path) == 3:
+        return list(ChannelTable.model_fields)
+    if path[0] == "channels" and len(path) > 3:
+        below = "channel" if path[2] == "hscs" else None
+        return _known_keys((below, *path[2:]) if below else path[2:])
     if len(path) == 1:
         return list(CellConfig.model_fields)
     if path[0] in ("isons", "osai") and len(path) == 2:
@@ -89,11 +96,27 @@ def _line_of(text: str, key: str) -> int:
     )
 
 
+def _line_of_table(text: str, message: str) -> int:
+    """First line of the table that a message begins with, or of one around it;
+    0: it names none.
+    """
+    path = message.split(":", maxsplit=1)[0].split(".")
+    lines = [line.strip() for line in text.splitlines()]
+    while path:
+        header = ".".join(path)
+        for i, line in enumerate(lines, 1):
+            if line.startswith((f"[{header}]", f"[{header}.")):
+                return i
+        path.pop()
+    return 0
+
+
 def config_of(values: dict[str, Any] | CellConfig) -> CellConfig:
     """Validated configuration from the content of a cell file; ConfigError
     names the keys that are wrong.
     """
     if isinstance(values, CellConfig):
+        setups_of(values)
         return values
     return _validated(values, "", "")
 
@@ -120,7 +143,8 @@ def parse_config(text: str, file: str = "") -> CellConfig:
 
 def _validated(values: Any, text: str, file: str) -> CellConfig:
     try:
-        return CellConfig.model_validate(values)
+        cell = CellConfig.model_validate(values)
+        setups_of(cell)  # to see that the channels fit together
     except ValidationError as error:
         first = error.errors()[0]
         named = re.search(r"machine parameter (\w+)", first["msg"])
@@ -128,11 +152,13 @@ def _validated(values: Any, text: str, file: str) -> CellConfig:
             named[1] if named else str(first["loc"][-1]) if first["loc"] else ""
         )
         line = _line_of(text, key) if key else 0
-        source = text.splitlines()[line - 1] if line else ""
-        raise ConfigError(
-            "; ".join(_message(e) for e in error.errors()),
-            Place(file, line, 1, source),
-        ) from None
+        said = "; ".join(_message(e) for e in error.errors())
+    except ValueError as error:
+        line, said = _line_of_table(text, str(error)), str(error)
+    else:
+        return cell
+    source = text.splitlines()[line - 1] if line else ""
+    raise ConfigError(said, Place(file, line, 1, source))
 
 
 def load_config(path: str | Path | None) -> CellConfig:

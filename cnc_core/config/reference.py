@@ -94,6 +94,16 @@ skip_levels |
     block skip levels that are on, taken over at program start
 state_after_program |
     state of the operation mode behind a program's end
+[channels.NAME]
+    One table for each of 2 to 12 channels, in the order of `gpCh`
+    ([channels](../channels.md)).  It takes the keys of `[channel]`, which it
+    replaces for this channel, and tables of its own: `axes`, `spindles`,
+    `tools`, `external`, `zero_offsets`, `probe`, `kinematics`, `isons`, `osai`.
+program |
+    what the channel executes where the command line names none, relative to the
+    cell file
+dialect |
+    dialect of its programs; default: found by the program
 [channel.hscs.STATE]
     STATE is deselect, rough, prefinish or finish: what SysHscSettings calls
     ([cycles](cycles.md)), and V.G.HSCS.

@@ -18,7 +18,7 @@ from hli.segment import Segment
 
 from ..blocks import NC_AXES, NC_BLOCK, BlockBatch
 from ..blocks.to_c import pool_pointer, row_pointer
-from ..config import CellConfig, synch_value
+from ..config import CellConfig, ChannelPlace, synch_value
 from ..errors import ERRORS, CncError
 from ..frontend.port import RtOp
 from .recorded import ROW_STRUCTS, Recorded, Rows, row_type
@@ -58,6 +58,7 @@ class Event(IntEnum):
     PLC_ERROR = lib.ENGINE_PLC_ERROR
     RETRACED = lib.ENGINE_RETRACED
     STANDS = lib.ENGINE_STANDS
+    COMMANDS = lib.ENGINE_COMMANDS
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,7 @@ def _engine_config(
     window: int | None,
     clock: int,
     service: int,
-    channel: int,
+    place: ChannelPlace,
     jerk: bool,
 ) -> Any:
     config = ffi.new("engine_config *")
@@ -163,7 +164,8 @@ def _engine_config(
     config.fb_storage_size = cell.channel.storage
     config.rapid_override_mode = cell.channel.rapid_override_mode
     config.retrace_feed = cell.retrace_mm_s
-    config.channel, config.service, config.clock = channel, service, clock
+    config.channel, config.axis_base = place.index, place.axis_base
+    config.service, config.clock = service, clock
     config.axis_id[0 : len(names)] = [
         axis.id or i for i, axis in enumerate(cell.axes.values(), 1)
     ]
@@ -201,6 +203,7 @@ class Engine:
     offline planning.
 
     ``jerk`` False: the cell's jerk limits are left aside.
+    ``place``: of the channel in the segment.
     """
 
     def __init__(
@@ -213,9 +216,10 @@ class Engine:
         service: int = 0,
         record_rows: int = 0,
         jerk: bool = True,
+        place: ChannelPlace = ChannelPlace(),  # noqa: B008 - a constant
     ) -> None:
         self.axes = len(cell.axes)
-        config = _engine_config(cell, window, clock, service, 0, jerk)
+        config = _engine_config(cell, window, clock, service, place, jerk)
         self._segment = segment  # C works on its memory
         pointer = segment.pointer(0) if segment else ffi.NULL
         handle = lib.engine_new(config, pointer)
@@ -378,8 +382,15 @@ class Engine:
 
     def take_mode_command(self) -> ModeCommand | None:
         """The command that ``Event.MODE_COMMAND`` told of."""
+        return self._mode_command(lib.engine_take_mode_command)
+
+    def see_mode_command(self) -> ModeCommand | None:
+        """The same; it stays to be taken."""
+        return self._mode_command(lib.engine_see_mode_command)
+
+    def _mode_command(self, get: Any) -> ModeCommand | None:
         out = ffi.new("engine_mode_command *")
-        if not lib.engine_take_mode_command(self._handle, out):
+        if not get(self._handle, out):
             return None
         parameter = ffi.string(out.parameter).decode("latin-1").strip()
         return ModeCommand(

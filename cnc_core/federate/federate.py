@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import math
+import threading
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +22,8 @@ from ..errors import CncError
 
 STEP_MIN_S = 0.01
 TIMEOUT_S = 30.0
-FAR_S = 9e9  # a time that a federation does not come to
+LEAVE_S = 2.0  # for leaving a federation in order
+PROMPT_S, PAUSE_S = 2e-3, 2e-4  # of a look whether an answer is there
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,7 @@ class Coupling:
     ``subscribe``: keys of others' publications by the PLC symbol that they set.
     ``step_s``: coupling step, a multiple of the cell's cycle.  ``core``: HELICS
     core type.  ``broker``: address of the broker; empty: on this machine.
+    ``interface``: own address, where the broker is on another machine.
     ``timeout_s``: wall time after which a wait for others ends with an error.
     """
 
@@ -39,6 +44,7 @@ class Coupling:
     step_s: float = STEP_MIN_S
     core: str = "zmq"
     broker: str = ""
+    interface: str = ""
     timeout_s: float = TIMEOUT_S
 
     def cycles(self, cycle_s: float) -> int:
@@ -76,6 +82,7 @@ class CellFederate:
         self._helics = _helics()
         self.runner: PlcRunner = start_plc(program, plc, config=config)
         self._federate: Any = None
+        self._is_lost = False
         self._segment: Segment | None = None
         try:
             self._segment = segment.observe(self.runner.hli.name)
@@ -111,30 +118,68 @@ class CellFederate:
 
     def _run(self, until_s: float) -> float:
         helics, step = self._helics, self.coupling.step_s
-        helics.helicsFederateEnterExecutingMode(self._federate)
-        now, count = 0.0, 0
+        begin = helics.helicsFederateEnterExecutingModeAsync
+        begin(self._federate)
+        self._await("the start of the federation")
+        helics.helicsFederateEnterExecutingModeComplete(self._federate)
+        now, steps = 0.0, math.floor(until_s / step + 1e-6)
         self._publish()
-        while (count + 1) * step <= until_s + 1e-9:
-            count += 1
-            now = helics.helicsFederateRequestTime(self._federate, count * step)
+        for count in range(1, steps + 1):
+            now = self._granted(count * step)
             if now > count * step + 1e-9:
                 raise CncError(905001, "the federation has ended")
             self._take()
             self._drive()
-            self._publish()
-        return float(now)
+            if count < steps:
+                self._publish()
+        return now
+
+    def _granted(self, time_s: float) -> float:
+        helics = self._helics
+        helics.helicsFederateRequestTimeAsync(self._federate, time_s)
+        self._await(f"time {time_s:g} s")
+        return float(helics.helicsFederateRequestTimeComplete(self._federate))
+
+    def _await(self, what: str) -> None:
+        """Waits for what has been asked for; CncError behind the time-out."""
+        is_done = self._helics.helicsFederateIsAsyncOperationCompleted
+        begin = time.monotonic()
+        while not is_done(self._federate):
+            waited = time.monotonic() - begin
+            if waited > self.coupling.timeout_s:
+                text = (
+                    f"federation: no answer of the others for {what}"
+                    f" within {self.coupling.timeout_s:g} s"
+                )
+                self._is_lost = True
+                raise CncError(905001, text)
+            time.sleep(0.0 if waited < PROMPT_S else PAUSE_S)
 
     def close(self) -> None:
         """Leave the federation and end the cell; never waits for others."""
         if self._federate is not None:
             federate, self._federate = self._federate, None
-            with contextlib.suppress(self._helics.HelicsException):
-                self._helics.helicsFederateDisconnect(federate)
-            self._helics.helicsFederateFree(federate)
+            # it may wait for partners that are dead
+            leaving = threading.Thread(
+                target=self._leave, args=(federate,), daemon=True
+            )
+            leaving.start()
+            leaving.join(LEAVE_S)
         self._areas, self._shown = None, {}
         if self._segment is not None:
             self._segment.close()
         self.runner.close()
+
+    def _leave(self, federate: Any) -> None:
+        helics = self._helics
+        if self._is_lost:  # an answer that never comes holds the library
+            with contextlib.suppress(helics.HelicsException):
+                core = helics.helicsFederateGetCore(federate)
+                helics.helicsCoreDisconnect(core)
+        with contextlib.suppress(helics.HelicsException):
+            helics.helicsFederateDisconnect(federate)
+        with contextlib.suppress(helics.HelicsException):
+            helics.helicsFederateFree(federate)
 
     def _join(self) -> None:
         helics, coupling = self._helics, self.coupling
@@ -174,9 +219,11 @@ class CellFederate:
 
     def _core_words(self) -> str:
         coupling = self.coupling
-        words = [f"--timeout={coupling.timeout_s:g}s"]
+        words = [f"--timeout={coupling.timeout_s:g}s", "--networkretries=1"]
         if coupling.broker:
             words.append(f"--broker={coupling.broker}")
+        if coupling.interface:
+            words.append(f"--local_interface={coupling.interface}")
         return " ".join(words)
 
     def _symbol(self, path: str) -> Symbol:

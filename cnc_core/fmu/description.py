@@ -34,14 +34,18 @@ class Model:
         return "hli_cosim"
 
 
-def description(model: Model, tool: str) -> bytes:
-    """The file's bytes."""
+def begun(
+    model: Model, tool: str, words: dict[str, str], can: dict[str, str]
+) -> ElementTree.Element:
+    """What both versions of the standard begin with, up to the variables.
+
+    ``words``: of the root; ``can``: of the element CoSimulation.
+    """
     root = ElementTree.Element(
         "fmiModelDescription",
         {
-            "fmiVersion": "2.0",
+            **words,
             "modelName": model.name,
-            "guid": model.guid,
             "description": f"CNC and PLC with the program {model.program}",
             "generationTool": tool,
             "variableNamingConvention": "structured",
@@ -54,12 +58,10 @@ def description(model: Model, tool: str) -> bytes:
             "modelIdentifier": model.identifier,
             "needsExecutionTool": "true",
             "canHandleVariableCommunicationStepSize": "true",
-            "canBeInstantiatedOnlyOncePerProcess": "false",
-            "canGetAndSetFMUstate": "false",
-            "canNotUseMemoryManagementFunctions": "true",
+            **can,
         },
     )
-    add_units(root, model.variables)
+    _add_units(root, model.variables)
     log = ElementTree.SubElement(root, "LogCategories")
     ElementTree.SubElement(log, "Category", {"name": "logStatusError"})
     ElementTree.SubElement(
@@ -67,14 +69,33 @@ def description(model: Model, tool: str) -> bytes:
         "DefaultExperiment",
         {"startTime": "0", "stepSize": repr(model.cycle_s)},
     )
-    _variables(root, model.variables)
-    _structure(root, model.variables)
+    return root
+
+
+def written(root: ElementTree.Element) -> bytes:
+    """The file's bytes."""
     ElementTree.indent(root)
     out: bytes = ElementTree.tostring(root, "utf-8", xml_declaration=True)
     return out
 
 
-def add_units(root: ElementTree.Element, variables: Sequence[Variable]) -> None:
+def description(model: Model, tool: str) -> bytes:
+    """The file's bytes."""
+    words = {"fmiVersion": "2.0", "guid": model.guid}
+    can = {
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        "canGetAndSetFMUstate": "false",
+        "canNotUseMemoryManagementFunctions": "true",
+    }
+    root = begun(model, tool, words, can)
+    _variables(root, model.variables)
+    _structure(root, model.variables)
+    return written(root)
+
+
+def _add_units(
+    root: ElementTree.Element, variables: Sequence[Variable]
+) -> None:
     used = dict.fromkeys(v.unit for v in variables if v.unit in UNITS)
     units = ElementTree.SubElement(root, "UnitDefinitions")
     for name in used:
@@ -122,6 +143,8 @@ def _declared(variable: Variable) -> dict[str, str]:
 
 def start_of(variable: Variable) -> str:
     """The start value in the words of the type."""
+    if variable.kind == "String":
+        return variable.text
     if variable.kind == "Boolean":
         return "true" if variable.start else "false"
     return repr(

@@ -5,44 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
-from .description import Model, add_units, start_of, varies
-from .variables import ELEMENTS_SHOWN, MEMBERS, Variable
+from .description import Model, begun, start_of, varies, written
+from .variables import ARRAY, Variable
 
-KINDS = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
+KINDS = {
+    "Real": "Float64",
+    "Integer": "Int32",
+    "Boolean": "Boolean",
+    "String": "String",
+}
 HLI_TYPE = "application/octet-stream"
 
 
 def description3(model: Model, tool: str) -> bytes:
     """The file's bytes."""
-    root = ElementTree.Element(
-        "fmiModelDescription",
-        {
-            "fmiVersion": "3.0",
-            "modelName": model.name,
-            "instantiationToken": model.guid,
-            "description": f"CNC and PLC with the program {model.program}",
-            "generationTool": tool,
-            "variableNamingConvention": "structured",
-        },
-    )
-    ElementTree.SubElement(
-        root,
-        "CoSimulation",
-        {
-            "modelIdentifier": model.identifier,
-            "needsExecutionTool": "true",
-            "canHandleVariableCommunicationStepSize": "true",
-            "canGetAndSetFMUState": "false",
-        },
-    )
-    add_units(root, model.variables)
-    log = ElementTree.SubElement(root, "LogCategories")
-    ElementTree.SubElement(log, "Category", {"name": "logStatusError"})
-    ElementTree.SubElement(
-        root,
-        "DefaultExperiment",
-        {"startTime": "0", "stepSize": repr(model.cycle_s)},
-    )
+    words = {"fmiVersion": "3.0", "instantiationToken": model.guid}
+    root = begun(model, tool, words, {"canGetAndSetFMUState": "false"})
     declared = ElementTree.SubElement(root, "ModelVariables")
     places = list(_declare(declared, model))
     structure = ElementTree.SubElement(root, "ModelStructure")
@@ -51,9 +29,7 @@ def description3(model: Model, tool: str) -> bytes:
             ElementTree.SubElement(
                 structure, name, {"valueReference": str(place)}
             )
-    ElementTree.indent(root)
-    out: bytes = ElementTree.tostring(root, "utf-8", xml_declaration=True)
-    return out
+    return written(root)
 
 
 def _declare(out: ElementTree.Element, model: Model) -> Iterator[int]:
@@ -69,11 +45,12 @@ def _declare(out: ElementTree.Element, model: Model) -> Iterator[int]:
             "variability": "continuous",
         },
     )
+    begun_array = ""
     for place, variable in enumerate(model.variables):
-        element = variable.name.startswith("ahead")
-        if element and not variable.name.startswith("ahead0."):
-            continue  # of the array that has begun
-        _one(out, place, variable, ELEMENTS_SHOWN if element else 0)
+        if variable.array and variable.array == begun_array:
+            continue
+        begun_array = variable.array
+        _one(out, place, variable)
         if variable.causality == "output":
             yield place
     ElementTree.SubElement(
@@ -91,13 +68,9 @@ def _declare(out: ElementTree.Element, model: Model) -> Iterator[int]:
     yield count + 1
 
 
-def _one(
-    out: ElementTree.Element, place: int, variable: Variable, size: int
-) -> None:
+def _one(out: ElementTree.Element, place: int, variable: Variable) -> None:
     told = {
-        "name": variable.name.replace("ahead0.", "ahead.")
-        if size
-        else variable.name,
+        "name": variable.array or variable.name,
         "valueReference": str(place),
         "description": variable.about,
         "causality": variable.causality,
@@ -105,13 +78,11 @@ def _one(
     }
     if variable.unit and variable.kind == "Real":
         told["unit"] = variable.unit
-    if variable.causality != "output":
+    is_text = variable.kind == "String"
+    if variable.causality != "output" and not is_text:
         told["start"] = start_of(variable)
     one = ElementTree.SubElement(out, KINDS[variable.kind], told)
-    if size:
-        ElementTree.SubElement(one, "Dimension", {"start": str(size)})
-
-
-def arrays() -> tuple[int, int]:
-    """How many arrays there are, and the size of each."""
-    return len(MEMBERS), ELEMENTS_SHOWN
+    if is_text:
+        ElementTree.SubElement(one, "Start", {"value": start_of(variable)})
+    if variable.array:
+        ElementTree.SubElement(one, "Dimension", {"start": str(ARRAY)})

@@ -11,25 +11,34 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from ..config import CellConfig, load_config
 from ..errors import CncError, Place
 from ..program import Program
 from .description import Model, description
-from .description3 import arrays, description3
+from .description3 import description3
+from .instance import Acknowledging
+from .symbols import chosen_of
 from .variables import (
-    MEMBERS,
+    ARRAY,
+    ARRAYS,
     MODEL,
     Variable,
     check_names,
+    externals,
     inputs,
     outputs,
     parameters,
+    told_apart,
 )
+from .wire import HLI_SIZE
 
+PARTS = ("wire.c", "instance.c")
 FLAGS = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden")
 STRICT = ("-Wall", "-Wextra", "-Werror")
 PLATFORMS = {2: "linux64", 3: "x86_64-linux"}
@@ -61,13 +70,18 @@ def export_fmu(
     program, target = Path(program), Path(target)
     cell = load_config(config)
     _check(program, cell, plc)
+    files = (program, Path(config) if config else None, tasks_of(plc))
+    more = chosen_of(files, cell, (input_symbols, output_symbols))
+    given = [*inputs(), *externals(cell), *more[0]]
     variables = [
-        *parameters(cell),
-        *inputs(input_symbols),
-        *outputs(cell, output_symbols),
+        *parameters(cell, program.name),
+        *given,
+        *outputs(cell),
+        *told_apart(more[1], given),
     ]
     check_names(variables)
     sources = [program, *(Path(file) for file in (config, plc) if file)]
+    _check_files(sources)
     model = Model(
         target.stem,
         _guid(sources, variables),
@@ -80,13 +94,16 @@ def export_fmu(
         "cell": Path(config).name if config else "",
         "plc": Path(plc).name if plc else "",
         "cycle_s": cell.cycle_s,
-        "inputs": list(input_symbols),
-        "outputs": list(output_symbols),
+        "variables": [asdict(variable) for variable in variables],
     }
     with tempfile.TemporaryDirectory() as folder:
         shim = compiled(Path(folder), model, fmi)
         _pack(target, model, about, sources, shim, fmi)
     return target
+
+
+def tasks_of(plc: str | Path | None) -> list[Any]:
+    return [Path(plc)] if plc else [Acknowledging]
 
 
 def _check(program: Path, cell: CellConfig, plc: str | Path | None) -> None:
@@ -100,6 +117,17 @@ def _check(program: Path, cell: CellConfig, plc: str | Path | None) -> None:
     checked.reader.close()
     if checked.errors:
         raise checked.errors[0]
+
+
+def _check_files(files: Sequence[Path]) -> None:
+    """CncError: two of them would be one file of the FMU."""
+    seen = {MODEL}
+    for file in files:
+        if file.name in seen:
+            raise CncError(
+                902001, f"FMU: two files {file.name!r}: rename one of them"
+            )
+        seen.add(file.name)
 
 
 def _guid(sources: Sequence[Path], variables: Sequence[Variable]) -> str:
@@ -121,9 +149,11 @@ def compiled(folder: Path, model: Model, fmi: int) -> Path:
     names = [name.name for name in shim.iterdir()]
     for name in names:
         (folder / name).write_text((shim / name).read_text())
-    (folder / "model.h").write_text(_header(model))
+    (folder / "model.h").write_text(header(model, fmi))
     out = folder / f"{model.identifier}.so"
-    sources = [str(folder / name) for name in ("wire.c", f"fmi{fmi}.c")]
+    sources = [str(folder / name) for name in PARTS] + [
+        str(folder / f"fmi{fmi}.c")
+    ]
     command = [compiler, *FLAGS, *STRICT, "-o", str(out), *sources, "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -131,29 +161,29 @@ def compiled(folder: Path, model: Model, fmi: int) -> Path:
     return out
 
 
-def _header(model: Model) -> str:
-    """Counts and start values for C."""
+def header(model: Model, fmi: int) -> str:
+    """Counts, kinds and start values for C."""
+    variables = model.variables
     counts = {
-        kind: sum(v.causality == kind for v in model.variables)
-        for kind in ("parameter", "input", "output")
+        kind: sum(v.causality == kind for v in variables)
+        for kind in ("parameter", "input")
     }
-    first_output = counts["parameter"] + counts["input"]
-    start = ", ".join(repr(v.start) for v in model.variables)
-    count, size = arrays()
-    names = [v.name for v in model.variables]
+    first_array = next(i for i, v in enumerate(variables) if v.array)
     lines = {
-        "MODEL_FIRST_ARRAY": names.index(f"ahead0.{MEMBERS[0][0]}"),
-        "MODEL_ARRAYS": count,
-        "MODEL_ARRAY_SIZE": size,
-        "MODEL_VALUES": len(model.variables),
+        "MODEL_FMI": fmi,
+        "MODEL_VALUES": len(variables),
         "MODEL_FIRST_INPUT": counts["parameter"],
-        "MODEL_INPUTS": counts["input"],
-        "MODEL_FIRST_OUTPUT": first_output,
-        "MODEL_OUTPUTS": counts["output"],
+        "MODEL_FIRST_OUTPUT": counts["parameter"] + counts["input"],
+        "MODEL_HLI_SIZE": HLI_SIZE,
         "MODEL_CYCLE": repr(model.cycle_s),
         "MODEL_GUID": json.dumps(model.guid),
-        "MODEL_PYTHON": json.dumps(sys.executable),
-        "MODEL_START": "{" + start + "}",
+        "MODEL_PYTHON": json.dumps(sys.executable, ensure_ascii=False),
+        "MODEL_PROGRAM": json.dumps(model.program, ensure_ascii=False),
+        "MODEL_KINDS": json.dumps("".join(v.kind[0] for v in variables)),
+        "MODEL_START": f"{{{', '.join(repr(v.start) for v in variables)}}}",
+        "MODEL_FIRST_ARRAY": first_array,
+        "MODEL_ARRAY_SIZE": ARRAY,
+        "MODEL_ARRAYS": len(ARRAYS) if fmi == 3 else 0,
     }
     return "".join(f"#define {k} {v}\n" for k, v in lines.items())
 

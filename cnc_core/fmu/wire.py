@@ -1,61 +1,94 @@
-"""What the shim and the slave say to each other, over a socket pair.
+"""The page that the shim and the slave share; ``shim/wire.h`` says the same in C.
 
-A request is a head and numbers: ``kind``, how many ``cycles``, how many
-numbers.  An answer is a head, a text and numbers: ``status``, bytes of text,
-how many numbers.  Byte order and sizes are the machine's.  ``shim/wire.h`` says
-the same in C.
+The shim writes a request, then ``asked`` goes up.  Behind the answer
+``answered`` goes up to the same count.  The importer's end of a socket, the
+line, closes when the importer is gone.
 """
 
 from __future__ import annotations
 
-import socket
-import struct
-from collections.abc import Sequence
-from dataclasses import dataclass
+import ctypes
+import mmap
+import os
+import select
+from typing import Any
 
-REQUEST = struct.Struct("=IIQ")  # kind, count, cycles
-ANSWER = struct.Struct("=III")  # status, text bytes, count
+from hli._sync import ffi, lib
+
+from hli import layout
+
 SETUP, STEP, END, HLI = 1, 2, 3, 4
-OK, WARNING, ERROR = 0, 1, 3
+REFUSED, ENDED = 1, 2  # as before, or the cell is no more
+TEXT = 4096
+HLI_SIZE = ctypes.sizeof(layout.HLI_CHANNEL)
+SPIN_NS = 200_000  # before a wait goes to sleep
+SLICE_NS = 100_000_000  # of a sleep; then the importer is looked at
 
 
-@dataclass(frozen=True)
-class Request:
-    """``numbers``: parameters and inputs, or inputs alone."""
+def page_type(values: int) -> type[ctypes.Structure]:
+    """The page of an FMU with so many values."""
 
-    kind: int
-    cycles: int
-    numbers: tuple[float, ...]
+    class Page(ctypes.Structure):
+        _fields_ = [
+            ("asked", layout.HLI_SIDE_WORD),
+            ("answered", layout.HLI_SIDE_WORD),
+            ("size", ctypes.c_uint32),
+            ("kind", ctypes.c_uint32),
+            ("failed", ctypes.c_uint32),
+            ("fill", ctypes.c_uint32),
+            ("cycles", ctypes.c_uint64),
+            ("text", ctypes.c_char * TEXT),
+            ("program", ctypes.c_char * TEXT),
+            ("values", ctypes.c_double * values),
+            ("hli", ctypes.c_uint8 * HLI_SIZE),
+        ]
+
+    return Page
 
 
 class Wire:
-    """The slave's end."""
+    """The slave's end: ``next`` answers, and waits for the next request."""
 
-    def __init__(self, handle: int) -> None:
-        self._socket = socket.socket(fileno=handle)
+    def __init__(self, line: int, memory: int, values: int) -> None:
+        self._line = line
+        size = ctypes.sizeof(page_type(values))
+        self.fits = os.fstat(memory).st_size == size
+        kind = page_type(values if self.fits else 0)
+        self._memory = mmap.mmap(memory, ctypes.sizeof(kind))
+        self.page: Any = kind.from_buffer(self._memory)
+        self._asked = self._pointer(kind, "asked")
+        self._answered = self._pointer(kind, "answered")
+        self._count = 0
 
-    def request(self) -> Request | None:
-        """The next one; None: the importer is gone."""
-        head = self._read(REQUEST.size)
-        if head is None:
-            return None
-        kind, count, cycles = REQUEST.unpack(head)
-        body = self._read(8 * count) if count else b""
-        if body is None:
-            return None
-        return Request(kind, cycles, struct.unpack(f"={count}d", body))
+    def _pointer(self, kind: type[ctypes.Structure], name: str) -> Any:
+        place = ctypes.addressof(self.page) + getattr(kind, name).offset
+        return ffi.cast("void *", place)
 
-    def answer(
-        self,
-        status: int,
-        numbers: Sequence[float] = (),
-        text: str | bytes = "",
-    ) -> None:
-        said = text.encode() if isinstance(text, str) else text
-        count = len(numbers)
-        head = ANSWER.pack(status, len(said), count)
-        self._socket.sendall(head + said + struct.pack(f"={count}d", *numbers))
+    @property
+    def values(self) -> Any:
+        """cffi ``double *`` to the row of values."""
+        kind = type(self.page)
+        return ffi.cast("double *", self._pointer(kind, "values"))
 
-    def _read(self, size: int) -> bytes | None:
-        data = self._socket.recv(size, socket.MSG_WAITALL)
-        return data if len(data) == size else None
+    def fail(self, text: str, how: int) -> None:
+        """The next answer is an error with this text; ``how``: REFUSED or
+        ENDED.
+        """
+        raw = text.encode()[: TEXT - 1]
+        self.page.text = raw.decode(errors="ignore").encode()
+        self.page.failed = how
+
+    def next(self) -> int:
+        """Answers the request before, if there was one, and waits: the kind of
+        the next one; END: the importer is gone.
+        """
+        before, self._count = self._count, (self._count + 1) & 0xFFFFFFFF
+        lib.hs_word_post(self._answered, before)
+        while lib.hs_word_wait(self._asked, self._count, SPIN_NS, SLICE_NS):
+            if self._is_gone():
+                return END
+        return int(self.page.kind)
+
+    def _is_gone(self) -> bool:
+        """Nothing is ever written to the line: it is readable once it is closed."""
+        return bool(select.select([self._line], [], [], 0.0)[0])

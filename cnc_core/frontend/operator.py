@@ -66,7 +66,8 @@ class Operator:
     """Answers from ``script``, behind it from the terminal if ``terminal``, or
     from the ``desk``.
 
-    ``interrupted``: the run is to end.
+    ``interrupted``: the run is to end.  ``ended``: the program that asks has been
+    ended meanwhile; called between two looks for an answer.
     """
 
     def __init__(
@@ -78,6 +79,7 @@ class Operator:
     ) -> None:
         self._script, self._terminal = list(script), terminal
         self.interrupted = interrupted
+        self.ended: Callable[[], bool] = lambda: False
         self._desk = desk
 
     @property
@@ -98,8 +100,12 @@ class Operator:
                 return self._at_terminal(question)
             return self._at_desk(desk)
 
+    def _over(self) -> bool:
+        """Whether an answer is of no use any more."""
+        return self.interrupted() or self.ended()
+
     def _at_desk(self, desk: Desk) -> Answer | None:
-        while not self.interrupted():
+        while not self._over():
             answer = desk.answered(LOOK_S)
             if answer is not None:
                 return answer
@@ -130,7 +136,7 @@ class Operator:
             sys.stdout.write("not understood\n")
 
     def _line(self) -> str | None:
-        while not self.interrupted():
+        while not self._over():
             if select.select([sys.stdin], [], [], LOOK_S)[0]:
                 return sys.stdin.readline() or None
             if self._desk is not None and self._desk.answered(0.0):

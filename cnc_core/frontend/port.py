@@ -16,6 +16,7 @@ from ..files import Quota
 from ..units import FloatArray
 from .machine import External
 from .operator import Answer, Operator, Question
+from .signals import ChannelSignals
 
 ExternalValue = float | str
 RT_CYCLES = 16  # in one channel
@@ -56,6 +57,7 @@ class Wait(Enum):
     PLC = "plc"  # the PLC has answered
     OPERATOR = "operator"  # the operator has answered
     PROBE = "probe"  # the measuring event has happened
+    SIGNAL = "signal"  # another channel has sent what was waited for
     CYCLE = "cycle"  # the machine and the PLC have had another cycle
     # the axes have been stopped where they were, what was handed out is left
     # out
@@ -86,6 +88,11 @@ class ChannelPort(Protocol):
     @property
     def retained(self) -> dict[str, Any]:
         """Data that a dialect keeps from program to program, by its name."""
+        ...
+
+    @property
+    def signals(self) -> ChannelSignals | None:
+        """Signals of the other channels; None: there are none."""
         ...
 
     def moved(self, position: FloatArray) -> None:
@@ -186,7 +193,9 @@ class OfflinePort:
         position: FloatArray,
         skip_levels: int = 0,
         operator: Operator | None = None,
+        signals: ChannelSignals | None = None,
     ) -> None:
+        self.signals = signals
         self.operator = operator or Operator()
         self._position = np.array(position, dtype=np.float64)
         self._skip_levels = skip_levels

@@ -34,7 +34,7 @@ def source_of(pid: int, name: str) -> Source | None:
     program = next((w for w in words if Path(w).name == name), None)
     if not name or program is None or not (folder / program).is_file():
         return None
-    config = _behind(words, "--config")
+    config = _behind(words, "--config") or _behind(words, "--cell")
     return Source(
         folder / program,
         folder / config if config else None,

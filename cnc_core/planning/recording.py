@@ -17,6 +17,7 @@ class PlanRecording:
     """Records one plan to a file; CncError: it cannot be written there.
 
     ``only``: tables and columns that are kept; empty: all.
+    ``written``: the file, once there is one.
     """
 
     def __init__(
@@ -27,6 +28,7 @@ class PlanRecording:
         only: tuple[str, ...] = (),
     ) -> None:
         check_columns(program.cell, only)
+        self.written: Path | None = None
         self._parts = Parts(target)
         self._program, self._only = program, only
         self._about = account(program.path, program.cell, "plan", config)
@@ -68,3 +70,4 @@ class PlanRecording:
             self._recorder.close()
             lost = self._recorder.lost
         self._parts.finish(end=end, lost=lost)
+        self.written = self._parts.target

@@ -31,14 +31,23 @@ class PlanWatch:
         self._program, self._max_wall = program, max_wall
         self._began = time.monotonic()
         self._seen: object = None
+        self._n, self._time_s = 0, 0.0
         patience = (STANDS_CELL_S, patience_s)
         self._waits = StandWatch(self._scene, say, patience)
 
     def _scene(self) -> Scene:
         return computing(self._program, self._seen)
 
+    def account(self) -> str:
+        """How far the plan is, in a sentence."""
+        at = f" at N{self._n}" if self._n else ""
+        return f"{self._time_s:.3f} s of cell time{at}"
+
     def look(self, feeder: Feeder) -> None:
         """After a piece of work."""
+        self._n = feeder.n
+        state = feeder.engine.state
+        self._time_s = int(state.cycle) * self._program.cell.cycle_s
         # the axes, too: rows may be driven for long
         self._seen = feeder.motions, tuple(feeder.engine.state.position)
         self._waits.look()

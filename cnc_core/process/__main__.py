@@ -14,6 +14,7 @@ from typing import Any
 from hli._sync import lib as sync
 
 from hli.errors import HliError
+from hli.interrupts import take_interrupts
 
 from ..errors import CncError, Place
 from .cnc_process import CncProcess
@@ -35,12 +36,14 @@ def run_cnc(options: CncOptions) -> int:
     """
     if options.core >= 0:
         os.sched_setaffinity(0, {options.core})
-    if not options.file.is_file():
-        raise CncError(901001, "file not found", Place(str(options.file)))
+    for file in options.programs:
+        if file is not None and not file.is_file():
+            raise CncError(901001, "file not found", Place(str(file)))
     process = CncProcess(options)
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN or number in ASKED:
             signal.signal(number, process.on_signal)
+    take_interrupts()
     process.run()
     if options.report:
         write_json(options.report, process.report())

@@ -15,6 +15,7 @@ from ..frontend.machine import External
 from ..frontend.operator import Answer, Operator, Question
 from ..frontend.port import MESSAGES_KEPT, ExternalValue, RtOp, keep
 from .options import OUT_FOLDER
+from .signals import SignalsOf
 
 
 class LivePort:
@@ -30,6 +31,7 @@ class LivePort:
 
     answers = True
     manual_data = False
+    signals: SignalsOf | None = None
 
     def __init__(
         self,
@@ -46,6 +48,9 @@ class LivePort:
         self._put_out = put_out
         self.retained = {} if retained is None else retained
         self.interrupted = False
+        self.asks = False  # a dialog is open
+        # whether somebody has ended the program that asks
+        self.ended: Callable[[], bool] = lambda: False
         self.latched_s = 0.0
         self.live: Callable[[], tuple[npt.NDArray[np.float64], float]] = (
             self._latched
@@ -84,7 +89,11 @@ class LivePort:
         self.told("message", text)
 
     def ask(self, question: Question) -> Answer | None:
-        return self.operator.ask(question)
+        self.asks, self.operator.ended = True, self.ended
+        try:
+            return self.operator.ask(question)
+        finally:
+            self.asks = False
 
     def now_s(self) -> float:
         return self.latched_s

@@ -95,6 +95,20 @@ class ModeControl:
         self._set(ACTIVE)
         self._channel.start_program(self.program)
 
+    def end_beside_dialog(self) -> bool:
+        """Carry out a command that ends the program while it waits in a dialog;
+        whether there was one.  Other commands wait for the answer.
+        """
+        command = self._engine.see_mode_command()
+        if command is None or self._then is not None:
+            return False
+        stays = command.to_mode == self.mode and command.to_state == ACTIVE
+        if stays or command.to_state == HOLD:
+            return False
+        self._engine.take_mode_command()
+        self.handle(command)
+        return True
+
     def handle(self, command: ModeCommand) -> None:
         """Carry out a command; what cannot be done is reported and changes nothing."""
         if not self.running:

@@ -152,13 +152,15 @@ def takes_run_options(method: Method) -> Method:
 class CncOptions:
     """Work of one CNC process: the user's choices and the launcher's own.
 
+    ``file``: program of the first channel; ``more``: of the others.  None: the
+    channel has no program until the PLC selects one.
     ``report``: file of the report; ``samples``: file of the CNC's part of the
     recording.  ``once``: one program, then the end.  ``terminal``:
     an operator sits there, if standard input is a terminal.  ``attended``: a
     monitor is started beside it, whose page answers dialogs.
     """
 
-    file: Path
+    file: Path | None
     name: str
     run: RunOptions = field(default_factory=RunOptions)
     config: Path | None = None
@@ -170,6 +172,12 @@ class CncOptions:
     core: int = -1
     terminal: bool = True
     attended: bool = False
+    more: tuple[Path | None, ...] = ()
+
+    @property
+    def programs(self) -> tuple[Path | None, ...]:
+        """The channels' programs in their order."""
+        return self.file, *self.more
 
     def as_json(self) -> str:
         """The options as the process takes them on its command line."""

@@ -63,7 +63,7 @@ class Preparation:
             self._stopped
         ) = False
         self._batch, self._first = BlockBatch.empty(), 0
-        self._wait: Wait | None = None
+        self._awaits_signal = False
         self._main_reader: Restartable | None = None
         self._cell = cell
         self.pause = Pause(self, lambda: held(True), lambda: held(False))
@@ -101,7 +101,8 @@ class Preparation:
                     self.computes = True
                     return
         except CncError as error:
-            self._end(error)
+            if not self.done:  # else it was ended in a dialog
+                self._end(error)
 
     def drained(self) -> None:
         """Everything handed out so far has been executed: go on reading."""
@@ -138,6 +139,8 @@ class Preparation:
             return self._push()
         if self.pause.pushed_all():
             return True
+        if self._awaits_signal and not self._signal_came():
+            return False
         assert self.program is not None
         item = self.program.read()
         reader = self._restartable
@@ -147,27 +150,47 @@ class Preparation:
         if isinstance(item, BlockBatch):
             self._batch, self._first = item, 0
             self.blocks += number_pushed(item)
-        elif item is Wait.DRAINED:
+        elif isinstance(item, Wait):
+            return self._begin_wait(item)
+        elif self.pause.active:
+            self.pause.ended()
+        else:
+            for text in self.program.filter_texts:
+                self.port.message(text)
+            self._end(None)
+        return True
+
+    def _begin_wait(self, item: Wait) -> bool:
+        """False: nothing can be done before the next cycle."""
+        if item is Wait.DRAINED:
             self.waiting = True
             self.engine.expect_drain()
+        elif item is Wait.SIGNAL:
+            self._awaits_signal = True
+            return self._signal_came()
         elif item is Wait.CYCLE:
             self.engine.expect_cycle()
             return False
         elif item is Wait.STOPPED:
             self.waiting = self._halted = True
             self.engine.halt()
-        elif item is None and self.pause.active:
-            self.pause.ended()
-        elif item is None:
-            for text in self.program.filter_texts:
-                self.port.message(text)
-            self._end(None)
         else:
             raise CncError(
                 900003,
                 f"the program waits for the {item.value}, which this cell does not answer",
             )
         return True
+
+    def _signal_came(self) -> bool:
+        """Whether the awaited signal has come; else the next look is in the next
+        cycle.
+        """
+        assert self.port.signals is not None
+        if self.port.signals.came():
+            self._awaits_signal = False
+            return True
+        self.engine.expect_cycle()
+        return False
 
     @property
     def _pausable(self) -> bool:
@@ -272,6 +295,8 @@ class Preparation:
         """Commands that the path has passed become messages."""
         names = self.program.cell.axis_names if self.program else ()
         for command in self.engine.take_commands():
+            if self._sends(command.value):
+                continue
             place = " ".join(
                 f"{name}{value:.4f}"
                 for name, value in zip(names, command.position, strict=False)
@@ -281,12 +306,23 @@ class Preparation:
             keep(self.port.messages, text, MESSAGES_KEPT)
             self.told("command", text, 0, command.line, cycle=command.cycle)
 
+    def _sends(self, value: float) -> bool:
+        """A command on the path that is a signal to other channels."""
+        signals = self.port.signals
+        try:
+            return signals is not None and signals.passed(value)
+        except CncError as error:
+            self._end(error)
+            return True
+
     def stop(self) -> bool:
         """Brake, leave out the rest, execute what the program has for a stop;
-        False if it has nothing.
+        False if it has nothing, or asks in a dialog.
         """
         reader = self._restartable
         if reader is None or self._stopping or not reader.has_stop:
+            return False
+        if self.port.asks:
             return False
         self._stopping, self._batch, self._first = True, BlockBatch.empty(), 0
         self.waiting, self.done = True, False

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+import shutil
+import tempfile
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,7 @@ def recorder_for(
     """Who records this process, if anything is to be recorded."""
     if options.samples is None:
         return None
+    assert options.file is not None
     about = account(options.file, cell, options.run.clock, options.config)
     return Recorder(
         engine,
@@ -38,13 +41,37 @@ def missing_rows(recorder: Recorder | None) -> dict[str, Any]:
     return {"lost": recorder.lost, "problem": recorder.problem}
 
 
-def losses(lost: dict[str, int], problem: str) -> list[str]:
-    """What is missing, for people; nothing if nothing is."""
-    if not lost:
-        return []
-    why = problem or "the writer was too slow"
-    counts = ", ".join(f"{n} of {table}" for table, n in lost.items())
-    return [f"recording: rows are missing: {counts}: {why}"]
+@dataclass
+class Missing:
+    """What is missing in a recording.
+
+    ``lost``: rows by table; ``problem``: why, empty if the writer was too slow.
+    """
+
+    lost: dict[str, int]
+    problem: str
+
+    @classmethod
+    def of(cls, *reports: dict[str, Any], start: str = "") -> Missing:
+        """What the reports of the processes tell; ``start``: what was wrong
+        ahead of the first row.
+        """
+        said = [report.get("recording", {}) for report in reports]
+        lost = {
+            table: count
+            for one in said
+            for table, count in one.get("lost", {}).items()
+        }
+        problems = [start, *(one.get("problem", "") for one in said)]
+        return cls(lost, next(filter(None, problems), ""))
+
+    def told(self) -> list[str]:
+        """For people; nothing if nothing is missing."""
+        if not self.lost:
+            return []
+        why = self.problem or "the writer was too slow"
+        counts = ", ".join(f"{n} of {table}" for table, n in self.lost.items())
+        return [f"recording: rows are missing: {counts}: {why}"]
 
 
 class SoleRecording:
@@ -52,7 +79,8 @@ class SoleRecording:
 
     A context manager: behind it the file is written, whatever ended the process;
     a process that did not start leaves the file as it was.
-    ``told``: what somebody should know.  CncError: it cannot be written there.
+    ``told``: what somebody should know at the end.  CncError behind the process:
+    the file could not be written.
     """
 
     def __init__(
@@ -60,7 +88,8 @@ class SoleRecording:
     ) -> None:
         check_columns(load_config(config), only)
         self._parts = Parts(target)
-        self._report = self._parts.folder / "cnc.json"
+        self._folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
+        self._report = self._folder / "cnc.json"
         self.told: list[str] = []
         if self._parts.recovered:
             self.told.append(
@@ -75,14 +104,14 @@ class SoleRecording:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if not self._parts.cnc.exists():  # the process did not start
-            self._parts.drop()
-            return
         try:
             report = json.loads(self._report.read_text())
         except (OSError, ValueError):
             report = {}
-        said = report.get("recording", {})
-        lost = said.get("lost", {})
-        self.told += losses(lost, said.get("problem", ""))
-        self._parts.finish(end=report.get("end", "error"), lost=lost)
+        shutil.rmtree(self._folder, ignore_errors=True)
+        if not report and not self._parts.cnc.exists():
+            self._parts.drop()  # the process did not start
+            return
+        missing = Missing.of(report, start=self._parts.problem)
+        self.told += missing.told()
+        self._parts.finish(end=report.get("end", "error"), lost=missing.lost)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..engine.causes import time_by_cause
+from ..engine.causes import planner_pace, time_by_cause
 
 KEPT_TEXTS = 1000
 # a counter of the engine's state: the warning when it is not zero
@@ -33,6 +33,23 @@ LOG_WARNINGS = {
         " (meant as LOG OFF?)"
     ),
 }
+UNUSED_END = "unused"  # of a channel that never had a program
+# how a run with several channels ended: as the worst of them
+ENDS = ("aborted", "error", "completed", UNUSED_END)
+SUMS = ("blocks", "techno_functions", "bad_commands")
+TEXTS = ("messages", "warnings", "errors", "waiting")
+# of one channel, in the list of channels
+BY_CHANNEL = (
+    "index",
+    "name",
+    "program",
+    "end",
+    "requests",
+    "time_by_cause",
+    "blocks",
+    "dialect",
+    *TEXTS,
+)
 COUNTERS = (
     "overruns",
     "planner_late",
@@ -71,4 +88,53 @@ def engine_figures(state: Any, cycle_s: float) -> dict[str, Any]:
         "requests": requests,
         "time_by_cause": time_by_cause(state),
         "planner_away_s": float(state.planner_away_s),
+        "planner_us_per_ms": planner_pace(state),
     } | counters
+
+
+def worst_end(ends: list[str]) -> str:
+    """How a run ended of which the channels ended so."""
+    return min(ends, key=ENDS.index)
+
+
+def joined_report(reports: list[dict[str, Any]], end: str) -> dict[str, Any]:
+    """The report of a process: of its first channel, with ``channels``.
+
+    Of several channels texts, requests and blocks are those of all; a text
+    names its channel.
+    """
+    first, *others = reports
+    channels = [{key: one[key] for key in BY_CHANNEL} for one in reports]
+    if not others:
+        return first | {"channels": channels}
+    joined = first | {
+        "end": end,
+        "channels": channels,
+        "source": next((one["source"] for one in reports if one["source"]), ""),
+        "aborted_by_plc": any(one["aborted_by_plc"] for one in reports),
+        "fault": next((one["fault"] for one in reports if one["fault"]), 0),
+    }
+    for key in SUMS:
+        joined[key] = sum(one[key] for one in reports)
+    joined["requests"] = {
+        mode: sum(one["requests"][mode] for one in reports)
+        for mode in first["requests"]
+    }
+    for key in TEXTS:
+        joined[key] = [
+            _of_channel(text, one["name"], key)
+            for one in reports
+            for text in one[key]
+        ]
+    return joined
+
+
+def _of_channel(text: Any, name: str, key: str) -> Any:
+    """A message, warning, error or wait that says whose it is."""
+    if key == "errors":
+        return text | {"channel": name}
+    if key == "messages" and isinstance(text, str):
+        return f"channel {name}: {text}"
+    if key == "warnings" and not text.startswith(f"channel {name}: "):
+        return f"channel {name}: {text}"
+    return text

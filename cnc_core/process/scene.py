@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 from cnc_core._engine import lib
 
-from ..config import CellConfig
+from ..config import CellConfig, ChannelPlace
 from ..engine import Engine, Standstill
 from ..program import Program
 from .asking import AskingLoop
@@ -19,6 +20,7 @@ from .waiting import Scene
 # phases of a run
 ATTACHING, NOT_STARTED = "attaching", "not started"
 RUNNING, ENDED = "running", "ended"
+UNUSED = "unused"  # a channel that has no program
 START = (
     "start of the program",
     "the PLC commands ACTIVE: StartProgram, or mode_and_state",
@@ -31,6 +33,9 @@ MOTION = (
     "the next motion",
     "the program computes: Ctrl-C ends a loop that does not end",
 )
+
+PROGRAM_WAITS = "what its program waits for"
+SENDS = "the program of the other channel, by #SIGNAL"
 
 ASKS = (
     "the end of its loop without motion, lines {} to {}",
@@ -66,9 +71,16 @@ class RunScene:
     """
 
     def __init__(
-        self, engine: Engine, root: Any, cell: CellConfig, options: CncOptions
+        self,
+        engine: Engine,
+        root: Any,
+        cell: CellConfig,
+        options: CncOptions,
+        channel: ChannelPlace = ChannelPlace(),  # noqa: B008 - a constant
     ) -> None:
         self._engine, self._root, self._cell = engine, root, cell
+        self._channel = channel
+        self.others_run: Callable[[], bool] = lambda: False
         self._options = options
         self.phase = ATTACHING
         self.preparation: Preparation | None = None
@@ -77,18 +89,28 @@ class RunScene:
         self._asking = AskingLoop()
 
     def __call__(self) -> Scene:
+        if self.phase == UNUSED:
+            return Scene([])
         if self.phase == ENDED and not self._options.once:
             return Scene([])
         plc = self._plc()
+        of_cell = self._of_cell(plc)
+        if of_cell is not None:
+            # the first channel tells it for all
+            return Scene([]) if self._channel.index else of_cell
+        if self.phase == NOT_STARTED:
+            return Scene([(START[0], plc.trouble() or START[1])])
+        if self.phase == ENDED:
+            return Scene([] if self.others_run() else [FINISH])
+        return self._standing(plc)
+
+    def _of_cell(self, plc: PlcSight) -> Scene | None:
+        """What all channels wait for."""
         if self.phase == ATTACHING or (self._lockstep and not plc.attached):
             return Scene([("a PLC", plc.missing)])
         if self._lockstep and plc.silent_s > 1.0:
             return Scene([("a scan of the PLC", plc.trouble())])
-        if self.phase == NOT_STARTED:
-            return Scene([(START[0], plc.trouble() or START[1])])
-        if self.phase == ENDED:
-            return Scene([FINISH])
-        return self._standing(plc)
+        return None
 
     @property
     def _lockstep(self) -> bool:
@@ -117,17 +139,23 @@ class RunScene:
         if preparation and preparation.computes and told:
             return computing(preparation.program)
         asks = None
-        if not stands.conditions & ~ASKS_AMONG:
+        if not stands.conditions & ~ASKS_AMONG and not self._awaited():
             asks = self._asks(plc)
         if asks:
             return asks
         if not stands.conditions:
             return self._lasting()
         self._row = -1
-        found = reasons(stands, self._root, self._cell, plc)
+        found = reasons(stands, self._root, self._cell, plc, self._channel)
         key = stands.since, stands.line, tuple(what for what, _ in found)
         place, text = self._place(stands)
-        if text:
+        awaited = self._awaited()
+        if awaited:
+            found = [
+                (awaited, SENDS) if what == PROGRAM_WAITS else (what, who)
+                for what, who in found
+            ]
+        elif text:
             named = f"what its program waits for ({text})"
             found = [
                 (named if what == "what its program waits for" else what, who)
@@ -137,6 +165,11 @@ class RunScene:
         # a dwell is no wait: it is told by wall time alone
         dwells = stands.conditions & lib.ENGINE_STOP_DWELL
         return Scene(found, place, 0.0 if dwells else cell_s, key)
+
+    def _awaited(self) -> str:
+        """The signal that the program waits for."""
+        signals = self.preparation.port.signals if self.preparation else None
+        return signals.awaited if signals else ""
 
     def _asks(self, plc: PlcSight) -> Scene | None:
         """A program that goes round without motion, as one that waits for a
@@ -166,7 +199,7 @@ class RunScene:
             self._row, self._row_since, self._row_cycle = row, now, cycle
         if program is None or now - self._row_since < LASTS_WALL_S:
             return Scene([])
-        state = self._root.channel[0].bahn_state
+        state = self._root.channel[self._channel.index].bahn_state
         speed = f"{state.active_feed_r / 1000.0:.4g} mm/s"
         goes = (
             f"it goes on with {speed}, override {state.override_r / 10.0:g} %"
@@ -194,7 +227,7 @@ class RunScene:
 
     def moves(self) -> str:
         """What a run does that waits for nothing."""
-        state = self._root.channel[0].bahn_state
+        state = self._root.channel[self._channel.index].bahn_state
         if self.phase == ENDED:
             return "the program has ended"
         return (

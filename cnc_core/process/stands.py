@@ -10,7 +10,7 @@ from typing import Any
 from cnc_core._engine import lib
 from hli import layout
 
-from ..config import CellConfig
+from ..config import CellConfig, ChannelPlace
 from ..config.synchronisation import SYNCH, SYNCH_BASES
 from ..engine import Standstill
 
@@ -105,9 +105,14 @@ class PlcSight:
 
 
 def reasons(
-    stands: Standstill, root: Any, cell: CellConfig, plc: PlcSight
+    stands: Standstill,
+    root: Any,
+    cell: CellConfig,
+    plc: PlcSight,
+    place: ChannelPlace = ChannelPlace(),  # noqa: B008 - a constant
 ) -> list[Reason]:
     """All that holds the path, what the PLC has to do first."""
+    axes = [root.axis[place.axis_base + i] for i in range(len(cell.axes))]
     bits = stands.conditions
     if bits & HIDES_BLOCKS:
         bits &= ~lib.ENGINE_STOP_NO_BLOCKS
@@ -115,12 +120,12 @@ def reasons(
         bits &= ~lib.ENGINE_STOP_RAPID_OVERRIDE
     found: list[Reason] = []
     if bits & lib.ENGINE_STOP_FUNCTION:
-        found += _functions(root, len(cell.axes), len(cell.spindles))
+        found += _functions(root, cell, place)
     found += [(what, who) for bit, what, who in PLAIN if bits & bit]
     if bits & lib.ENGINE_STOP_AXIS_HOLD:
         found.append(_held_axes(stands, cell))
     if bits & lib.ENGINE_STOP_RELEASE:
-        found.append(_unreleased(root, cell))
+        found.append(_unreleased(axes, cell))
     trouble = plc.trouble()
     of_program = lib.ENGINE_STOP_DWELL | lib.ENGINE_STOP_UNKNOWN
     if trouble and not bits & of_program:
@@ -141,11 +146,11 @@ def _held_axes(stands: Standstill, cell: CellConfig) -> Reason:
     )
 
 
-def _unreleased(root: Any, cell: CellConfig) -> Reason:
+def _unreleased(axes: list[Any], cell: CellConfig) -> Reason:
     """The axes' releases that are commanded FALSE."""
     missing = []
-    for i, name in enumerate(cell.axis_names):
-        control = root.axis[i].lr_mc_control
+    for axis, name in zip(axes, cell.axis_names, strict=True):
+        control = axis.lr_mc_control
         missing += [
             f"{unit} of axis {name}"
             for unit in ("release_feedhold", "drive_on", "torque_permission")
@@ -157,11 +162,14 @@ def _unreleased(root: Any, cell: CellConfig) -> Reason:
     )
 
 
-def _functions(root: Any, axes: int, spindles: int) -> list[Reason]:
+def _functions(
+    root: Any, cell: CellConfig, place: ChannelPlace
+) -> list[Reason]:
     """The functions that the PLC holds and the path waits for."""
-    channel = root.channel[0]
+    channel = root.channel[place.index]
     units = [*channel.techno_unit_std_sync, *channel.techno_unit_late_sync]
-    for i in range(axes, axes + spindles):
+    behind = place.axis_base + len(cell.axes)
+    for i in range(behind, behind + len(cell.spindles)):
         units += root.axis[i].techno_unit_std_sync
     found = [reason for unit in units for reason in _function(unit)]
     return found[:SHOWN_FUNCTIONS] or [

@@ -37,16 +37,22 @@ class Waiting:
     what: str
     since_s: float
     who: str
+    channel: str = ""
 
     @property
     def place(self) -> Place:
         return Place(self.file, self.line, 1 if self.line else 0)
 
     def as_json(self) -> dict[str, Any]:
-        return asdict(self)
+        found = asdict(self)
+        if not self.channel:
+            del found["channel"]
+        return found
 
     def __str__(self) -> str:
         where = f"{Path(self.file).name}:{self.line}: " if self.line else ""
+        if self.channel:
+            where = f"channel {self.channel}: {where}"
         return where + self.without_place()
 
     def without_place(self) -> str:
@@ -77,6 +83,7 @@ class StandWatch:
 
     ``scene`` looks at the run.  ``say`` gets each line.
     ``patience``: cell and wall time, s, after which a wait is told.
+    ``channel``: its name, in a cell with several.
     """
 
     def __init__(
@@ -84,8 +91,9 @@ class StandWatch:
         scene: Callable[[], Scene],
         say: Callable[[str], None],
         patience: tuple[float, float] = (STANDS_CELL_S, STANDS_WALL_S),
+        channel: str = "",
     ) -> None:
-        self._scene, self._say = scene, say
+        self._scene, self._say, self._channel = scene, say, channel
         self._cell_s, self._wall_s = patience
         self._key: object = None
         self._since = self._next_look = time.monotonic()
@@ -139,9 +147,14 @@ class StandWatch:
         wall_s = now - self._since
         since_s = wall_s if scene.cell_s is None else scene.cell_s
         return [
-            Waiting(*scene.place, what, round(since_s, 6), who)
+            Waiting(*scene.place, what, round(since_s, 6), who, self._channel)
             for what, who in scene.reasons
         ]
+
+
+def _by_channel(waiting: Waiting) -> str:
+    text = waiting.without_place()
+    return f"channel {waiting.channel}: {text}" if waiting.channel else text
 
 
 class TimeLimits:
@@ -159,11 +172,15 @@ class TimeLimits:
         return self._last_cycle - int(engine.state.cycle)
 
     def spent(
-        self, engine: Engine, waits: StandWatch, moves: Callable[[], str]
+        self,
+        engine: Engine,
+        waits: Callable[[], list[Waiting]],
+        moves: Callable[[], str],
     ) -> CncError | None:
         """The error of a run that has used up its time: what it waits for.
 
-        ``moves``: what it does if it waits for nothing.
+        ``waits``: looks for that.  ``moves``: what it does if it waits for
+        nothing.
         """
         run = self._run
         if self.cycles_left(engine) <= 0:
@@ -172,7 +189,7 @@ class TimeLimits:
             limit = f"{run.max_wall:g} s of wall time (--max-wall)"
         else:
             return None
-        waiting = waits.now()
-        why = "; ".join(w.without_place() for w in waiting) or moves()
+        waiting = waits()
+        why = "; ".join(_by_channel(w) for w in waiting) or moves()
         place = waiting[0].place if waiting else Place()
         return CncError(905025, f"not ended after {limit}: {why}", place)

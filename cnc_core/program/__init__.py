@@ -24,6 +24,7 @@ from ..frontend.front_end import FrontEnd, Restartable
 from ..frontend.machine import ProgramMachine
 from ..frontend.operator import Operator, read_answers
 from ..frontend.port import ChannelPort, OfflinePort, Wait
+from ..frontend.signals import ChannelSignals
 from ..geometry.filters.run_filter import FilterReport
 from ..geometry.profiles.limits import AxisDynamics
 from ..geometry.profiles.time_filter import ProfileFilter
@@ -42,9 +43,11 @@ from ..geometry.stages.parameter_feed import ParameterFeed
 from ..geometry.stages.path_mode import NoPathMode, PathMode
 from ..geometry.stages.profiles import Profiles
 from ..geometry.stages.radius_compensation import RadiusCompensation
+from ..geometry.stages.rotary_lines import RotaryLines
 from ..geometry.stages.smoothing import Smoothing
 from ..geometry.stages.spline import Spline
 from ..geometry.stages.stage import DropZeroLength, Pipeline, RefusedRow, Stage
+from .gathered import Gathered
 from .restart import Passed, Restart, SearchingPort, way_to
 from .stages import FILTERS, contour_machine, smoothing_machine
 
@@ -99,7 +102,8 @@ class Program:
     commands and undefined M functions are warnings. ``programmed``: rows as
     they are ahead of the kinematics, which is followed for its errors only.
     ``answers``: file with answers to the program's dialogs, if no ``port`` is
-    given. ``reader``: makes the front end, in place of that of the dialect.
+    given. ``signals``: of the other channels, likewise.  ``reader``: makes the
+    front end, in place of that of the dialect.
     ``restart``: where to take the program up; everything before is executed
     without motion, where the dialect can be taken up. ``tolerance``: mm by which the path may leave
     the contour where the program says nothing about it.
@@ -120,11 +124,14 @@ class Program:
         answers: Path | None = None,
         restart: Restart | None = None,
         reader: Callable[[ProgramMachine], FrontEnd] | None = None,
+        signals: ChannelSignals | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
         operator = Operator(read_answers(answers)) if answers else None
-        self.port = port or OfflinePort(machine.start, cell.skip_mask, operator)
+        self.port = port or OfflinePort(
+            machine.start, cell.skip_mask, operator, signals
+        )
         self.dialect = dialect or frontend.detect(self.path)
         self._start, self._restart = machine.start, restart
         if restart is not None:
@@ -148,6 +155,7 @@ class Program:
                 Place(str(path)),
             )
         self._next: Wait | CncError | None = None
+        self._gathered: Gathered | None = None  # where nobody drives
         # of a restart: rows ahead of the place are left out
         self._passed: Passed | None = None
         # of a restart: a macro on the way to the place
@@ -266,6 +274,7 @@ class Program:
             [
                 self.kinematics,
                 parameter,
+                RotaryLines(machine.start, machine.main),
                 ProfileFilter(self.profiles.filters),
                 self.limits,
             ]
@@ -347,8 +356,29 @@ class Program:
         if isinstance(item, BlockBatch):
             if not len(item) and item.profile is None:
                 return item  # the program computes
-            return self._staged(lambda: self.pipeline.push(item), item)
+            return self._pushed(item)
         return self._behind_held(item) if item is None else self._wait(item)
+
+    def _pushed(self, batch: BlockBatch) -> BlockBatch:
+        """Rows of the front end through the stages, or gathered."""
+        gathered = self._gathered
+        if gathered is None:
+            return self._staged(lambda: self.pipeline.push(batch), batch)
+        if gathered.takes(batch):
+            return self._put_through() if gathered.full else BlockBatch.empty()
+        ahead = self._put_through()
+        if self._next is not None:  # a row of them is refused
+            return ahead
+        out = self._staged(lambda: self.pipeline.push(batch), batch)
+        return joined([ahead, out]) if len(ahead) else out
+
+    def _put_through(self) -> BlockBatch:
+        """What is gathered, through the stages."""
+        if not self._gathered:
+            return BlockBatch.empty()
+        return self._gathered.put_through(
+            self.limits.last, self._staged, lambda: self._next is not None
+        )
 
     def _take_up(self, restart: Restart) -> None:
         """Everything up to the place, without motion; then the way there."""
@@ -481,10 +511,13 @@ class Program:
         """A wait, behind what the stages hold as far as it asks for that."""
         if item is Wait.STOPPED and self.port.answers:
             self.pipeline.drain()  # it will not be driven
-        elif item in (Wait.DRAINED, Wait.STOPPED) or (
+        elif item in (Wait.DRAINED, Wait.STOPPED, Wait.SIGNAL) or (
             item is Wait.CYCLE and not self._compensated
         ):
-            return self._behind_held(item)
+            if not self._gathered:
+                return self._behind_held(item)
+            self._gathered.drained = True
+            self.port.moved(self._gathered.end(self.limits.last))
         return item
 
     @property
@@ -530,7 +563,11 @@ class Program:
     ) -> BlockBatch | Wait | None:
         """What the stages hold comes first, then ``item``."""
         self._next = item
+        ahead = self._put_through()
+        if self._next is not item:  # a row of them is refused
+            return ahead
         held = self._staged(self.pipeline.drain, BlockBatch.empty())
+        held = joined([ahead, held]) if len(ahead) else held
         if len(held):
             return held
         return None if self._next is None else self._deferred()
@@ -554,6 +591,8 @@ class Program:
         """All rows of a program that nobody drives: stops, M functions and
         waits are acknowledged at once.
         """
+        if not self.port.answers and self._restart is None:
+            self._gathered = Gathered(self.pipeline)
         while (item := self.read()) is not None:
             if isinstance(item, BlockBatch):
                 yield item

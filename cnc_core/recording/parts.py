@@ -26,9 +26,8 @@ def folder_of(target: Path) -> Path:
 
 
 def check_target(path: Path) -> None:
-    """CncError if a recording cannot be written there, or is just being written."""
+    """CncError if no recording has such a name, or it is just being written."""
     check_kind(path)
-    check_writable(path)
     owner = living_owner(folder_of(path))
     if owner:
         raise CncError(
@@ -38,13 +37,31 @@ def check_target(path: Path) -> None:
 
 def check_writable(path: Path) -> None:
     """CncError if a file of this name cannot be written; leaves no file behind."""
-    there = path.exists()
     try:
-        path.open("ab").close()
+        _try_to_write(path)
     except OSError as error:
         raise CncError(
             901004, f"{path}: cannot be written: {error.strerror}"
         ) from None
+
+
+def why_unwritable(target: Path) -> str:
+    """What the disk says to a recording there, empty if it can be written.
+
+    Makes the folder of the target.
+    """
+    try:
+        if not target.parent.exists():
+            target.parent.mkdir(parents=True)
+        _try_to_write(target)
+    except OSError as error:
+        return error.strerror or str(error)
+    return ""
+
+
+def _try_to_write(path: Path) -> None:
+    there = path.exists()
+    path.open("ab").close()
     if not there:
         path.unlink()
 
@@ -62,22 +79,27 @@ class Parts:
     """The folder of this process for one target.
 
     ``recovered``: the file that the parts of a dead process became.
+    ``problem``: why nothing can be written there, empty if something can.  The
+    run goes on all the same: its rows count as lost.
     """
 
     def __init__(self, target: Path) -> None:
         check_target(target)
         self.target = target
         self.folder = folder_of(target)
+        self.recovered: Path | None = None
+        self.problem = why_unwritable(target)
+        if self.problem:
+            return
         try:
             self.recovered = recover(target)
             self._make_folder()
         except OSError as error:
-            why = error.strerror or str(error)
-            raise CncError(901004, f"recording {target}: {why}") from None
+            self.problem = error.strerror or str(error)
 
     def _make_folder(self) -> None:
         """With its owner in it, or not at all."""
-        self.folder.mkdir(parents=True)
+        self.folder.mkdir()
         me = os.getpid()
         try:
             owner = f"{me} {sync.hs_process_start(me)}"
@@ -100,11 +122,15 @@ class Parts:
         """Write the target; returns the recorded cycles.  ``end``: what the end
         of the run adds to the recording's account.
 
-        CncError: it cannot be written; the parts stay.
+        CncError: it cannot be written; the parts stay, as far as there are any.
         """
-        source = source_of_parts(self.folder)
-        source.meta |= end | {"complete": True}
+        if self.problem:
+            raise self._nothing(self.problem)
+        if not (self.folder / OWNER).exists():
+            raise self._nothing(f"{self.folder} was removed")
         try:
+            source = source_of_parts(self.folder)
+            source.meta |= end | {"complete": True}
             write_target(source, self.target)
         except OSError as error:
             why = error.strerror or str(error)
@@ -115,6 +141,11 @@ class Parts:
             ) from None
         self.drop()
         return source.rows("cycles")
+
+    def _nothing(self, why: str) -> CncError:
+        return CncError(
+            901004, f"recording {self.target}: {why}; nothing is recorded"
+        )
 
     def drop(self) -> None:
         """Remove the folder."""

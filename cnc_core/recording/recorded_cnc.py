@@ -19,6 +19,7 @@ from hli import layout, segment
 from hli.areas import Areas
 from hli.export import layout_hash
 from hli.members import plc_bytes
+from hli.view import View, root_of
 
 from ..errors import CncError
 from .reading import Recording
@@ -98,7 +99,10 @@ class RecordedCnc:
         # that both write was at the scan's end
         self.masks: Values = plc_bytes(shared=self.lockstep).view(np.uint64)
         self._masks = pointer("uint64_t *", self.masks)
-        runs = _runs(self.masks, self.areas)
+        runs = _runs(self.masks, _areas_of(self.areas))
+        self._hot = len(runs) // 2
+        self._external = _runs(self.masks, _external_of(self.areas))
+        runs += self._external
         self._runs = ffi.new("uint32_t[]", runs)
         self._found = ffi.new("uint32_t[]", size)
         self._compared = (
@@ -111,6 +115,8 @@ class RecordedCnc:
         )
         self._side = self.areas.sidecar.cnc._c
         self._published = False
+        self._all = False  # external variables are compared, too
+        self._row: Any = None
 
     def _identify(self, about: dict[str, Any]) -> None:
         side, plc = self.areas.sidecar.cnc, self.areas.sidecar.plc
@@ -135,11 +141,29 @@ class RecordedCnc:
         count = _differing(*self._compared)
         return list(self._found[0:count]) if count else []
 
+    def compare_external(self) -> None:
+        """From now on external variables are compared in every scan.  They are
+        nine tenths of what a PLC may write; most PLCs use none.
+        """
+        self._all = True
+        if self._row is not None:
+            self._row.run_count = self._compared[4]
+
+    def _uses_external(self, batch: Batch) -> bool:
+        """Whether the recorded run changed external variables in these scans."""
+        firsts, counts = self._external[::2], self._external[1::2]
+        return any(
+            bool(((batch.words >= first) & (batch.words < first + count)).any())
+            for first, count in zip(firsts, counts, strict=True)
+        )
+
     def rows(self, batch: Batch) -> Any:
         """``hs_replay`` for the scans of a batch; see ``seek`` and ``know``."""
+        if not self._all and self._uses_external(batch):
+            self.compare_external()
         memory, recorded, masks, runs, run_count, found = self._compared
         side = self.areas.sidecar.cnc
-        return ffi.new(
+        self._row = ffi.new(
             "hs_replay *",
             {
                 "cycle_at": side._pointer(layout.HLI_SIDE_CNC.cycle.offset),
@@ -150,7 +174,7 @@ class RecordedCnc:
                 "recorded": recorded,
                 "masks": masks,
                 "runs": runs,
-                "run_count": run_count,
+                "run_count": run_count if self._all else self._hot,
                 "found": found,
                 "cycles": pointer("uint64_t *", batch.cycles),
                 "cell_ns": pointer("int64_t *", batch.cell_ns),
@@ -160,6 +184,7 @@ class RecordedCnc:
                 "count": len(batch.cycles),
             },
         )
+        return self._row
 
     def difference(self, words: list[int]) -> Difference:
         """The words, what was recorded there, and what is there now."""
@@ -186,19 +211,26 @@ class RecordedCnc:
         self.close()
 
 
-def _runs(masks: Values, areas: Areas) -> list[int]:
-    """First word and length of the stretches of configured areas that a PLC
-    writes; small gaps are left in.
-    """
-    base = areas.root._address
-    views = [
+def _areas_of(areas: Areas) -> list[View]:
+    """The configured areas without external variables."""
+    return [
         areas.gpPform,
         *areas.gpCh[: areas.gNrCh],
         *areas.gpAx[: areas.gNrAx],
-        *areas.gpVECh[: areas.gNrCh],
-        areas.gpVEGlobal,
         *areas.gpAhead[: min(areas.gNrCh, len(areas.root.ahead))],
     ]
+
+
+def _external_of(areas: Areas) -> list[View]:
+    """External variables."""
+    return [*areas.gpVECh[: areas.gNrCh], areas.gpVEGlobal]
+
+
+def _runs(masks: Values, views: Sequence[View]) -> list[int]:
+    """First word and length of the stretches of these areas that a PLC writes;
+    small gaps are left in.
+    """
+    base = root_of(views[0])._address
     found: list[int] = []
     for view in views:
         begin = (view._address - base) // 8

@@ -51,6 +51,7 @@ class Recorder:
         self._next_element = 0
         self._overruns = 0
         self._unwritten: dict[str, int] = {}
+        self._broken: Exception | None = None
         self._kinds = np.array(_kinds(), dtype=object)
         self._room = threading.Condition()
         self._rounds = 0
@@ -73,6 +74,9 @@ class Recorder:
     # ------------------------------------------------- by the thread of the cell
     def make_room(self) -> None:
         """Wait until the rings have been emptied once."""
+        if not self._thread.is_alive():
+            self._round()
+            return
         with self._room:
             rounds = self._rounds
             self._hurry.set()
@@ -140,9 +144,11 @@ class Recorder:
 
     @property
     def problem(self) -> str:
-        """What the disk said, empty if nothing was wrong."""
+        """Why rows could not be written, empty if nothing was wrong."""
         error = self._file.problem
-        return (error.strerror or str(error)) if error else ""
+        if error:
+            return error.strerror or str(error)
+        return repr(self._broken) if self._broken else ""
 
     # ------------------------------------------------------------- the thread
     def _write(self) -> None:
@@ -163,8 +169,29 @@ class Recorder:
         self._put(samples, functions, requests)
 
     def _put(self, samples: Rows, functions: Rows, requests: Rows) -> None:
-        """One batch if there is anything."""
+        """One batch if there is anything; a batch that fails is counted."""
         self._note_overruns(samples)
+        counts = {
+            "cycles": len(samples),
+            "functions": len(functions),
+            "requests": len(requests),
+            "elements": sum(map(len, self._elements)),
+            "events": len(self._events),
+        }
+        try:
+            written = self._write_batch(samples, functions, requests)
+        except Exception as error:
+            self._broken = self._broken or error
+            written = False
+        if not written:
+            for table, count in counts.items():
+                before = self._unwritten.get(table, 0)
+                self._unwritten[table] = before + count
+
+    def _write_batch(
+        self, samples: Rows, functions: Rows, requests: Rows
+    ) -> bool:
+        """Whether everything there is now is in the file."""
         found = {
             "cycles": self._cycles(samples),
             "functions": self._functions(functions),
@@ -177,10 +204,7 @@ class Recorder:
             for table, columns in found.items()
             if table in self._tables and _length(columns)
         }
-        if rows and not self._file.add(rows):
-            for table, columns in rows.items():
-                before = self._unwritten.get(table, 0)
-                self._unwritten[table] = before + _length(columns)
+        return not rows or self._file.add(rows)
 
     def _note_overruns(self, samples: Rows) -> None:
         if not len(samples):

@@ -16,9 +16,12 @@ from hli._sync import lib
 
 from hli.errors import HliTimeout
 from hli.members import Member, member_at
+from hli.structures import HLI_EXT_VAR
 from hli.symbol import Symbol, SymbolError
-from plc_client import builtin
+from hli.view import telling_first_use
+from plc_client import builtin, stats
 from plc_client.client import connect
+from plc_client.compiled import entries_of
 from plc_client.guard import Guard
 from plc_client.online import check, number_of, parse_force
 from plc_client.pace import CyclePacer
@@ -137,10 +140,16 @@ class _Run:
         first = batch.scan(0)
         self._begun_s = first.time_s
         self._out.scans = -1  # setup() is none
+        if any(entries_of([program]) for program in self._programs):
+            self._cnc.compare_external()  # compiled code needs no view
         begun = time.monotonic()
         self._cnc.begin(first)
         guard = Guard()
-        with connect(self._cnc.name, present=False) as hli:
+        with (
+            telling_first_use(HLI_EXT_VAR, "value", self._cnc.compare_external),
+            stats.unmeasured(),
+            connect(self._cnc.name, present=False) as hli,
+        ):
             scanner = Scanner(
                 hli,
                 self._programs,
@@ -216,14 +225,13 @@ class _Run:
         """The same with tasks in Python: C does what is between them."""
         first, cycles = row.next, batch.cycles.tolist()
         begin, end, image = lib.hs_replay_begin, lib.hs_replay_end, scanner.now
-        is_due, scan = self._when_due(scanner), scanner.scan_latched
+        scan = self._scan_when_due(scanner)
         watched, values = bool(self._symbols), []
         result = lib.HS_OK
         for cycle in cycles[first:]:
             if begin(row, image) != lib.HS_OK:
                 raise HliTimeout(NEVER_STILL)
-            if is_due(cycle):
-                scan()
+            scan(cycle)
             result = end(row)
             if watched:
                 values.append(self._watched())
@@ -265,6 +273,19 @@ class _Run:
             return scanner.next_due() <= cycle
 
         return soon
+
+    def _scan_when_due(self, scanner: Scanner) -> Callable[[int], None]:
+        """The scan of a cycle of the image that is latched."""
+        plain = scanner.plain_scan() if self._cnc.lockstep else None
+        if plain is not None:
+            return plain
+        is_due, scan = self._when_due(scanner), scanner.scan_latched
+
+        def scan_if_due(cycle: int) -> None:
+            if is_due(cycle):
+                scan()
+
+        return scan_if_due
 
     def _end(self, scan: Scan) -> None:
         self._differing = self._cnc.end(scan)
@@ -364,7 +385,8 @@ class _Run:
             out.warnings.append(
                 f"the recording is not complete: {out.scans} scans are replayed"
             )
-        lost = self._recording.meta.get("lost", {}).get("plc")
+        missing = self._recording.meta.get("lost", {})
+        lost = missing.get("plc", 0) + missing.get("exchange", 0)
         if lost:
             out.warnings.append(
                 f"{lost} rows of the PLC were lost when it was recorded: behind"

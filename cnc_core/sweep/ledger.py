@@ -64,9 +64,14 @@ class Ledger:
         return {number: json.loads(row) for number, row in found}
 
     def take_over(self) -> None:
-        """Rows that a worker has left and nobody has entered."""
+        """Rows that a worker has left and nobody has entered; what is no row
+        is dropped: its run is made again.
+        """
         for file in sorted(self._rows.glob("*.json")):
-            self.enter(int(file.stem))
+            try:
+                self.enter(int(file.stem))
+            except ValueError:  # no number, or no JSON: of a machine that died
+                file.unlink()
 
     def enter(self, number: int) -> None:
         """The row that a worker has left becomes complete."""

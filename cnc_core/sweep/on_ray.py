@@ -25,6 +25,20 @@ def one(study_file: str, folder: str, number: int) -> dict[str, Any]:
     return make(study, file.parent, points(study)[number], record)
 
 
+def _row(ray: Any, ready: Any, number: int) -> dict[str, Any]:
+    """What a run gave.  A node that is lost has cost Ray's own retries before it
+    is a row; CncError: a file cannot be written.
+    """
+    try:
+        row: dict[str, Any] = ray.get(ready)
+    except ray.exceptions.RayTaskError as error:
+        raise CncError(901004, f"run {number}: {error.cause}") from None
+    except ray.exceptions.RayError as error:
+        first = str(error).strip().partition("\n")[0]
+        return {"end": "died", "error": f"its worker or node is lost: {first}"}
+    return row
+
+
 def made(
     study_file: Path,
     folder: Path,
@@ -45,7 +59,7 @@ def made(
         while waiting:
             (ready, *_), _ = ray.wait(list(waiting), num_returns=1)
             number = waiting.pop(ready)
-            leave(folder, number, ray.get(ready))
+            leave(folder, number, _row(ray, ready, number))
             yield number
     finally:
         ray.shutdown()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import shutil
 import tempfile
 import time
 import tomllib
@@ -29,6 +32,9 @@ REDUCE: dict[str, Callable[[Any], Any]] = {
     "max_abs": lambda values: np.max(np.abs(values)),
 }
 RECORDINGS = "recordings"
+TRIES, PAUSE_S = 3, 0.5
+DIED, NOT_WRITTEN = 905001, 901004
+NO_SPACE = os.strerror(errno.ENOSPC)
 # of a result: what is the same whatever the machine
 OF_RUN = ("sim_time_s", "cycles", "blocks", "recorded", "overruns")
 
@@ -36,25 +42,47 @@ OF_RUN = ("sim_time_s", "cycles", "blocks", "recorded", "overruns")
 def make(study: Study, folder: Path, point: Point, record: Path | None) -> Row:
     """Figures of one run; what fails is a row with ``end`` and ``error``.
 
+    What lies in the machine and not in the run is tried again: a process that
+    was killed, a file that cannot be written.
+
     ``folder``: of the study's file.  ``record``: where its recording goes.
-    OSError: a file cannot be written.
+    OSError: a file cannot be written, the disk is full.
     """
     started = time.monotonic()
-    row: Row = {"end": "completed", "error": ""}
-    try:
-        cell = cell_of(folder, point)
-        if "plan" in study.measure:
-            row |= _planned(cell, folder, point)
-        if "run" in study.measure:
-            row |= _run(study, cell, folder, point, record)
-    except CncError as error:
-        row |= {"end": "error", "error": str(error).splitlines()[0]}
-    except OSError:
-        raise
-    except Exception as error:
-        text = f"{type(error).__name__}: {error}"
-        row |= {"end": "error", "error": text}
+    for left in reversed(range(TRIES)):
+        try:
+            row = {"end": "completed", "error": ""}
+            row |= _measured(study, folder, point, record)
+            break
+        except CncError as error:
+            row = {"end": "error", "error": str(error).splitlines()[0]}
+            is_full = error.code == NOT_WRITTEN or NO_SPACE in str(error)
+            if not is_full and error.code != DIED:
+                break
+            if record is not None:  # what the disk had no room for
+                shutil.rmtree(f"{record}.parts", ignore_errors=True)
+            if is_full and not left:
+                raise OSError(str(error)) from None
+            time.sleep(PAUSE_S)
+        except OSError:
+            raise
+        except Exception as error:
+            text = f"{type(error).__name__}: {error}"
+            row = {"end": "error", "error": text}
+            break
     return row | {"seconds": time.monotonic() - started}
+
+
+def _measured(
+    study: Study, folder: Path, point: Point, record: Path | None
+) -> Row:
+    row: Row = {}
+    cell = cell_of(folder, point)
+    if "plan" in study.measure:
+        row |= _planned(cell, folder, point)
+    if "run" in study.measure:
+        row |= _run(study, cell, folder, point, record)
+    return row
 
 
 def recording_of(study: Study, folder: Path, number: int) -> Path | None:
@@ -128,6 +156,9 @@ def _run(
         result = Cell(cell).run(
             folder / point.program, plc_of(point.plc, folder), **options
         )
+        for error in result.errors:
+            if error["code"] in (DIED, NOT_WRITTEN):
+                raise CncError(error["code"], error["text"])
         return dict(_figures(study, result))
 
 

@@ -11,7 +11,8 @@ import annotated_types
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from cnc_core.config import CellConfig
+from cnc_core.config import CellConfig, ChannelConfig
+from cnc_core.config.channels import ChannelTable
 from cnc_core.config.reference import KEYS
 
 from .texts import entries, plain, same, table
@@ -109,6 +110,9 @@ def default_of(field: Any) -> str:
     return f"`{shown}`".replace("|", "\\|") if isinstance(value, str) else shown
 
 
+SHARED = {*CellConfig.model_fields, *ChannelConfig.model_fields}
+
+
 @dataclass(frozen=True)
 class Key:
     """A key of the cell file, by its models: ``path`` without names."""
@@ -124,6 +128,8 @@ def cell_keys(
 ) -> Iterator[Key]:
     """Every key of the models, tables unfolded."""
     for name, field in model.model_fields.items():
+        if model is ChannelTable and name in SHARED:
+            continue  # described where a cell with one channel has it
         inner = model_of(field.annotation)
         if inner:
             yield from cell_keys(inner, f"{prefix}{name}.")

@@ -14,8 +14,17 @@ def statement_table(dialect: str) -> str:
     that differ from the sample.
     """
     text = (STATEMENTS / f"{dialect}.toml").read_text(encoding="utf-8")
-    out = []
-    for section, table in tomllib.loads(text).items():
+    guide = tomllib.loads(
+        (STATEMENTS / "words.toml").read_text(encoding="utf-8")
+    )
+    kinds = {kind: len(all_.split()) for kind, all_ in guide[dialect].items()}
+    told = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+    tables = tomllib.loads(text)
+    count = sum(len(table["rows"]) for table in tables.values())
+    out = [
+        f"{count} programs for {sum(kinds.values())} statements of the guide: {told}.\n"
+    ]
+    for section, table in tables.items():
         rows = "\n".join(_row(row) for row in table["rows"])
         out.append(f"**Section {section}**\n\n{HEAD}\n{rows}\n")
     return "\n".join(out)

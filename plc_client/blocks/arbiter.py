@@ -99,10 +99,8 @@ class Arbiter:
         now = monotonic_ns()
         stats.HANDSHAKES.add(now - self._placed_ns)
         self._placed_ns = now
-        answered, self._request = (
-            self._request,
-            (float(start_position), float(length)),
-        )
+        answered = self._request
+        self._request = (float(start_position), float(length))
         return answered, self._unit.copy(n)
 
     def rest(self, n: int) -> tuple[bool, int]:

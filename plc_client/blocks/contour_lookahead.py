@@ -33,6 +33,9 @@ ERROR_NAMES = {
 }
 
 
+_NOT_EMPTY = EmptyReason.NOT_EMPTY
+
+
 class LookaheadState(Enum):
     """States of the block (docs/reference/plc.md draws them)."""
 
@@ -107,12 +110,23 @@ class ContourLookahead(FunctionBlock):
         if (
             execute is None
             and not self.error
-            and not self._wrong(start_position, length)
+            # most often mode 0; what is not finite is refused in C
+            and (
+                length >= 0.0
+                if mode == 0
+                else not self._wrong(start_position, length)
+            )
         ):
             answer = self._arbiter.next(self._deliver, start_position, length)
             # our answer was there and our next request is placed
             if answer is not None:
-                self._show(answer, *self._arbiter.rest(len(answer[1])))
+                n = len(answer[1])
+                if 0 < n < BLOCK_ROWS:
+                    self._answered, self.blocks = answer
+                    self.count, self.full, self.more = n, False, False
+                    self.empty = _NOT_EMPTY
+                else:
+                    self._show(answer, *self._arbiter.rest(n))
                 self.done = True
                 return True
         self._arbiter.serve()

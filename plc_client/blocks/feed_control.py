@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from hli.structures import HLI_BAHN_MC_CONTROL, HLI_CHANNEL
 
 from .level import OVERRIDE_MAX_PERCENT, command, stretch_of
@@ -25,13 +23,20 @@ class FeedControl:
         self._memory = stretch_of(
             control.override, control.override_valid, control.feedhold
         )
-        self._settled: tuple[Any, ...] | None = None
+        # override, feedhold and the memory behind the last call
+        self._override: float | None = None
+        self._feedhold = False
+        self._settled = b""
         self.override = 100.0
         self.feedhold = False
 
     def __call__(self, override: float = 100.0, feedhold: bool = False) -> None:
         """One scan.  Raises ValueError for an override outside 0..200 % (or NaN)."""
-        if self._settled == (override, feedhold, self._memory.tobytes()):
+        if (
+            override == self._override
+            and feedhold == self._feedhold
+            and self._memory.tobytes() == self._settled
+        ):
             return  # as the last call left it
         if not 0.0 <= override <= OVERRIDE_MAX_PERCENT:
             raise ValueError(
@@ -42,7 +47,8 @@ class FeedControl:
         command(control.override_valid, True)
         command(control.feedhold, feedhold)
         # before the CNC's answer is read: never newer
-        self._settled = (override, feedhold, self._memory.tobytes())
+        self._override, self._feedhold = override, feedhold
+        self._settled = self._memory.tobytes()
         self.override = control.override.state_r / 10.0
         self.feedhold = control.feedhold.state_r
 

@@ -126,15 +126,25 @@ class TechnoArray:
             yield index, function
             index = lib.hs_techno_next(self._first, self._count, index + 1)
 
+    @property
+    def offered_units(self) -> int:
+        """Bit i: a function is offered in unit i."""
+        return int(lib.hs_techno_offered(self._first, self._count))
+
+    def function(self, index: int) -> TechnoFunction:
+        """What a unit holds, left as it is."""
+        ffi.memmove(
+            self._target, self._pointers[index], ctypes.sizeof(self._copy)
+        )
+        return self._decode(index)
+
     def offered(self) -> Iterator[tuple[str, TechnoFunction]]:
         """Every function that is offered, left as it is: its place and content."""
         index = lib.hs_techno_next(self._first, self._count, 0)
         while index >= 0:
-            ffi.memmove(
-                self._target, self._pointers[index], ctypes.sizeof(self._copy)
-            )
             array = "late" if self.late else "std"
-            yield f"{self.area_name} {array} {index}", self._decode(index)
+            place = f"{self.area_name} {array} {index}"
+            yield place, self.function(index)
             index = lib.hs_techno_next(self._first, self._count, index + 1)
 
     def acknowledge(self, index: int) -> None:
@@ -200,14 +210,19 @@ class TechnoArea:
 
 
 def techno_areas(hli: Areas) -> list[TechnoArea]:
-    """The configured areas, axes first."""
+    """The configured areas, axes first.
+
+    What an earlier PLC has left open is marked for the first channel, and for
+    its spindle if it is the only channel.
+    """
+    stats = hli.sidecar.stats
     areas = [
-        TechnoArea(area, f"gpAx[{i}]", hli.sidecar.stats)
+        TechnoArea(area, f"gpAx[{i}]", stats if hli.gNrCh == 1 else None)
         for i, area in enumerate(hli.gpAx)
         if area is not None
     ]
     return areas + [
-        TechnoArea(area, f"gpCh[{i}]", hli.sidecar.stats)
+        TechnoArea(area, f"gpCh[{i}]", stats if i == 0 else None)
         for i, area in enumerate(hli.gpCh)
         if area is not None
     ]

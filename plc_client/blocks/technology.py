@@ -87,19 +87,31 @@ class TechnoServer:
 
     def __init__(self, hli: Areas) -> None:
         self._areas = techno_areas(areas_of(self, hli))
-        self._blocks: dict[tuple[str, int | None], TechnoBlock] = {}
+        self._blocks: dict[tuple[str, int | None, str], TechnoBlock] = {}
+        self._channels = range(hli.gNrCh)
 
-    def on(self, kind: str, number: int | None = None) -> TechnoBlock:
+    def on(
+        self, kind: str, number: int | None = None, channel: int | None = None
+    ) -> TechnoBlock:
         """The block for a kind (M, H, S, T) and number; ValueError if there is
         one already.
+
+        ``channel``: index of the channel that puts it out; None: of any.
         """
         if kind not in ("M", "H", "S", "T"):
             raise ValueError(f"technology function {kind!r}: M, H, S or T")
-        if (kind, number) in self._blocks:
+        if channel is not None and channel not in self._channels:
             raise ValueError(
-                f"{kind}{'' if number is None else number} has a block already"
+                f"channel {channel}: the CNC has 0..{len(self._channels) - 1}"
             )
-        block = self._blocks[kind, number] = TechnoBlock()
+        area = "" if channel is None else f"gpCh[{channel}]"
+        if (kind, number, area) in self._blocks:
+            whose = f" of {area}" if area else ""
+            raise ValueError(
+                f"{kind}{'' if number is None else number}{whose} has a block"
+                " already"
+            )
+        block = self._blocks[kind, number, area] = TechnoBlock()
         return block
 
     def __call__(self) -> list[TechnoFunction]:
@@ -118,5 +130,9 @@ class TechnoServer:
         return fetched
 
     def _find(self, function: TechnoFunction) -> TechnoBlock | None:
-        exact = self._blocks.get((function.kind, function.number))
-        return exact or self._blocks.get((function.kind, None))
+        for number in (function.number, None):
+            for area in (function.area, ""):
+                found = self._blocks.get((function.kind, number, area))
+                if found is not None:
+                    return found
+        return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import gc
 import json
 import sys
 from collections.abc import Sequence
@@ -16,6 +17,7 @@ from .errors import REFUSED, Log, Problem, StError
 from .machine import compiler
 from .options import Built, Options
 from .source import files
+from .syntax import tree
 
 DEEPEST = 8000
 """Calls of Python in each other: an operand takes about five."""
@@ -74,20 +76,29 @@ def _is_source(path: Path) -> bool:
     return path.suffix in (".py", ".lark", ".st", ".c", ".h")
 
 
-def check(sources: Sources, options: Options | None = None) -> Checked:
-    """Parse, check and lower a program without compiling its C."""
-    limit = sys.getrecursionlimit()
+def check(
+    sources: Sources, options: Options | None = None, keeps: bool = False
+) -> Checked:
+    """Parse, check and lower a program without compiling its C.
+
+    ``keeps``: the C of units is kept for the next time; a unit whose C is
+    there already has no statements in the tree.
+    """
+    limit, collecting = sys.getrecursionlimit(), gc.isenabled()
     sys.setrecursionlimit(max(limit, DEEPEST))
+    gc.disable()  # trees only grow here: a quarter of the time
     try:
-        return _check(sources, options)
+        return _check(sources, options, keeps)
     except RecursionError:
         text = "an expression or a statement is nested too deeply"
         return Checked(Log([Problem(REFUSED, text, next(iter(sources), ""))]))
     finally:
         sys.setrecursionlimit(limit)
+        if collecting:
+            gc.enable()
 
 
-def _check(sources: Sources, options: Options | None) -> Checked:
+def _check(sources: Sources, options: Options | None, keeps: bool) -> Checked:
     from .lower.program import Lowering  # noqa: PLC0415
     from .model import collect, hli_types  # noqa: PLC0415
     from .model.collect import Collector  # noqa: PLC0415
@@ -100,13 +111,24 @@ def _check(sources: Sources, options: Options | None) -> Checked:
     world = World(log, options.short_circuit, offered=library.names())
     collector = Collector(world)
     protected = hli_types.declare(world)
+    of_library = library.units_for(sources.values())
+    own_units = _units(sources, log, options)
+    kept = None
+    if keeps:
+        from .machine.lowered import LoweredUnits  # noqa: PLC0415
+
+        about = f"{VERSION} {_own_hash()} {options!r}"
+        kept = LoweredUnits([*of_library, *own_units], about)
     collector.library = True
-    for unit in library.units_for(sources.values()):
-        collector.take(unit, assembled(unit, parse, log))
+    for unit in of_library:
+        collector.take(unit, _tree(unit, parse, log, kept))
     collector.library, collector.protected = False, protected
-    _take(collector, sources, log, options)
+    for unit in own_units:
+        collector.take(unit, _tree(unit, parse, log, kept))
     collect.connect(world)
-    program = Lowering(world).run()
+    program = Lowering(world, kept).run()
+    if kept is not None and not log.errors:
+        kept.save()
     own = [c for c in world.classes.values() if _own(c.origin.file)]
     functions = [
         f
@@ -123,14 +145,27 @@ def _own(file: str) -> bool:
     return not file.startswith("<library>")
 
 
-def _take(collector: Any, sources: Sources, log: Log, options: Options) -> None:
-    from .syntax.parser import parse  # noqa: PLC0415
-
+def _units(sources: Sources, log: Log, options: Options) -> list[Any]:
     declared = files.declared_names(sources.values())
+    found: list[Any] = []
     for name, text in sources.items():
-        units = files.units_of(name, text, log, options.defines, declared)
-        for unit in units:
-            collector.take(unit, assembled(unit, parse, log))
+        found += files.units_of(name, text, log, options.defines, declared)
+    return found
+
+
+def _tree(unit: Any, parse: Any, log: Log, kept: Any) -> Any:
+    """The tree of a unit; of one whose C is kept only its declarations."""
+    seen = kept.outline(unit) if kept is not None else None
+    if seen is None:
+        found = assembled(unit, parse, log)
+    else:
+        found = assembled(seen, parse, Log())
+        if not isinstance(found, tree.Pou):  # the words stood otherwise
+            return assembled(unit, parse, log)
+        found.outlined = True
+    if kept is not None and isinstance(found, tree.Pou):
+        found.unit = unit
+    return found
 
 
 def assembled(unit: Any, parse: Any, log: Log) -> Any:
@@ -168,7 +203,7 @@ def _built(
 ) -> Built:
     from .machine.describe import describe  # noqa: PLC0415
 
-    found = check(sources, options)
+    found = check(sources, options, keeps=True)
     if found.log.errors:
         raise StError(found.log.errors)
     objects = compiler.Objects()

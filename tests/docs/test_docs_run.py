@@ -102,6 +102,7 @@ def executable(page: Path) -> bool:
     )
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "page",
     [p for p in PAGES if executable(p)],

@@ -126,6 +126,7 @@ def test_the_clock_really_jumps(jumping: dict[str, str]) -> None:
     assert float(done.stdout) > 86400.0 * 365
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("clock", ["lockstep", "freerun", "realtime"])
 def test_a_run_beside_a_jumping_wall_clock(
     program: Callable[..., Path],

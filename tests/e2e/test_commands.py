@@ -159,6 +159,7 @@ def test_types_in_three_languages(cli: Cli, tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("name", ["handshake", "cycle", "planner", "parser"])
 def test_benchmarks_print_their_object(cli: Cli, name: str) -> None:
     """Each benchmark runs and prints one JSON object with the contract's names;

@@ -231,6 +231,67 @@ def test_a_killed_importer_ends_the_cell(exported: Exported) -> None:
     assert not [name for name in os.listdir(SHM) if name.startswith(begins)]
 
 
+def test_a_killed_cell_is_told(exported: Exported) -> None:
+    """The step fails with the reason, the next one, too; nothing hangs."""
+    process = importer(exported, "orphan", stdin=subprocess.PIPE)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "0\n"
+    for pid in of_session(process.pid):
+        if pid != process.pid:
+            os.kill(pid, signal.SIGKILL)
+    out, _ = process.communicate("go\n", timeout=60)
+    assert out.splitlines() == [
+        "log one 3 logStatusError: the process of the cell has died",
+        "3",
+        "log one 3 logStatusError: the cell has ended",
+        "3",
+    ]
+
+
+@pytest.mark.long
+def test_a_hundred_lives_leave_nothing(
+    exported: Exported, tmp_path: Path
+) -> None:
+    """Instances that make a step and are freed: no process, no segment, no
+    file.
+    """
+    before = set(os.listdir(SHM))
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    process = importer(exported, "lives", env=environment)
+    out, _ = process.communicate(timeout=600)
+    assert process.returncode == 0, out
+    assert of_session(process.pid) == []
+    assert list(tmp_path.iterdir()) == []
+    left = {n for n in os.listdir(SHM) if n.startswith("hli-cosim-")} - before
+    assert not [name for name in left if not alive(name)]
+
+
+def alive(name: str) -> bool:
+    """Whether the segment's maker lives: then it is another test's."""
+    words = name.split("-")
+    return len(words) > 2 and Path(f"/proc/{words[2]}").exists()
+
+
+def test_a_second_importer_drives_what_run_drives(
+    exported: Exported, driven: np.ndarray
+) -> None:
+    """Bit for bit, in ecos, an importer in C++."""
+    try:
+        import ecospy  # noqa: PLC0415
+    except (ImportError, OSError) as error:  # it wants libtbb.so.12
+        pytest.skip(f"ecos: {error}")
+    structure = ecospy.EcosSimulationStructure()
+    structure.add_model("cell", str(exported.file))
+    simulation = ecospy.EcosSimulation(1e-3, structure=structure)
+    simulation.init()
+    seen = []
+    for _ in range(STEPS):
+        simulation.step(1)
+        seen.append(simulation.get_real("cell::X.position"))
+    simulation.terminate()
+    assert seen == driven.tolist()
+
+
 def test_an_interpreter_that_is_not_there_is_named(exported: Exported) -> None:
     """The cure is told."""
     environment = os.environ | {"HLI_COSIM_PYTHON": "/nowhere/python"}

@@ -330,6 +330,59 @@ def test_a_phone_shows_it_whole(page: Shown) -> None:
         tab.screenshot(IMAGES / "monitor_phone.png")
 
 
+CONTROLS = {
+    "button", "textbox", "searchbox", "slider", "spinbutton", "combobox",
+    "checkbox", "link", "meter", "image", "listbox",
+}  # fmt: skip
+
+
+def test_a_screen_reader_names_every_control(page: Shown) -> None:
+    """In the browser's own accessibility tree, with the tree of the HLI open and
+    a symbol watched.
+    """
+    tab = page.tab
+    tab.js(f"machine.watch.add('{OVERRIDE}')")
+    tab.js(
+        "document.querySelectorAll('#tree-root summary, #tree-root button')"
+        ".forEach((each, i) => { if (i < 3) each.click() })"
+    )
+    tab.until("document.querySelectorAll('#watch-rows tr').length > 0")
+    nodes = tab.do("Accessibility.getFullAXTree")["nodes"]
+    found = [
+        (each["role"]["value"], each.get("name", {}).get("value", "").strip())
+        for each in nodes
+        if not each["ignored"]
+    ]
+    seen = {role for role, _ in found}
+    assert {"button", "slider", "textbox", "combobox", "meter"} <= seen
+    assert [role for role, name in found if role in CONTROLS and not name] == []
+    names = [name for role, name in found if role == "button"]
+    assert "release" not in names, "which one of the levels?"
+
+
+def test_without_a_name_the_cells_are_listed(
+    shown: Shown, browser: Browser
+) -> None:
+    """``monitor`` alone lists the cells of this user; a click opens one."""
+    process = subprocess.Popen(
+        command("monitor", "--port", 0), stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout is not None
+        tab = browser.tab()
+        tab.go(process.stdout.readline().strip())
+        rows = "[...document.querySelectorAll('#cells-rows tr')]"
+        row = f"{rows}.find(r => /{shown.name}/.test(r.innerText))"
+        tab.until(f"!!({row})")
+        assert "part.nc" in str(tab.js(f"({row}).innerText"))
+        tab.js(f"({row}).querySelector('a, button').click()")
+        tab.until("document.querySelector('#status').innerText === 'live'")
+        assert tab.text("#title") == shown.name
+    finally:
+        process.terminate()
+        process.communicate()
+
+
 def test_a_wrong_token_sees_and_does_nothing(shown: Shown) -> None:
     """The address is refused; the page asks for a token and takes no wrong one."""
     tab = shown.tab

@@ -12,9 +12,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 from cnc_core import Recording
 from support.browser import Browser, Tab
 from support.command_line import command
+from support.seeds import few
 
 LIVE = "document.querySelector('#status').innerText === 'live'"
 DIALOG = (
@@ -89,6 +92,52 @@ def test_a_program_is_answered_on_the_page(
     assert result["end"] == "completed"
     assert "FORM Tool data closed" in result["messages"]
     assert Recording(tmp_path / "r.arrow").cycles["X"][-1] == 14.5
+
+
+@pytest.mark.parametrize("key", few(["reset", "abort"], 1))
+def test_a_key_ends_a_program_that_asks(
+    browser: Browser, tmp_path: Path, key: str
+) -> None:
+    """Reset and abort while a dialog is open: it closes, and the program ends
+    without an error of its own.
+    """
+    part = tmp_path / "part.isons"
+    part.write_text(DIALOG)
+    words = ("run", part, "--clock", "realtime", "--monitor", "--json")
+    tab = browser.tab()
+    with started(*words, cwd=tmp_path) as (process, address):
+        tab.go(address)
+        tab.until("!document.querySelector('#dialog').hidden")
+        tab.until(f"!document.querySelector('#do-{key}').disabled")
+        tab.click(f"#do-{key}")
+        assert process.wait(60) == 1
+        assert process.stdout is not None
+        result = json.loads(process.stdout.read())
+    assert result["end"] == "aborted"
+    assert [error["code"] for error in result["errors"]] == [905023]
+
+
+def test_the_page_goes_on_behind_a_programmed_stop(
+    browser: Browser, tmp_path: Path
+) -> None:
+    """M00 waits for the key of the page; behind it the program runs to its end."""
+    part = tmp_path / "part.nc"
+    part.write_text("G01 X2 F6000\nM00\nG01 X5\nM30\n")
+    words = ("run", part, "--clock", "realtime", "--monitor", "--json")
+    tab = browser.tab()
+    with started(*words, "--record", "r.arrow", cwd=tmp_path) as (
+        process,
+        address,
+    ):
+        tab.go(address)
+        tab.until("/continue|M00|M0/.test(document.body.innerText)")
+        tab.until("!document.querySelector('#do-continue').disabled")
+        tab.until(
+            "/2.0000 mm/.test(document.querySelector('#axis-rows').innerText)"
+        )
+        tab.click("#do-continue")
+        assert process.wait(60) == 0
+    assert Recording(tmp_path / "r.arrow").cycles["X"][-1] == 5.0
 
 
 def test_the_cnc_alone_has_its_page(browser: Browser, tmp_path: Path) -> None:

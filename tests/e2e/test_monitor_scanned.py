@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import socket
 import subprocess
+import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
@@ -59,6 +61,11 @@ class Server:
             names = {k.replace("_", "-"): v for k, v in headers.items()}
             connection.request(method, path, "{}", names)
             return connection.getresponse().status
+
+    @property
+    def descriptors(self) -> int:
+        """Files that the process holds open."""
+        return len(os.listdir(f"/proc/{self.process.pid}/fd"))
 
     def lives(self) -> None:
         """It answers, and no byte of the cell has changed."""
@@ -147,6 +154,7 @@ def test_many_connections_at_once(server: Server, count: int) -> None:
     answered beside them.
     """
     held: deque[socket.socket] = deque()
+    before = server.descriptors
     with ExitStack() as stack:
         for k in range(count):
             held.append(silent(server, stack))
@@ -155,6 +163,11 @@ def test_many_connections_at_once(server: Server, count: int) -> None:
             if k % 100 == 99:
                 server.lives()
         assert sum(not is_closed(each) for each in held) <= CONNECTIONS
+        assert server.descriptors <= before + CONNECTIONS
+    until = time.monotonic() + WAIT_S
+    while server.descriptors > before and time.monotonic() < until:
+        time.sleep(0.05)
+    assert server.descriptors <= before
     server.lives()
 
 

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cnc_core import Cell, CellConfig, Recording
-from cnc_core.planning import plan_program
+from cnc_core.engine import Engine, Event
+from cnc_core.planning import Feeder, plan_program
 from cnc_core.planning.recording import PlanRecording
 from cnc_core.program import Program
 from cnc_core.recording.compare import compare
+from cnc_core.recording.recorder import Recorder
 from cnc_core.recording.schema import is_wall
+from hli.part_file import PartFile
 from support.command_line import Outcome, command, wait_for_cycle
 
 Write = Callable[..., Path]
@@ -192,6 +197,63 @@ def test_columns_are_chosen(program: Write, cli: Cli, tmp_path: Path) -> None:
     assert wrong.status == 1
     assert "did you mean jerk" in wrong.err
     assert not os.path.exists(tmp_path / "b.arrow.parts")
+
+
+def test_a_run_goes_on_where_nothing_can_be_recorded(
+    program: Write, cli: Cli, tmp_path: Path
+) -> None:
+    """A folder that cannot be written: a warning ahead of the run, the run to its
+    end, what is missing in its summary, exit status 1.
+    """
+    (tmp_path / "file").touch()
+    done = cli(
+        "run", program(PART), "--plc", "builtin:demo",
+        "--record", "file/a.parquet", "--json",
+    )  # fmt: skip
+    assert done.status == 1
+    assert "the run goes on without it" in done.err.splitlines()[0]
+    told = json.loads(done.out)
+    assert told["end"] == "completed"
+    assert told["recorded"] == 0
+    assert told["record_lost"] > told["cycles"] > 500
+    assert f"{told['cycles']} of cycles" in told["warnings"][0]
+    assert "Not a directory" in told["warnings"][0]
+    assert [error["code"] for error in told["errors"]] == [901004]
+
+
+@pytest.mark.parametrize("broken", ["raises", "ends"])
+def test_a_writer_that_fails_does_not_stop_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, broken: str
+) -> None:
+    """A batch that fails counts as lost; a thread that has ended loses nothing in
+    virtual time.
+    """
+    if broken == "raises":
+        monkeypatch.setattr(PartFile, "add", _fails)
+    else:
+        monkeypatch.setattr(Recorder, "_write", lambda _: None)
+    path = tmp_path / "part.nc"
+    path.write_text("G4 3\nG1 X1 F600\nM30\n")
+    cell = CellConfig()
+    engine = Engine(cell, record_rows=512)
+    feeder = Feeder(Program(path, cell), engine, lambda _: None)
+    with closing(engine):
+        recorder = Recorder(engine, tmp_path / "a.arrow", cell, b"{}")
+        while (event := engine.run(4000)) is not Event.PROGRAM_END:
+            if event is Event.RECORD_FULL:
+                recorder.make_room()
+            feeder.fill()
+        recorder.close()
+        cycles, lost = int(engine.state.cycle), recorder.lost
+    rows = Recording(tmp_path / "a.arrow").cycles
+    assert cycles > 3000
+    assert len(rows) + lost.get("cycles", 0) == cycles
+    assert bool(lost) == (broken == "raises")
+    assert ("no memory" in recorder.problem) == (broken == "raises")
+
+
+def _fails(*_: object) -> bool:
+    raise MemoryError("no memory")
 
 
 def test_a_plan_is_recorded_as_a_run(program: Write, tmp_path: Path) -> None:

@@ -37,6 +37,18 @@ CASES = [
     ("sharp_tangents/with_lookahead.py", "part.nc", "cell.toml"),
     ("sharp_tangents/without_lookahead.py", "part.nc", "cell.toml"),
     ("osai/watch_elements.py", "part.osai", "cell.toml"),
+    ("where_in_t.py", "part.nc", "cell.toml"),
+    ("where_in_t.st", "part.nc", "cell.toml"),
+    ("read_marked_log.st", "part.nc", "cell.toml"),
+    ("spark_erosion/with_lookahead.st", "part.nc", "cell.toml"),
+    ("spark_erosion/without_lookahead.st", "part.nc", "cell.toml"),
+    ("dispenser/with_lookahead.st", "part.nc", "cell.toml"),
+    ("dispenser/without_lookahead.st", "part.nc", "cell.toml"),
+    ("laser_power/with_lookahead.st", "part.nc", "cell.toml"),
+    ("laser_power/without_lookahead.st", "part.nc", "cell.toml"),
+    ("sharp_tangents/with_lookahead.st", "part.nc", "cell.toml"),
+    ("sharp_tangents/without_lookahead.st", "part.nc", "cell.toml"),
+    ("osai/watch_elements.st", "part.osai", "cell.toml"),
 ]
 WATCHED = {
     "spark_erosion/with_lookahead.py": ("Generator.fine",),
@@ -105,6 +117,42 @@ def test_another_value_is_told(recorded: Path, tmp_path: Path) -> None:
     exchange = recording.exchange
     writes = exchange["by_plc"] & (exchange["scan"] == found.first.scan)
     assert writes.any(), "the old one wrote in this scan"
+
+
+@pytest.mark.parametrize("holder", few(["gpVEGlobal", "gpVECh[0]"], 1))
+def test_an_external_variable_is_told_from_its_first_scan(
+    recorded: Path, tmp_path: Path, holder: str
+) -> None:
+    """They are compared as soon as somebody uses one: in this very scan."""
+    write = f"self.hli.{holder}.value[3] = 7"
+    text = OVERRIDE.read_text()
+    text = text.replace(
+        "self.ch = hli.gpCh[0]",
+        "self.ch = hli.gpCh[0]; self.hli = hli; self.n = 0",
+    )
+    text = text.replace(
+        "        self.clah(\n",
+        "        self.n += 1\n        if self.n == 700:\n"
+        f"            {write}\n        self.clah(\n",
+    )
+    plc = tmp_path / "new.py"
+    plc.write_text(text)
+    found = again(recorded, plc)
+    assert found.first is not None
+    assert found.first.scan == 700
+    assert found.first.member.startswith(f"{holder}.value[3")
+    assert found.counts == {found.first.member: found.scans - 699}
+    # and the other way round: what only the recorded PLC wrote is told
+    old = record(
+        plc,
+        EXAMPLES / "part.nc",
+        tmp_path / "r.arrow",
+        config=EXAMPLES / "cell.toml",
+    )
+    assert again(old, plc).equal
+    missed = again(old, OVERRIDE)
+    assert missed.first is not None
+    assert (missed.first.scan, missed.counts) == (700, found.counts)
 
 
 def test_another_request_is_answered_from_the_elements(

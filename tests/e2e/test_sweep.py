@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 import subprocess
 import time
@@ -110,6 +111,40 @@ def test_kills_lose_nothing_that_was_complete(
     )
     assert done[0] >= kept
     assert results.path.read_bytes() == whole.path.read_bytes()
+
+
+@pytest.mark.long
+def test_two_hundred_runs_and_five_kills(tmp_path: Path) -> None:
+    """The sweep is killed behind random numbers of runs; the table is that of a sweep in
+    one go, and no file of a run is left.
+    """
+    study = study_in(tmp_path)
+    study.write_text(
+        'programs = ["part.nc"]\n[parameters]\n'
+        '"run.tolerance" = {low = 0.0, high = 0.05, count = 200}\n'
+    )
+    aside = tmp_path / "aside"
+    aside.mkdir()
+    environment = os.environ | {"TMPDIR": str(aside)}
+    words = ("sweep", study, "-o", tmp_path / "out", "--workers", 2, "--resume")
+    moments = sorted(random.Random(7).sample(range(1, 190), 5))
+    for moment in moments:  # so many runs are complete
+        one = subprocess.Popen(
+            command(*words), stderr=subprocess.PIPE, env=environment
+        )
+        while complete(tmp_path / "out") < moment:
+            assert one.poll() is None
+            time.sleep(0.05)
+        one.kill()
+        _, said = one.communicate()
+        assert b"Traceback" not in said
+    kept = complete(tmp_path / "out")
+    assert 0 < kept < 200
+    killed = sweep(study, tmp_path / "out", resume=True)
+    whole = sweep(study, tmp_path / "whole")
+    assert killed.path.read_bytes() == whole.path.read_bytes()
+    assert (killed.runs, killed.failed) == (200, 0)
+    assert list(aside.iterdir()) == []
 
 
 def test_a_changed_study_does_not_go_on(whole: Results, tmp_path: Path) -> None:

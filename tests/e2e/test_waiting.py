@@ -19,6 +19,7 @@ from support.command_line import (
     Outcome,
     command,
     wait_for_cycle,
+    wait_for_path,
     wait_for_segment,
 )
 
@@ -203,6 +204,52 @@ def test_ctrl_c_tells_where_it_stood(program: Write, rest: list[str]) -> None:
     assert not list(SHM.glob(f"hli-cosim-{process.pid}-*"))
     if rest:
         assert json.loads(out)["waiting"][0]["line"] == 2
+
+
+def test_ctrl_c_ends_a_plan(program: Write) -> None:
+    """One line with how far it was and what was written, status 130."""
+    endless = program(
+        "N10 $WHILE 1\nN20 G01 X10 F6000\nN30 X0\n$ENDWHILE\nM30\n"
+    )
+    recording = endless.with_name("plan.parquet")
+    process = subprocess.Popen(
+        command("plan", endless, "--record", recording),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    wait_for_path(process, endless.parent, "plan.parquet.parts/cnc*")
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    last = err.splitlines()[-1]
+    assert last.startswith("interrupted after ")
+    assert " s of cell time" in last
+    assert last.endswith(f"; written: {recording}")
+    assert recording.is_file()
+
+
+def test_ctrl_c_while_the_worker_starts() -> None:
+    """A process of a run that still reads its packages says nothing of it."""
+    script = (
+        "import os, signal, time\n"
+        "from cnc_core.cell.worker import Worker\n"
+        "signal.signal(signal.SIGINT, lambda *_: None)\n"
+        "worker = Worker()\n"
+        "for _ in range(20):\n"
+        "    os.killpg(0, signal.SIGINT)\n"
+        "    time.sleep(0.02)\n"
+        "print(worker.usable)\n"
+        "worker.close()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", script],
+        capture_output=True,
+        text=True,
+        check=False,
+        start_new_session=True,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "")
 
 
 @pytest.mark.parametrize("name", ["cycle", "handshake"])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cnc_core.blocks import POLYNOMIAL
@@ -354,6 +354,7 @@ LINE = st.builds(" ".join, st.lists(WORD, max_size=5))
 
 @FIXED
 @given(st.lists(LINE, min_size=1, max_size=25))
+@example(["X0.0 G02 G41 D1", "", "G18"])
 def test_scanner_and_parser_agree(lines):
     """A program read by the scanner and the same program forced through the
     parser give the same rows and errors.

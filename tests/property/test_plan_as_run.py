@@ -121,3 +121,24 @@ def test_plan_drives_what_run_drives(
     )
     assert planned.shape == driven.shape
     np.testing.assert_allclose(planned, driven, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_threads_too(tmp_path: Path, seed: int) -> None:
+    """Lines on which a rotary axis outruns the path, among others."""
+    rng = np.random.default_rng(seed)
+    x = np.round(np.cumsum(rng.uniform(0.001, 0.05, 40)), 4)
+    turn = np.round(np.cumsum(rng.uniform(0.1, 20.0, 40)), 3)
+    lines = [f"G1X{a}A{b}" for a, b in zip(x, turn, strict=True)]
+    others = ["G62", "G60", "G61", "G4F0.1", "$C=$_Q3", "G1DX0.5", "G0DA5"]
+    text = "\n".join(["G60", "F1.2", *_between(rng, lines, others)]) + "\n"
+    cell = parse_config(
+        "[axes.X]\n[axes.Y]\n[axes.Z]\n[axes.A]\nkind = 'rotary'\n"
+    )
+    path = tmp_path / "planned.nc"
+    path.write_text(text)
+    result = plan_program(Program(path, cell, "isons"), keep_samples=True)
+    assert result.samples is not None
+    pos = result.samples["pos"]
+    driven = np.vstack([pos[:1], _run(tmp_path, text, cell, "isons")])
+    np.testing.assert_allclose(_moving(pos), _moving(driven), atol=1e-9)

@@ -25,7 +25,7 @@ from plc_client.scan import Scanner
 from plc_client.st.machine.tasks import load_st
 from support.fake_cnc import FakeCnc
 
-WAIT_S = 20.0
+WAIT_S = 60.0  # for a machine that has other work
 ADS_PORT = 48898  # the one that AdsLib knows
 # an address of its own, so that tests may run beside each other
 ADS_HOST = f"127.48.{os.getpid() // 250 % 250}.{os.getpid() % 250 + 1}"
@@ -162,6 +162,18 @@ class Bridged:
     def restart_plc(self) -> None:
         """Another PLC comes."""
         self.plc.stop()
+        self.programs = self._programs()
+        self.plc = Plc(self.name, self.programs)
+
+    def lose_cnc(self) -> None:
+        """CNC and PLC end, and the memory is gone."""
+        self.cnc.side.cnc.phase = layout.HLI_PHASE_SHUTDOWN
+        self.plc.stop()
+        self.cnc.remove()
+
+    def another_cnc(self) -> None:
+        """A CNC of the same name comes, and a PLC."""
+        self.cnc = FakeCnc(name=self.name, clock=layout.HLI_CLOCK_REALTIME)
         self.programs = self._programs()
         self.plc = Plc(self.name, self.programs)
 

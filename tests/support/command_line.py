@@ -67,9 +67,16 @@ def wait_for_cycle(launcher: int, cycle: int) -> None:
 
 def wait_for_segment(process: subprocess.Popen[str], owner: str) -> None:
     """Until a process has made a segment whose name begins so."""
+    wait_for_path(process, SHM, f"{owner}*")
+
+
+def wait_for_path(
+    process: subprocess.Popen[str], folder: Path, pattern: str
+) -> None:
+    """Until a process has made something in the folder."""
     for _ in range(1500):
-        if list(SHM.glob(f"{owner}*")):
+        if list(folder.glob(pattern)):
             return
         assert process.poll() is None, "ended before"
         time.sleep(0.02)
-    raise AssertionError("no segment was made")
+    raise AssertionError(f"no {pattern} was made")

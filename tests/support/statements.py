@@ -8,6 +8,7 @@ variable and its value.
 
 from __future__ import annotations
 
+import re
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,3 +51,34 @@ def statements(dialect: str) -> list[Statement]:
         for section, table in tomllib.loads(text).items()
         for row in table["rows"]
     ]
+
+
+def words(dialect: str) -> list[tuple[str, str]]:
+    """(kind, word) of every statement of the guide."""
+    text = (STATEMENTS / "words.toml").read_text(encoding="utf-8")
+    kinds = tomllib.loads(text)[dialect]
+    return [
+        (kind, word) for kind, all_ in kinds.items() for word in all_.split()
+    ]
+
+
+def stands(word: str, text: str) -> bool:
+    """The word stands in the text by itself; an index or a value may follow it."""
+    before = r"(?<![A-Za-z_$])" if word[0].isalnum() else ""
+    behind = r"(?![A-Z])(?!_(?![A-Z0-9]{1,2}\"))"  # VMAX_X is VMAX of an axis
+    if word[-1].isdigit():
+        behind = r"(?![0-9])"
+    elif not word[-1].isalnum():
+        behind = ""
+    return re.search(before + re.escape(word) + behind, text) is not None
+
+
+def given_fields(rows: list[Statement]) -> set[tuple[str, int]]:
+    """(code, place from 1) of the fields of setup lines that a row gives."""
+    lines = [line for row in rows for line in row.setup.split(";")]
+    found = set()
+    for line in lines:
+        _, _, record = line.partition("=")
+        code, *fields = record.strip("()").split(",")
+        found |= {(code, i + 1) for i, field in enumerate(fields) if field}
+    return found

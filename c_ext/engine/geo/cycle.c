@@ -26,7 +26,8 @@ static void note_end(struct engine *engine) {
     engine->geo.v = 0.0;
     ATOMIC_SET(engine->program.active, 0);
     ATOMIC_SET(engine->program.end, 1);
-    if (engine->hli.side) { /* in the cycle: the PLC's next scan sees it */
+    /* in the cycle: the PLC's next scan sees it */
+    if (engine->hli.side && all_ended(&engine->group)) {
         store_u32_release(&engine->hli.side->cnc.phase, HLI_PHASE_ENDED);
     }
 }

@@ -48,14 +48,22 @@ uint32_t engine_mode_state(struct engine *engine) {
     return ATOMIC_GET(engine->modes.state);
 }
 
-int engine_take_mode_command(struct engine *engine,
-                             struct engine_mode_command *out) {
+int engine_see_mode_command(struct engine *engine,
+                            struct engine_mode_command *out) {
     if (!ATOMIC_GET(engine->modes.pending)) {
         return 0;
     }
     *out = engine->modes.command;
-    ATOMIC_SET(engine->modes.pending, 0);
     return 1;
+}
+
+int engine_take_mode_command(struct engine *engine,
+                             struct engine_mode_command *out) {
+    int found = engine_see_mode_command(engine, out);
+    if (found) {
+        ATOMIC_SET(engine->modes.pending, 0);
+    }
+    return found;
 }
 
 /* Queue of ERRORS_MAX records; what finds no room is counted. One producer: GEO

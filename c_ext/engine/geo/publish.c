@@ -29,7 +29,7 @@ static void publish_axis(struct engine *engine, int i) {
                                              : geo->position[i];
     int32_t now = dint(geo->position[i] * TENTH_UM);
     uint16_t state = geo->v > 0 ? 3 : 1;
-    HLI_LR_STATE *lr = &engine->hli.segment->axis[i].lr_state;
+    HLI_LR_STATE *lr = &engine->hli.axis[i].lr_state;
     show_u32(&coord->cmd_position_r, (uint32_t)dint(target * TENTH_UM));
     show_u32(&coord->act_position_r, (uint32_t)now);
     show_u32(&coord->current_position_r, (uint32_t)now);
@@ -157,20 +157,36 @@ static void publish_lookahead(struct engine *engine) {
     }
 }
 
+/* Of all channels together. */
 static void publish_stats(struct engine *engine) {
-    HLI_SIDE_STATS *side_stats = &engine->hli.side->stats;
-    store_u64_relaxed(&side_stats->requests_mode1,
-                      ATOMIC_GET(engine->service.requests_mode1));
-    store_u64_relaxed(&side_stats->requests_mode2,
-                      ATOMIC_GET(engine->service.requests_mode2));
-    store_u64_relaxed(&side_stats->requests_bad,
-                      ATOMIC_GET(engine->service.requests_bad));
-    store_u64_relaxed(&side_stats->overruns, engine->timing.overruns);
-    store_u64_relaxed(&side_stats->bad_commands, engine->orders.bad);
-    store_u32_relaxed(&side_stats->planner_late,
-                      (uint32_t)engine->lateness.times);
+    HLI_SIDE_STATS *side_stats = &engine->hli.side->stats, sum = {0};
+    for (uint32_t i = 0; i < engine->group.count; i++) {
+        const struct engine *channel = engine->group.all[i];
+        sum.requests_mode1 += ATOMIC_GET(channel->service.requests_mode1);
+        sum.requests_mode2 += ATOMIC_GET(channel->service.requests_mode2);
+        sum.requests_bad += ATOMIC_GET(channel->service.requests_bad);
+        sum.bad_commands += channel->orders.bad;
+        sum.planner_late += (uint32_t)channel->lateness.times;
+        sum.planner_late_cycles += channel->lateness.cycles;
+    }
+    store_u64_relaxed(&side_stats->requests_mode1, sum.requests_mode1);
+    store_u64_relaxed(&side_stats->requests_mode2, sum.requests_mode2);
+    store_u64_relaxed(&side_stats->requests_bad, sum.requests_bad);
+    store_u64_relaxed(&side_stats->overruns,
+                      first_channel(engine)->timing.overruns);
+    store_u64_relaxed(&side_stats->bad_commands, sum.bad_commands);
+    store_u32_relaxed(&side_stats->planner_late, sum.planner_late);
     store_u64_relaxed(&side_stats->planner_late_cycles,
-                      engine->lateness.cycles);
+                      sum.planner_late_cycles);
+}
+
+/* The cell's cycle: shown when the last channel has shown its own. */
+void publish_cell(struct engine *engine) {
+    publish_stats(engine);
+    store_u64_release(&engine->hli.side->cnc.cell_time_ns,
+                      (uint64_t)llrint((double)engine->geo.cycle
+                                       * engine->cfg.cycle_s * 1e9));
+    store_u64_release(&engine->hli.side->cnc.cycle, engine->geo.cycle);
 }
 
 /* Showing it twice is showing it once. */
@@ -188,11 +204,9 @@ void publish(struct engine *engine) {
     show_channel(engine);
     mode_publish_errors(engine);
     seq_end(&engine->hli.side->channel_seq.word);
-    publish_stats(engine);
-    store_u64_release(&engine->hli.side->cnc.cell_time_ns,
-                      (uint64_t)llrint((double)engine->geo.cycle
-                                       * engine->cfg.cycle_s * 1e9));
-    store_u64_release(&engine->hli.side->cnc.cycle, engine->geo.cycle);
+    if (engine->group.all[engine->group.count - 1] == engine) {
+        publish_cell(engine);
+    }
 }
 
 void publish_again(struct engine *engine) {

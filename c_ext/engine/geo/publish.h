@@ -5,6 +5,9 @@
 
 void publish(struct engine *engine);
 
+/* The cell's cycle and counters, behind the last channel. */
+void publish_cell(struct engine *engine);
+
 /* Between two cycles: the channel's state once more. */
 void publish_again(struct engine *engine);
 

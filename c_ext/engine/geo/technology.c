@@ -154,14 +154,27 @@ static void fill_tool(struct technology_state *technology,
     memcpy(&unit->attribut_r, &t_prozess, sizeof t_prozess);
 }
 
+/* Revolutions a minute as 1e-3 degrees/s. */
+static int32_t speed_of(const struct piece *piece) {
+    return (int32_t)lrint(fmin(2e9, piece->value * 6000.0));
+}
+
+/* The spindle is there at once: M3 turns forward, M4 backward. */
+static void show_spindle(HLI_LR_STATE *state, const struct piece *piece) {
+    int32_t speed = speed_of(piece);
+    int32_t turns = piece->code == 3 ? speed : piece->code == 4 ? -speed : 0;
+    show_u32(&state->cmd_rev_r, (uint32_t)speed);
+    show_u32(&state->active_rev_r, (uint32_t)turns);
+    show_u32(&state->current_rev_r, (uint32_t)turns);
+}
+
 static void fill_spindle(engine_config *cfg,
                          TECHNO_UNIT_CH *unit,
                          const struct piece *piece) {
     HLI_S_PROZESS s_prozess;
     memset(&s_prozess, 0, sizeof s_prozess);
     s_prozess.pos = (int32_t)lrint(fmax(-2e9, fmin(2e9, piece->dist0 * 1e4)));
-    s_prozess.rev = (int32_t)lrint(
-        fmin(2e9, piece->value * 6000.0)); /* rev/min as 1e-3 degrees/s */
+    s_prozess.rev = speed_of(piece);
     s_prozess.move_cmd = piece->code == 19 ? 0 : (uint16_t)piece->code;
     s_prozess.pos_cmd = piece->code == 19 ? 19 : 0;
     s_prozess.axis_nr = (uint16_t)cfg->spindle_id[0];
@@ -209,13 +222,15 @@ static uint32_t free_late_slot(const struct technology_state *technology) {
 
 /* Spindle functions go to the spindle's axis area. */
 static void output_spindle(struct engine *engine, struct piece *piece) {
-    HLI_AXIS *axis = engine->hli.segment
-                         ? &engine->hli.segment->axis[engine->cfg.axis_count]
-                         : NULL;
+    HLI_AXIS *axis =
+        engine->hli.segment ? &engine->hli.axis[engine->cfg.axis_count] : NULL;
     bool present = axis && !engine->technology.suppressed
                    && load_u8_acquire(&axis->head.plc_present_w);
     uint32_t i = free_spindle_slot(&engine->technology);
     struct techno_slot here = slot_of(engine, piece, false);
+    if (axis) {
+        show_spindle(&axis->lr_state, piece);
+    }
     if (!present) {
         engine->technology.unseen++;
         acknowledge(&engine->technology, &here);
@@ -322,7 +337,7 @@ static void look_at_spindle(struct engine *engine) {
     if (!engine->cfg.spindle_count || !engine->technology.spindle_open[0]) {
         return;
     }
-    HLI_AXIS *axis = &engine->hli.segment->axis[engine->cfg.axis_count];
+    HLI_AXIS *axis = &engine->hli.axis[engine->cfg.axis_count];
     for (uint32_t i = 0; i <= HLI_TU_AX_STD_SYNC_MAXIDX; i++) {
         if (look_at_unit(engine,
                          (TECHNO_UNIT_CH *)&axis->techno_unit_std_sync[i],
@@ -452,8 +467,7 @@ static void techno_clear_units(struct engine *engine) {
     store_u16_relaxed(&engine->hli.channel->used_units_std_sync_r, 0);
     store_u16_relaxed(&engine->hli.channel->used_units_late_sync_r, 0);
     for (uint32_t k = 0; k < engine->cfg.spindle_count; k++) {
-        HLI_AXIS *axis =
-            &engine->hli.segment->axis[engine->cfg.axis_count + (int)k];
+        HLI_AXIS *axis = &engine->hli.axis[engine->cfg.axis_count + (int)k];
         for (uint32_t i = 0; i <= HLI_TU_AX_STD_SYNC_MAXIDX; i++) {
             store_u8_release(&axis->techno_unit_std_sync[i].please_rw, 0);
         }

@@ -34,7 +34,9 @@ void mark_again(struct engine *engine, uint32_t bit, bool again) {
         return;
     }
     *marks ^= mask;
-    store_u64_release(&engine->hli.side->stats.techno_again, *marks);
+    if (engine->cfg.channel == 0) {
+        store_u64_release(&engine->hli.side->stats.techno_again, *marks);
+    }
 }
 
 static void look(struct engine *engine,
@@ -43,7 +45,9 @@ static void look(struct engine *engine,
                  uint32_t count,
                  uint32_t first) {
     const HLI_SIDE_PLC *plc = &engine->hli.side->plc;
-    uint64_t shown = load_u64_acquire(&plc->techno_shown);
+    /* a PLC tells this of the first channel alone */
+    uint64_t shown =
+        engine->cfg.channel ? UINT64_MAX : load_u64_acquire(&plc->techno_shown);
     for (uint32_t i = 0; i < count; i++) {
         if (slots[i].used && !slots[i].acked
             && slots[i].generation != engine->technology.plc_generation
@@ -79,7 +83,7 @@ void offer_again(struct engine *engine) {
          LATE_UNITS,
          TECHNO_BIT_LATE);
     if (engine->cfg.spindle_count) {
-        HLI_AXIS *axis = &engine->hli.segment->axis[engine->cfg.axis_count];
+        HLI_AXIS *axis = &engine->hli.axis[engine->cfg.axis_count];
         look(engine,
              (TECHNO_UNIT_CH *)axis->techno_unit_std_sync,
              engine->technology.spindle_slots[0],

@@ -36,6 +36,8 @@
 /* the path has stood for as long as engine_tell_standstill says; reported once
  * a standstill */
 #define ENGINE_STANDS 12
+/* one of several channels: the path has passed commands of its program */
+#define ENGINE_COMMANDS 13
 
 /* why the path stands: bits of stop_condition_r, ... */
 #define ENGINE_STOP_FEEDHOLD 0x1
@@ -101,6 +103,7 @@ typedef struct engine_config {
     uint32_t log_max;                  /* P-CHAN-00658 */
     uint32_t fb_storage_size;          /* P-STUP-00033, bytes; 0 = none */
     uint32_t channel;                  /* index of the channel area */
+    uint32_t axis_base;                /* index of its first axis area */
     uint32_t service;                  /* HLI_SERVICE_... */
     uint32_t clock;                    /* HLI_CLOCK_... */
     uint32_t rapid_override_mode;      /* P-CHAN-00181 */
@@ -233,6 +236,8 @@ typedef struct engine_state {
     uint64_t planner_late; /* times the path braked or stood for the planner */
     uint64_t planner_late_cycles; /* cycles that this took */
     double planner_away_s;        /* longest time its thread had no processor */
+    double planner_us_per_ms[3];  /* its CPU time for each ms of motion, over
+                                     commits: p50, p99, most */
 } engine_state;
 
 /* Where the path stands and why. */
@@ -367,6 +372,9 @@ uint32_t engine_mode_state(struct engine *engine);
 /* 1 and the command that ENGINE_MODE_COMMAND told of, or 0. */
 int engine_take_mode_command(struct engine *engine,
                              struct engine_mode_command *out);
+/* The same, and the command stays to be taken. */
+int engine_see_mode_command(struct engine *engine,
+                            struct engine_mode_command *out);
 void engine_post_error(struct engine *engine, const engine_error *error);
 int engine_take_plc_error(struct engine *engine,
                           uint32_t *id,
@@ -456,6 +464,17 @@ int64_t engine_elements(const struct engine *engine,
 /* Pump planner and GEO for up to n cycles on this thread. `wait_ns`: longest
  * time with a lockstep PLC. */
 int engine_run(struct engine *engine, int64_t count, int64_t wait_ns);
+/* The channels of one CNC: in each cycle one after the other in this order.
+ * The first one keeps the clock and the threads that they share.  Before the
+ * first cycle, once; 1 to 12 engines on one segment. -1: too many. */
+int engine_join(struct engine *const *engines, uint32_t count);
+/* As engine_run and engine_wait for all channels that were joined with this
+ * first one; `who`: index of the channel whose event is returned. */
+int engine_run_all(struct engine *first,
+                   int64_t count,
+                   int64_t wait_ns,
+                   uint32_t *who);
+int engine_wait_all(struct engine *first, int64_t timeout_ns, uint32_t *who);
 /* Real time: start and stop the planner and GEO threads; wait for an event. */
 int engine_start(struct engine *engine, int use_fifo);
 int engine_wait(struct engine *engine, int64_t timeout_ns);

@@ -5,10 +5,17 @@
 #define ENGINE_ROOMS_H
 #include "engine/state/types.h"
 
+/* ---- the channels of one CNC; an engine alone is a group of one */
+typedef struct engine_group {
+    struct engine *all[HLI_SYS_CH_MAXIDX + 1];
+    uint32_t count;
+} engine_group;
+
 /* ---- the shared memory; NULL without a segment */
 typedef struct shared_areas {
     HLI_SEGMENT *segment;
     HLI_CHANNEL *channel;
+    HLI_AXIS *axis; /* of the channel: its axes, behind them its spindles */
     HLI_AHEAD *ahead;
     HLI_SIDECAR *side;
 } shared_areas;
@@ -210,7 +217,16 @@ typedef struct stopwatch {
     double
         weight; /* how many pumps the next one stands for; 0: it is not timed */
     double from, cpu_before;
+    double spent_s, committed_s; /* of this pump: CPU time, motion before it */
 } stopwatch;
+
+#define PACE_STEPS 180
+
+/* CPU time for each ms of committed motion (pace.c). */
+typedef struct pace {
+    uint64_t commits[PACE_STEPS]; /* that took so long */
+    double most_us;
+} pace;
 
 typedef struct commit_state {
     phase *ring;
@@ -231,6 +247,7 @@ typedef struct commit_state {
     int stalled;   /* tests: the planner gets no turn */
     double cpu_s;
     struct stopwatch watch;
+    struct pace pace;
     uint64_t phases, infeasible;
 } commit_state;
 
@@ -523,6 +540,10 @@ typedef struct lookahead_service {
 typedef struct engine_threads {
     int running;
     bool started;
+    /* of the first channel: GEO of all channels is one thread */
+    int geo_running, in_round;
+    bool geo_started;
+    int fifo_result; /* as of engine_start */
     pthread_t geo, planner;
 } engine_threads;
 #endif

@@ -19,6 +19,7 @@ struct engine {
     const struct planner_ops *planner;
     struct planner_traits traits;
     struct shared_areas hli;
+    struct engine_group group;
 
     /* preparation */
     struct push_state push;
@@ -81,6 +82,23 @@ struct engine {
     /* planner or preparation: ENGINE_FAULT's number */
     int32_t fault;
 };
+
+/* The first channel keeps what all channels share. */
+static inline struct engine *first_channel(const struct engine *engine) {
+    return engine->group.all[0];
+}
+
+/* A program has ended, and no channel executes one. */
+static inline bool all_ended(const struct engine_group *group) {
+    bool ended = false;
+    for (uint32_t i = 0; i < group->count; i++) {
+        if (ATOMIC_GET(group->all[i]->program.active)) {
+            return false;
+        }
+        ended |= ATOMIC_GET(group->all[i]->program.end) != 0;
+    }
+    return ended;
+}
 
 static inline struct piece *piece_at(const struct run_ring *run, uint64_t i) {
     return &run->pieces[i & run->mask];

@@ -82,6 +82,7 @@
 #define TURN_SPIN_NS 500000
 /* ns: the planner sleeps when nothing was committed */
 #define PLANNER_IDLE_NS 500000
+#define ROUND_POLL_NS 20000  /* ns between looks for the end of a round */
 #define EVENT_POLL_NS 500000 /* ns between looks for events */
 /* ns: the service stays awake behind a request, ... */
 #define SERVICE_SPIN_NS 2000000

@@ -79,6 +79,7 @@ void segment_limits(const jerk_planner *planner, struct segment *segment) {
     segment->leave = 0.0;
     segment->cap = velocity_cap(planner, interval);
     segment->soft = fmin(segment->cap, feed * feed);
+    segment->asked = segment->soft;
     segment->slower = 1.0;
 }
 

@@ -323,8 +323,7 @@ static bool grid_fill(jerk_planner *planner,
     grid->used = 0;
     grid->from_standstill = planner->at_standstill;
     grid->stands = extent->stands;
-    grid->land_from = -1.0;
-    grid->land_to = -1.0;
+    grid->sinks = false;
     grid->finest = extent->length / 24.0;
     if (count > grid->max) {
         return false;

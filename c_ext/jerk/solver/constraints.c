@@ -45,6 +45,7 @@ static void clear_rows(struct problem *problem) {
     for (int k = 0; k < problem->blocks * LANES; k++) {
         problem->on[k] = 0.0;
         problem->weight[k] = 0.0;
+        problem->pull[k] = 0.0;
         problem->calm[k] = 0.0;
         problem->lengths[k] = 1.0;
         problem->guess[k] = 1.0;
@@ -321,9 +322,10 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
         problem->weight[k] /= sum;
         one_row(problem, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
         double floor = GUESS_FLOOR * xf;
-        if (grid->from_start[k] >= grid->land_from
-            && grid->from_start[k] <= grid->land_to && xf > 0.5 * cap) {
-            floor = LANDING * cap;
+        double asked = fmin(grid->seg[k - 1].asked, grid->seg[k].asked);
+        if (grid->sinks && cap > ABOVE_ASKED * asked) {
+            problem->weight[k] *= PULL;
+            problem->pull[k] = problem->weight[k] / asked;
         }
         one_row(problem, ROW_FLOOR, k, -1.0 / floor, 0.0, 0.0, 0.0, -1.0);
     }

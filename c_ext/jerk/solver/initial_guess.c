@@ -80,6 +80,13 @@ static void ramp(const jerk_planner *planner,
     }
 }
 
+/* Cap of the speed between two segments by feed and override. */
+static double feed_at(const struct grid *grid, int k) {
+    const struct segment *segment = &grid->seg[k];
+    return grid->sinks ? fmin(segment[-1].asked, segment->asked)
+                       : fmin(segment[-1].soft, segment->soft);
+}
+
 /* Caps of feed, machine and curvature, less a margin. */
 static void easy_caps(const jerk_planner *planner,
                       const struct grid *grid,
@@ -87,7 +94,7 @@ static void easy_caps(const jerk_planner *planner,
     double curve = curve_cap(planner, &grid->seg[0]);
     for (int k = 1; k < grid->count; k++) {
         double before = curve;
-        double soft = fmin(grid->seg[k - 1].soft, grid->seg[k].soft);
+        double soft = feed_at(grid, k);
         curve = curve_cap(planner, &grid->seg[k]);
         x[k] = fmin(EASY_SPEED * fmin(soft, grid->knot_cap[k]),
                     fmin(before, curve));
@@ -306,6 +313,19 @@ static void keep_reachable(const jerk_planner *planner,
     }
 }
 
+/* The present plan goes on behind the window: here it comes to rest. */
+static void come_to_rest(const jerk_planner *planner,
+                         const struct grid *grid,
+                         double *x) {
+    int last = grid->count - 1;
+    double accel;
+    if (planner->plan.remaining <= grid->from_start[grid->count]) {
+        return;
+    }
+    x[last] = fmin(x[last], standstill_end(planner, &grid->seg[last], &accel));
+    ramp(planner, grid, x, last, 1, -1, accel);
+}
+
 /* Present plan where it reaches, slow profile behind it. */
 bool guess_window(jerk_planner *planner,
                   const struct grid *grid,
@@ -319,18 +339,19 @@ bool guess_window(jerk_planner *planner,
             if (planner->scratch[k] > problem->guess[k]) {
                 problem->guess[k] =
                     fmin(planner->scratch[k],
-                         fmax(problem->guess[k],
-                              fmin(grid->seg[k - 1].soft, grid->seg[k].soft)));
+                         fmax(problem->guess[k], feed_at(grid, k)));
+            }
+            if (grid->sinks) {
+                double t = fmin(1.0, grid->from_start[k] / grid->ramp);
+                double more = planner->scratch[k] - feed_at(grid, k);
+                if (more > 0.0) {
+                    problem->guess[k] =
+                        feed_at(grid, k)
+                        + more * (1.0 - t * t * (3.0 - 2.0 * t));
+                }
             }
         }
-    }
-    for (int k = 1; k < grid->count && grid->from_start[k] < grid->land_from;
-         k++) { /* down to the feed, softly at both ends */
-        double t = grid->from_start[k] / grid->land_from;
-        double feed = grid->land_cap;
-        problem->guess[k] =
-            feed
-            + fmax(0.0, planner->x - feed) * (1.0 - t * t * (3.0 - 2.0 * t));
+        come_to_rest(planner, grid, problem->guess);
     }
     keep_reachable(planner, grid, problem->guess);
     for (int k = 1; k < grid->count; k++) {

@@ -300,7 +300,8 @@ static void gather(struct problem *problem, vec least) {
         gather_acc(problem, i, &bl, &totals, least);
         gather_mid(problem, i, &bl, &totals, least);
         gather_one(problem, i, &bl, &totals, least);
-        store(problem->cost.xx + k, totals.xx);
+        vec pull = load(problem->pull + k);
+        store(problem->cost.xx + k, totals.xx + pull);
         store(problem->cost.xu + k, totals.xu);
         store(problem->cost.uu + k, totals.uu);
         vec calm = load(problem->calm + k);
@@ -316,7 +317,8 @@ static void gather(struct problem *problem, vec least) {
                       + even * (bl.input[count] - bl.input[1 - count]));
         }
         store(problem->cost.cc[1] + k, totals.cc[1] - even);
-        store(problem->grad.x + k, totals.x - load(problem->weight + k));
+        store(problem->grad.x + k,
+              totals.x - load(problem->weight + k) + pull * bl.x[0]);
         store(problem->grad.accel + k, totals.accel);
     }
 }

@@ -81,6 +81,7 @@ typedef struct problem {
     double *dx, *du, *dc[2];
     double *guess;       /* knots: x the floors refer to */
     double *weight;      /* objective: minus the gradient by x */
+    double *pull;        /* objective: towards x = weight / pull; 0: none */
     double *root[2];     /* scale of the jerk rows at both ends */
     double *calm;        /* quadratic cost of c0 and c1 */
     double *on;          /* 1 where a stage has jerk rows */

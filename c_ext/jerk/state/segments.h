@@ -11,6 +11,7 @@ typedef struct segment {
     double length;
     double cap;  /* hard cap on x (scaled), both ends */
     double soft; /* cap by feed and override; may lie below the present speed */
+    double asked;  /* the same, where a faster plan is not allowed to go on */
     double slower; /* share of that which is planned with, and which `soft` is
                       lowered by */
     uint64_t at;   /* ring index of the pushed interval */
@@ -45,9 +46,8 @@ typedef struct grid {
                       some */
     double finer; /* share of the steps that is taken: short stops have few, and
                      rows hold the jerk at the faster end of each */
-    double land_cap;           /* x of the feed there */
-    double land_from, land_to; /* mm from the start: here a ramp down must not
-                                  fall below the feed (empty: none) */
+    bool sinks;   /* where more than `asked` is allowed the speed should fall */
+    double ramp;  /* mm: over so much of it */
     int count, used, max;
     bool from_standstill,
         stands; /* starts at rest; ends at a stand or at the end of the path */

@@ -38,6 +38,9 @@ struct jerk_planner {
     double behind_mm,
         behind_share; /* reach of a jump behind the head, and what it leaves */
     double driven;    /* mm handed out */
+    double driven_s;  /* s handed out */
+    double other_s;   /* of them when other speeds were last asked for */
+    bool hurried;     /* other speeds were asked for shortly before that too */
     struct turned turned[TURNED_MAX]; /* ring of the joints passed last */
     uint64_t turned_count;
     double x, accel; /* scaled state at the head */
@@ -49,7 +52,8 @@ struct jerk_planner {
         reach; /* mm: windows this long are solved; longer ones have failed */
     int finer_tries; /* so often may solutions still ask for finer steps */
     bool finer;      /* the last one has */
-    int wait;        /* segments to hand out before the next plan is tried */
+    bool near; /* the present plan is a first answer: it reaches to rest only */
+    int wait;  /* segments to hand out before the next plan is tried */
     double again_s,
         waited_s; /* s to hand out before what has changed is tried again (no
                      plan for it was found), and at the last try */

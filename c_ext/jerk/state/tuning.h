@@ -269,6 +269,14 @@
  * as guess. Unit: share. Evidence: test_feed_hold_distance. */
 #define NEARLY_MET 0.03
 
+/* Of the distance that has failed: the next one, before any was found. Long
+ * stops cost the most. Unit: share. Evidence: `bench planner` (live). */
+#define STOP_LONGER 1.1
+
+/* What it is longer by grows so with each failure. Unit: factor. Evidence:
+ * `bench planner` (live). */
+#define STOP_GROWS 2.0
+
 /* Of the distance: halving ends there. Unit: share. Evidence:
  * test_feed_hold_distance. */
 #define CLOSE_ENOUGH 0.01
@@ -291,6 +299,68 @@
 /* A stored tail so much longer than the estimate is a stop already. Unit:
  * share. Evidence: test_feed_hold_distance. */
 #define NEAR_ENOUGH 1.05
+
+/* ---- Other speeds while it moves ---- */
+
+/* Other speeds that come sooner behind the last ones are answered by a short
+ * window first. Unit: s of motion. Evidence: `bench planner` (wave),
+ * test_lookahead_epochs. */
+#define CALM_S 0.05
+
+/* Work that a second of motion earns for other speeds that come all the time:
+ * iterations, each times the intervals. Unit: 1/s. Evidence: `bench planner`
+ * (wave). */
+#define WORK_PER_S 4e4
+
+/* They wait no longer than this. Unit: s. Evidence: `bench planner` (wave). */
+#define EARNED_MAX_S 0.03
+
+/* Of the way to rest: a window for other speeds is so long. Unit: ways.
+ * Evidence: `bench planner` (live). */
+#define NEAR_WAYS 1.3
+
+/* A plan for other speeds counts so long before the next one. Unit: s.
+ * Evidence: `bench planner` (live). */
+#define NEAR_S 0.03
+
+/* Times such a window: the plan that follows it reaches so far, for what is
+ * told of the path ahead. Unit: factor. Evidence: test_lookahead_epochs. */
+#define REFILL_WAYS 6.0
+
+/* A first answer is driven so long before a plan follows that reaches further.
+ * Unit: s. Evidence: test_lookahead_epochs. */
+#define NEXT_COMMIT_S 0.0101
+
+/* Such windows are tried before the present plan stays. Unit: count.
+ * Evidence: `bench planner` (live). */
+#define NEAR_TRIES 3
+
+/* Each is so much longer than the last. Unit: factor. Evidence: `bench
+ * planner` (live). */
+#define NEAR_LONGER 1.8
+
+/* Of the shortest way down: so long is that of the first guess. Unit: share.
+ * Evidence: `bench planner` (live). */
+#define FALL_WAYS 1.5
+
+/* Of the shortest way down: behind it what is asked for must hold. Unit: share.
+ * Evidence: test_jerk_planner. */
+#define RAMP_WAYS 1.15
+
+/* Of the objective's other parts: speed that is too high counts so much more.
+ * Unit: factor. Evidence: `bench planner` (live). */
+#define PULL 2.0
+
+/* Of the present squared speed: one plan falls no deeper. Unit: share.
+ * Evidence: `bench planner` (live). */
+#define DEEPEST_FALL 0.25
+
+/* Of the squared speed that is asked for: a plan above it comes down. Unit:
+ * share. Evidence: test_low_feeds. */
+#define FASTER 1.004
+
+/* Of the same: more is too fast. Unit: share. Evidence: rounding. */
+#define ABOVE_ASKED 1.000001
 
 /* ---- Length of planner intervals ---- */
 
@@ -496,10 +566,6 @@
 /* Of the largest squared speed: below it a gain counts no more. Unit: share.
  * Evidence: bench/planner_parts.py, test_planner_optimum. */
 #define SLOWEST 1e-5
-
-/* Of the cap, that a ramp down must keep. Unit: share. Evidence:
- * test_low_feeds, test_jerk_planner. */
-#define LANDING 0.96
 
 /* Of its limit, that an axis needs at full speed: below it it has no rows.
  * Unit: share. Evidence: test_extreme_limits. */

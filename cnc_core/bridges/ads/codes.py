@@ -23,6 +23,7 @@ class Group(IntEnum):
     """Index groups."""
 
     HLI = 0x4040  # as the data of a PLC; the offset counts in the segment
+    CONSTANTS = 0x4041  # a number of 4 bytes each
     PLC = 0x100000  # and the number of the program, list or task
     PLC_BITS = 0x200000  # the same; the offset counts bits
     HANDLE_BY_NAME = 0xF003

@@ -6,7 +6,7 @@ import struct
 
 from ..symbols.kinds import Array, Kind, Number, Record, Text
 from ..symbols.ownership import writable
-from ..symbols.place import HLI_SPACE, Place
+from ..symbols.place import CONSTANT_SPACE, HLI_SPACE, Place
 from .codes import Group
 
 SYMBOL = struct.Struct("<IIIIIHHHHH")
@@ -57,6 +57,8 @@ def address(place: Place) -> tuple[int, int]:
     """Index group and offset of a symbol."""
     if place.space == HLI_SPACE:
         return Group.HLI, place.offset
+    if place.space == CONSTANT_SPACE:
+        return Group.CONSTANTS, place.offset
     if place.bit >= 0:
         return Group.PLC_BITS + place.space, 8 * place.offset + place.bit
     return Group.PLC + place.space, place.offset

@@ -13,7 +13,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from ..symbols.place import HLI_SPACE
 from .codes import AdsError, Code, Mode
 from .frames import Frame, filetime, notification
 from .values import Span, Values
@@ -88,7 +87,7 @@ class Notifications:
         return wish.number
 
     def _taker(self, wish: Wish, span: Span) -> Callable[[], bytes | None]:
-        if span.place.space != HLI_SPACE:
+        if span.place.of_plc:
             return lambda: wish.asked
 
         def take() -> bytes | None:
@@ -154,7 +153,7 @@ class Notifications:
             wishes = [
                 w
                 for w in self._wishes.values()
-                if w.span is not None and w.span.place.space != HLI_SPACE
+                if w.span is not None and w.span.place.of_plc
             ]
             if not wishes:
                 continue

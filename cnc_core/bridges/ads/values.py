@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from hli.symbol import SymbolError
 
 from ...observing.plc import RefusedError
+from ..symbols import constants
 from ..symbols.cell import GoneError, OwnedError, ServedCell
-from ..symbols.kinds import Text
+from ..symbols.kinds import Number, Text
 from ..symbols.listing import everything
 from ..symbols.ownership import writable
 from ..symbols.place import HLI_SPACE, Place
@@ -92,6 +93,8 @@ class Values:
             return Span(place, 0, min(length, place.size))
         if group == Group.HLI:
             return self._in(self.cell.hli.roots(), offset, length)
+        if group == Group.CONSTANTS:
+            return self._in(constants.roots(), offset, length)
         spaces = self.cell.plc.spaces
         if Group.PLC <= group < Group.PLC + len(spaces):
             return self._in([spaces[group - Group.PLC]], offset, length)
@@ -118,9 +121,12 @@ class Values:
     def read_now(self, span: Span) -> bytes | None:
         """The bytes; None: the PLC has to be asked.  AdsError."""
         place = span.place
-        if place.space != HLI_SPACE:
+        if place.of_plc:
             return None
-        return self.read_bytes(place.offset + span.begin, span.length)
+        try:
+            return self.cell.read_part(place, span.begin, span.length)
+        except GoneError as error:
+            raise AdsError(Code.NOT_READY, str(error)) from None
 
     def read_bytes(self, offset: int, length: int) -> bytes:
         """Bytes of the segment.  AdsError."""
@@ -166,15 +172,21 @@ class Values:
         if isinstance(place.kind, Text) and span.begin == 0:
             await self.cell.write(place, data.ljust(place.size, b"\0"))
             return
+        if isinstance(place.kind, Number) and span.begin == 0:
+            # as a controller does it: the low bytes, the others stay
+            (whole,) = await self.cell.read([place])
+            await self.cell.write(place, data + whole[len(data) :])
+            return
         parts = singles(place, place.offset + span.begin, span.length)
         if parts is None:
             raise AdsError(Code.INVALID_SIZE, place.path)
         if place.space == HLI_SPACE:
             await self._write_parts(span, parts, data)
             return
-        whole = bytearray((await self.cell.read([place]))[0])
-        whole[span.begin : span.begin + len(data)] = data
-        await self.cell.write(place, bytes(whole))
+        (whole,) = await self.cell.read([place])
+        end = span.begin + len(data)
+        data = whole[: span.begin] + data + whole[end:]
+        await self.cell.write(place, data)
 
     async def _write_parts(
         self, span: Span, parts: list[Place], data: bytes

@@ -16,6 +16,7 @@ from asyncua import Server, ua
 from ..symbols.cell import LOOK_S, ServedCell
 from . import model
 from .instances import Cnc
+from .sampling import Sampling
 from .sessions import CellServer, Users, ask_plc
 from .space import Space
 from .symbol_nodes import URI, SymbolNodes
@@ -25,8 +26,8 @@ PORT = 4840
 CONNECTIONS_MAX = 64
 MESSAGE_MAX = 16 << 20
 CYCLE_MIN_S = 0.002
-REST = 3.0
-"""The sampling sleeps so many times as long as it works."""
+REST = 1.0
+"""The sampling sleeps at least so many times as long as it works."""
 ASK_S = 0.05
 SEVERITY = 800
 POLICIES = [
@@ -59,7 +60,6 @@ class Bridge:
         self._inner.allow_remote_admin = False
         self._inner.max_connections = CONNECTIONS_MAX
         self.server = Server(iserver=self._inner)
-        self._sampled: dict[ua.NodeId, Any] = {}
         self._alarm: Any = None
         self._message: Any = None
         self._error = (0, 0)
@@ -79,6 +79,7 @@ class Bridge:
         cnc = await server.register_namespace(model.URI)
         own = await server.register_namespace(URI)
         self.space = self._inner.space = Space(self._inner, self.cell)
+        self.sampling = Sampling(self._inner, self.space, self.cell)
         self.types = Types(self.space, cnc)
         self.types.add_all()
         self.cnc = Cnc(self.space, self.types, self.cell.name)
@@ -159,7 +160,7 @@ class Bridge:
                 if begin >= next_look:
                     await self.look()
                     next_look = begin + LOOK_S
-                await self._sample()
+                await self.sampling.look(begin)
                 spent = time.monotonic() - begin
                 cycle = max(self.cell.cycle_s, CYCLE_MIN_S)
                 await asyncio.sleep(max(cycle - spent, REST * spent, 0.0005))
@@ -169,37 +170,11 @@ class Bridge:
                 await asking
             self.cell.observer.close()
 
-    # -- monitored variables
-    def _monitored(self) -> list[ua.NodeId]:
-        return [
-            node
-            for node, held in self.space.values.items()
-            if held.datachange_callbacks
-        ]
-
-    async def _sample(self) -> None:
-        """Tell subscriptions of what changed."""
-        if not self._inner.subscription_service.subscriptions:
-            self._sampled.clear()
-            return
-        monitored = self._monitored()
-        missing = object()
-        before, self._sampled = self._sampled, {}
-        for node in monitored:
-            entry: Any = self.space.entries[node]
-            sample = entry.sample(self.cell)
-            self._sampled[node] = sample
-            if sample != before.get(node, missing):
-                await self._inner.write_attribute_value(
-                    node, entry.value(sample)
-                )
-
     async def _ask(self) -> None:
         """Fetch monitored symbols of the PLC."""
         while True:
             await asyncio.sleep(ASK_S)
-            if self._inner.subscription_service.subscriptions:
-                await ask_plc(self.space, self._monitored())
+            await ask_plc(self.space, self.sampling.monitored)
 
 
 async def serve(

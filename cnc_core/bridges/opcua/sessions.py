@@ -12,7 +12,6 @@ from asyncua.server.internal_session import InternalSession
 
 from ...observing.plc import RefusedError
 from ..symbols.cell import GoneError, OwnedError, ServedCell
-from ..symbols.place import HLI_SPACE
 from .entries import SymbolEntry
 from .space import Space
 
@@ -57,6 +56,14 @@ class Session(InternalSession):  # type: ignore[misc]
         nodes = [item.ItemToMonitor.NodeId for item in params.ItemsToCreate]
         await ask_plc(self.iserver.space, nodes)
         found: list[Any] = await super().create_monitored_items(params)
+        paces = self.iserver.space.paces
+        for item, result in zip(params.ItemsToCreate, found, strict=True):
+            asked_ms = item.RequestedParameters.SamplingInterval
+            if not asked_ms >= 0:  # as often as the subscription publishes
+                asked_ms = result.RevisedSamplingInterval
+            result.RevisedSamplingInterval = asked_ms
+            node, pace = item.ItemToMonitor.NodeId, asked_ms / 1e3
+            paces[node] = min(paces.get(node, pace), pace)
         return found
 
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
@@ -93,7 +100,7 @@ async def ask_plc(space: Space, nodes: list[ua.NodeId]) -> None:
     wanted = [
         entry
         for entry in found
-        if isinstance(entry, SymbolEntry) and entry.place.space != HLI_SPACE
+        if isinstance(entry, SymbolEntry) and entry.place.of_plc
     ]
     if not wanted:
         return

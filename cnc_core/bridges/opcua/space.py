@@ -33,6 +33,8 @@ class Space:
         self.cell = cell
         self.entries: dict[ua.NodeId, Entry] = {}
         self.values: dict[ua.NodeId, AttributeValue] = {}
+        self.paces: dict[ua.NodeId, float] = {}
+        """Monitored variable -> s between two looks, the shortest asked for."""
 
     # -- nodes
     def add(

@@ -14,11 +14,12 @@ from hli.symbol import SymbolError
 from ...observing.events import Events
 from ...observing.observer import Observer
 from ...observing.plc import PlcLine, RefusedError
+from . import constants
 from .hli_symbols import HliSymbols
 from .kinds import Array, Number, Text, decode, encode
 from .listing import index_text, parts_of_place
 from .ownership import plc_leaves, writable
-from .place import HLI_SPACE, Place, parts_of
+from .place import CONSTANT_SPACE, HLI_SPACE, Place, parts_of
 from .plc_symbols import PlcSymbols
 
 SEGMENT_SIZE = ctypes.sizeof(layout.HLI_SEGMENT)
@@ -129,11 +130,14 @@ class ServedCell:
         parts = parts_of(path)
         if parts[0] in self.plc:
             return self.plc.find(parts, path)
+        if constants.named(parts):
+            return constants.find(parts, path)
         return self.hli.find(parts, path)
 
     def roots(self) -> Iterator[Place]:
-        """Areas of the HLI, then programs and tasks of the PLC."""
+        """Areas of the HLI and its constants, then programs and tasks of the PLC."""
         yield from self.hli.roots()
+        yield from constants.roots()
         yield from self.plc.roots()
 
     # -- bytes
@@ -147,17 +151,24 @@ class ServedCell:
         return ctypes.string_at(areas.segment.base + offset, size)
 
     def read_now(self, place: Place) -> bytes:
-        """The bytes of a symbol of the HLI."""
-        return self.read_hli(place.offset, place.size)
+        """The bytes of a symbol that the PLC need not be asked for."""
+        return self.read_part(place, 0, place.size)
+
+    def read_part(self, place: Place, begin: int, length: int) -> bytes:
+        """Bytes of such a symbol, from one on.  GoneError."""
+        begin += place.offset
+        if place.space == CONSTANT_SPACE:
+            return constants.VALUES[begin : begin + length]
+        return self.read_hli(begin, length)
 
     async def read(self, places: list[Place]) -> list[bytes]:
         """The bytes of symbols.  GoneError, RefusedError."""
-        asked = [p for p in places if p.space != HLI_SPACE]
+        asked = [p for p in places if p.of_plc]
         values = await self._fetch(asked) if asked else {}
         return [
-            self.read_now(place)
-            if place.space == HLI_SPACE
-            else encode(place.kind, _value(place, values))
+            encode(place.kind, _value(place, values))
+            if place.of_plc
+            else self.read_now(place)
             for place in places
         ]
 
@@ -178,7 +189,7 @@ class ServedCell:
         if not self.there:
             raise GoneError(self.observer.problem)
         if not writable(place):
-            raise OwnedError(f"the CNC owns {place.path}")
+            raise OwnedError(f"the CNC owns {place.path}, or it is constant")
         if not self.plc_there:
             raise GoneError(f"no PLC is attached to cell {self.name!r}")
         await self.line.ask(

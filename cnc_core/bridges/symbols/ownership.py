@@ -19,7 +19,7 @@ def _mask() -> Any:
 def writable(place: Place) -> bool:
     """The PLC owns something of it; symbols of the PLC are all its own."""
     if place.space != HLI_SPACE:
-        return True
+        return place.of_plc
     end = place.offset + place.size
     return bool(_mask()[place.offset : end].any())
 

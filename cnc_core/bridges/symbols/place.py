@@ -11,6 +11,8 @@ from .kinds import Array, Kind, Record
 
 HLI_SPACE = -1
 """The space of the HLI; the symbols of the PLC have numbers from 0."""
+CONSTANT_SPACE = -2
+"""The space of ``HLI_Global_Constants``."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,11 @@ class Place:
     @property
     def size(self) -> int:
         return self.kind.size
+
+    @property
+    def of_plc(self) -> bool:
+        """A variable of the PLC's programs: its process has the value."""
+        return self.space >= 0
 
 
 def index_numbers(path: str, token: str) -> list[int]:

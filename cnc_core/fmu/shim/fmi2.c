@@ -3,23 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "wire.h"
-
-#define EXPORT __attribute__((visibility("default")))
+#include "instance.h"
 
 typedef void *component, *environment, *fmu_state;
-typedef unsigned int reference;
 typedef double real;
 typedef int integer, boolean;
 typedef const char *string;
-typedef enum {
-    OK,
-    WARNING,
-    DISCARD,
-    ERROR,
-    FATAL,
-    PENDING
-} status;
 typedef enum {
     MODEL_EXCHANGE,
     CO_SIMULATION
@@ -32,7 +21,7 @@ typedef enum {
 } status_kind;
 
 typedef struct {
-    void (*logger)(environment, string, status, string, string, ...);
+    void (*logger)(environment, string, int, string, string, ...);
     void *(*allocate)(size_t, size_t);
     void (*release)(void *);
     void (*step_finished)(environment, status);
@@ -40,28 +29,29 @@ typedef struct {
 } callbacks;
 
 typedef struct {
-    slave *cell;
+    instance common;
     callbacks calls;
     char *name;
-    double time;
-    enum {
-        FRESH,
-        RUNNING,
-        BROKEN
-    } state;
-} instance;
+} component2;
 
+/* The text is the format: not every importer looks at what stands behind it. */
 static void to_logger(void *to, const char *text) {
-    instance *c = to;
-    if (c->calls.logger) {
-        c->calls
-            .logger(c->calls.to, c->name, ERROR, "logStatusError", "%s", text);
+    component2 *c = to;
+    char format[2 * WIRE_TEXT], *end = format;
+    for (; *text && end < format + sizeof format - 2; text++) {
+        if (*text == '%') {
+            *end++ = '%';
+        }
+        *end++ = *text;
     }
-}
-
-static status refuse(component given, const char *text) {
-    to_logger(given, text);
-    return ERROR;
+    *end = 0;
+    if (c->calls.logger) {
+        c->calls.logger(c->calls.to,
+                        c->name,
+                        (int)ERROR,
+                        "logStatusError",
+                        format);
+    }
 }
 
 static char *copy_of(const char *text) {
@@ -82,9 +72,9 @@ EXPORT string fmi2GetVersion(void) {
 }
 
 EXPORT void fmi2FreeInstance(component given) {
-    instance *c = given;
+    component2 *c = given;
     if (c) {
-        slave_free(c->cell);
+        slave_free(c->common.cell);
         free(c->name);
         free(c);
     }
@@ -102,20 +92,18 @@ EXPORT component fmi2Instantiate(string name,
     if (!calls) {
         return NULL;
     }
-    instance *c = calloc(1, sizeof *c);
+    component2 *c = calloc(1, sizeof *c);
     if (!c) {
         return NULL;
     }
+    c->common.log = to_logger;
     c->calls = *calls;
     c->name = copy_of(name);
-    c->cell = slave_new(resources, to_logger, c);
-    const char *wrong = NULL;
-    if (kind != CO_SIMULATION) {
-        wrong = "a cell is for co-simulation only";
-    } else if (!guid || strcmp(guid, MODEL_GUID) != 0) {
-        wrong = "the GUID is of another FMU";
-    } else if (!c->name || !c->cell) {
-        wrong = "no resources, or no memory";
+    const char *wrong = kind == CO_SIMULATION
+                            ? instance_open(&c->common, guid, resources)
+                            : "a cell is for co-simulation only";
+    if (!c->name) {
+        wrong = "no memory";
     }
     if (wrong) {
         to_logger(c, wrong);
@@ -151,159 +139,59 @@ EXPORT status fmi2SetupExperiment(component given,
 }
 
 EXPORT status fmi2EnterInitializationMode(component given) {
-    return ((instance *)given)->state == FRESH
-               ? OK
-               : refuse(given, "the instance has been initialized");
+    return instance_enter(given);
 }
 
 EXPORT status fmi2ExitInitializationMode(component given) {
-    instance *c = given;
-    c->state = slave_setup(c->cell) == 0 ? RUNNING : BROKEN;
-    return c->state == RUNNING ? OK : ERROR;
+    return instance_start(given);
 }
 
 EXPORT status fmi2Terminate(component given) {
-    slave_stop(((instance *)given)->cell);
-    return OK;
+    return instance_stop(given);
 }
 
 EXPORT status fmi2Reset(component given) {
-    instance *c = given;
-    slave *fresh = slave_new(c->cell->resources, to_logger, c);
-    if (!fresh) {
-        return ERROR;
-    }
-    slave_free(c->cell);
-    c->cell = fresh;
-    c->state = FRESH;
-    return OK;
+    return instance_reset(given);
 }
 
 EXPORT status fmi2DoStep(component given,
                          real at,
                          real step,
                          boolean no_set_state) {
-    instance *c = given;
     (void)no_set_state;
-    if (c->state != RUNNING) {
-        return refuse(given, "the instance is not initialized");
-    }
-    if (slave_step(c->cell, step) != 0) {
-        return ERROR;
-    }
-    c->time = at + step;
-    return OK;
+    return instance_step(given, at, step);
 }
 
 /* ---- values */
-static status known(component given,
-                    const reference at[],
-                    size_t n,
-                    int writing) {
-    for (size_t i = 0; i < n; i++) {
-        if (at[i] >= MODEL_VALUES) {
-            return refuse(given, "no variable of this value reference");
-        }
-        if (writing && at[i] >= MODEL_FIRST_OUTPUT) {
-            return refuse(given, "an output cannot be set");
-        }
-        if (writing && at[i] < MODEL_FIRST_INPUT
-            && ((instance *)given)->state != FRESH) {
-            return refuse(given,
-                          "a parameter is set before the initialization");
-        }
-    }
-    return OK;
-}
+#define MORE
+#define NUMBERS n
 
-EXPORT status fmi2GetReal(component given,
-                          const reference at[],
-                          size_t n,
-                          real to[]) {
-    status out = known(given, at, n, 0);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        to[i] = ((instance *)given)->cell->values[at[i]];
-    }
-    return out;
-}
-
-EXPORT status fmi2SetReal(component given,
-                          const reference at[],
-                          size_t n,
-                          const real from[]) {
-    status out = known(given, at, n, 1);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        ((instance *)given)->cell->values[at[i]] = from[i];
-    }
-    return out;
-}
-
-EXPORT status fmi2GetInteger(component given,
-                             const reference at[],
-                             size_t n,
-                             integer to[]) {
-    status out = known(given, at, n, 0);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        to[i] = (integer)((instance *)given)->cell->values[at[i]];
-    }
-    return out;
-}
-
-EXPORT status fmi2SetInteger(component given,
-                             const reference at[],
-                             size_t n,
-                             const integer from[]) {
-    status out = known(given, at, n, 1);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        ((instance *)given)->cell->values[at[i]] = from[i];
-    }
-    return out;
-}
-
-EXPORT status fmi2GetBoolean(component given,
-                             const reference at[],
-                             size_t n,
-                             boolean to[]) {
-    status out = known(given, at, n, 0);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        to[i] = ((instance *)given)->cell->values[at[i]] != 0.0;
-    }
-    return out;
-}
-
-EXPORT status fmi2SetBoolean(component given,
-                             const reference at[],
-                             size_t n,
-                             const boolean from[]) {
-    status out = known(given, at, n, 1);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        ((instance *)given)->cell->values[at[i]] = from[i] != 0;
-    }
-    return out;
-}
+GETTER(fmi2GetReal, REAL, real, to_real)
+SETTER(fmi2SetReal, REAL, real)
+GETTER(fmi2GetInteger, WHOLE, integer, to_whole)
+SETTER(fmi2SetInteger, WHOLE, integer)
+GETTER(fmi2GetBoolean, FLAG, boolean, to_flag)
+SETTER(fmi2SetBoolean, FLAG, boolean)
 
 EXPORT status fmi2GetString(component given,
                             const reference at[],
                             size_t n,
                             string to[]) {
-    (void)at;
-    (void)to;
-    return n == 0 ? OK : refuse(given, "there are no variables of type String");
+    access wanted = {at, n, n, TEXT, 0};
+    return instance_text(given, wanted, to);
 }
 
 EXPORT status fmi2SetString(component given,
                             const reference at[],
                             size_t n,
                             const string from[]) {
-    (void)at;
-    (void)from;
-    return n == 0 ? OK : refuse(given, "there are no variables of type String");
+    access wanted = {at, n, n, TEXT, 1};
+    return instance_set_text(given, wanted, from);
 }
 
 /* ---- refused by name */
-#define NO_STATE                                                               \
-    "not supported: the state of a cell lies in processes of its own"
-#define NO_DERIVATIVES "not supported: a cell has no derivatives"
+#define NO_STATE "not supported: " STATE
+#define NO_DERIVATIVES "not supported: " DERIVATIVES
 
 EXPORT status fmi2GetFMUstate(component given, fmu_state *to) {
     (void)to;

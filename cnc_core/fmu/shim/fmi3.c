@@ -4,45 +4,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "wire.h"
-
-#define EXPORT __attribute__((visibility("default")))
+#include "instance.h"
 
 typedef void *component, *environment;
-typedef uint32_t reference;
 typedef const char *string;
 typedef const uint8_t *binary;
-typedef enum {
-    OK,
-    WARNING,
-    DISCARD,
-    ERROR,
-    FATAL
-} status;
-typedef void (*message)(environment, status, string, string);
+typedef void (*message)(environment, int, string, string);
 
 typedef struct {
-    slave *cell;
+    instance common;
     message log;
     environment to;
-    double time;
-    enum {
-        FRESH,
-        RUNNING,
-        BROKEN
-    } state;
-} instance;
+} component3;
 
 static void to_logger(void *to, const char *text) {
-    instance *c = to;
+    component3 *c = to;
     if (c->log) {
-        c->log(c->to, ERROR, "logStatusError", text);
+        c->log(c->to, (int)ERROR, "logStatusError", text);
     }
-}
-
-static status refuse(component given, const char *text) {
-    to_logger(given, text);
-    return ERROR;
 }
 
 EXPORT string fmi3GetVersion(void) {
@@ -50,9 +29,9 @@ EXPORT string fmi3GetVersion(void) {
 }
 
 EXPORT void fmi3FreeInstance(component given) {
-    instance *c = given;
+    component3 *c = given;
     if (c) {
-        slave_free(c->cell);
+        slave_free(c->common.cell);
         free(c);
     }
 }
@@ -77,19 +56,14 @@ EXPORT component fmi3InstantiateCoSimulation(string name,
     (void)between;
     (void)n;
     (void)update;
-    instance *c = calloc(1, sizeof *c);
+    component3 *c = calloc(1, sizeof *c);
     if (!c) {
         return NULL;
     }
+    c->common.log = to_logger;
     c->log = log;
     c->to = to;
-    c->cell = slave_new(resources, to_logger, c);
-    const char *wrong = NULL;
-    if (!token || strcmp(token, MODEL_GUID) != 0) {
-        wrong = "the instantiation token is of another FMU";
-    } else if (!c->cell) {
-        wrong = "no resources, or no memory";
-    }
+    const char *wrong = instance_open(&c->common, token, resources);
     if (wrong) {
         to_logger(c, wrong);
         fmi3FreeInstance(c);
@@ -125,39 +99,27 @@ EXPORT status fmi3EnterInitializationMode(component given,
                                           double start,
                                           bool has_stop,
                                           double stop) {
-    instance *c = given;
     (void)has_tolerance;
     (void)tolerance;
     (void)has_stop;
     (void)stop;
-    if (c->state != FRESH) {
-        return refuse(given, "the instance has been initialized");
+    status out = instance_enter(given);
+    if (out == OK) {
+        ((instance *)given)->time = start;
     }
-    c->time = start;
-    return OK;
+    return out;
 }
 
 EXPORT status fmi3ExitInitializationMode(component given) {
-    instance *c = given;
-    c->state = slave_setup(c->cell) == 0 ? RUNNING : BROKEN;
-    return c->state == RUNNING ? OK : ERROR;
+    return instance_start(given);
 }
 
 EXPORT status fmi3Terminate(component given) {
-    slave_stop(((instance *)given)->cell);
-    return OK;
+    return instance_stop(given);
 }
 
 EXPORT status fmi3Reset(component given) {
-    instance *c = given;
-    slave *fresh = slave_new(c->cell->resources, to_logger, c);
-    if (!fresh) {
-        return ERROR;
-    }
-    slave_free(c->cell);
-    c->cell = fresh;
-    c->state = FRESH;
-    return OK;
+    return instance_reset(given);
 }
 
 EXPORT status fmi3DoStep(component given,
@@ -168,141 +130,44 @@ EXPORT status fmi3DoStep(component given,
                          bool *end,
                          bool *early,
                          double *reached) {
-    instance *c = given;
     (void)no_set_state;
     *event = *end = *early = false;
     *reached = at;
-    if (c->state != RUNNING) {
-        return refuse(given, "the instance is not initialized");
+    status out = instance_step(given, at, step);
+    if (out == OK) {
+        *reached = at + step;
     }
-    if (slave_step(c->cell, step) != 0) {
-        return ERROR;
-    }
-    c->time = *reached = at + step;
-    return OK;
+    return out;
 }
 
 /* ---- values */
-#define TIME MODEL_VALUES
+#define MORE , size_t numbers
+#define NUMBERS numbers
 #define HLI (MODEL_VALUES + 1)
-#define ARRAYS_END (MODEL_FIRST_ARRAY + MODEL_ARRAYS * MODEL_ARRAY_SIZE)
 
-/* How many numbers a variable has; 0: there is none. */
-static size_t size_of(reference at) {
-    if (at >= MODEL_VALUES) {
-        return 0;
-    }
-    if (at < MODEL_FIRST_ARRAY || at >= ARRAYS_END) {
-        return 1;
-    }
-    return (at - MODEL_FIRST_ARRAY) % MODEL_ARRAY_SIZE ? 0 : MODEL_ARRAY_SIZE;
+GETTER(fmi3GetFloat64, REAL, double, to_real)
+SETTER(fmi3SetFloat64, REAL, double)
+GETTER(fmi3GetInt32, WHOLE, int32_t, to_whole)
+SETTER(fmi3SetInt32, WHOLE, int32_t)
+GETTER(fmi3GetBoolean, FLAG, bool, to_flag)
+SETTER(fmi3SetBoolean, FLAG, bool)
+
+EXPORT status fmi3GetString(component given,
+                            const reference at[],
+                            size_t n,
+                            string to[],
+                            size_t numbers) {
+    access wanted = {at, n, numbers, TEXT, 0};
+    return instance_text(given, wanted, to);
 }
 
-static status known(component given,
-                    const reference at[],
-                    size_t n,
-                    size_t numbers,
-                    bool writing) {
-    size_t count = 0;
-    for (size_t i = 0; i < n; i++) {
-        size_t size = at[i] == TIME && !writing ? 1 : size_of(at[i]);
-        if (size == 0) {
-            return refuse(given,
-                          "no variable of this value reference and type");
-        }
-        if (writing && at[i] >= MODEL_FIRST_OUTPUT) {
-            return refuse(given, "an output cannot be set");
-        }
-        if (writing && at[i] < MODEL_FIRST_INPUT
-            && ((instance *)given)->state != FRESH) {
-            return refuse(given,
-                          "a parameter is set before the initialization");
-        }
-        count += size;
-    }
-    return count == numbers
-               ? OK
-               : refuse(given,
-                        "the number of values is not that of the variables");
-}
-
-EXPORT status fmi3GetFloat64(component given,
-                             const reference at[],
-                             size_t n,
-                             double to[],
-                             size_t numbers) {
-    instance *c = given;
-    status out = known(given, at, n, numbers, false);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        if (at[i] == TIME) {
-            *to++ = c->time;
-            continue;
-        }
-        size_t size = size_of(at[i]);
-        memcpy(to, c->cell->values + at[i], size * sizeof *to);
-        to += size;
-    }
-    return out;
-}
-
-EXPORT status fmi3SetFloat64(component given,
-                             const reference at[],
-                             size_t n,
-                             const double from[],
-                             size_t numbers) {
-    status out = known(given, at, n, numbers, true);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        ((instance *)given)->cell->values[at[i]] = from[i];
-    }
-    return out;
-}
-
-EXPORT status fmi3GetInt32(component given,
-                           const reference at[],
-                           size_t n,
-                           int32_t to[],
-                           size_t numbers) {
-    status out = known(given, at, n, numbers, false);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        to[i] = (int32_t)((instance *)given)->cell->values[at[i]];
-    }
-    return out;
-}
-
-EXPORT status fmi3SetInt32(component given,
-                           const reference at[],
-                           size_t n,
-                           const int32_t from[],
-                           size_t numbers) {
-    status out = known(given, at, n, numbers, true);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        ((instance *)given)->cell->values[at[i]] = from[i];
-    }
-    return out;
-}
-
-EXPORT status fmi3GetBoolean(component given,
-                             const reference at[],
-                             size_t n,
-                             bool to[],
-                             size_t numbers) {
-    status out = known(given, at, n, numbers, false);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        to[i] = ((instance *)given)->cell->values[at[i]] != 0.0;
-    }
-    return out;
-}
-
-EXPORT status fmi3SetBoolean(component given,
-                             const reference at[],
-                             size_t n,
-                             const bool from[],
-                             size_t numbers) {
-    status out = known(given, at, n, numbers, true);
-    for (size_t i = 0; out == OK && i < n; i++) {
-        ((instance *)given)->cell->values[at[i]] = from[i];
-    }
-    return out;
+EXPORT status fmi3SetString(component given,
+                            const reference at[],
+                            size_t n,
+                            const string from[],
+                            size_t numbers) {
+    access wanted = {at, n, numbers, TEXT, 1};
+    return instance_set_text(given, wanted, from);
 }
 
 /* The channel's HLI, as it is now. */
@@ -321,8 +186,8 @@ EXPORT status fmi3GetBinary(component given,
         if (slave_hli(c->cell) != 0) {
             return ERROR;
         }
-        sizes[i] = c->cell->hli_size;
-        to[i] = c->cell->hli;
+        sizes[i] = MODEL_HLI_SIZE;
+        to[i] = c->cell->page->hli;
     }
     return OK;
 }
@@ -348,8 +213,6 @@ EXPORT status fmi3GetBinary(component given,
         return refuse(given, "fmi3" #name " is not supported: " why);          \
     }
 
-#define STATE "the state of a cell lies in processes of its own"
-#define DERIVATIVES "a cell has no derivatives"
 #define CLOCKS "a cell has no clocks"
 #define EXCHANGE "a cell is for co-simulation only"
 
@@ -361,7 +224,6 @@ NO_VARIABLES(UInt16)
 NO_VARIABLES(UInt32)
 NO_VARIABLES(Int64)
 NO_VARIABLES(UInt64)
-NO_VARIABLES(String)
 NO_VARIABLES(Clock)
 REFUSED(SetBinary, "the HLI is an output")
 REFUSED(GetFMUState, STATE)

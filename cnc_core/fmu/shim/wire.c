@@ -3,17 +3,27 @@
 #include "wire.h"
 
 #include <errno.h>
+#include <fcntl.h>
+#include <linux/futex.h>
 #include <math.h>
+#include <sched.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #define PATIENCE_MS 5000
-#define TEXT_MAX 2000
+#define SPIN_NS 200000LL /* before a wait goes to sleep */
+#define SLICE_NS                                                               \
+    100000000LL /* of a sleep; then the other side is looked at                \
+                 */
+#define NOT_STARTED 127
 
 static const double start_values[MODEL_VALUES] = MODEL_START;
 
@@ -23,23 +33,7 @@ static void say(slave *s, const char *text) {
     }
 }
 
-slave *slave_new(const char *resources, wire_log log, void *log_to) {
-    slave *s = calloc(1, sizeof *s);
-    if (!s) {
-        return NULL;
-    }
-    s->handle = -1;
-    s->log = log;
-    s->log_to = log_to;
-    s->resources = path_of_uri(resources);
-    memcpy(s->values, start_values, sizeof start_values);
-    if (!s->resources) {
-        free(s);
-        return NULL;
-    }
-    return s;
-}
-
+/* ---- the file names of a URI */
 static int hexadecimal(char c) {
     if (c >= '0' && c <= '9') {
         return c - '0';
@@ -48,7 +42,8 @@ static int hexadecimal(char c) {
     return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
 }
 
-char *path_of_uri(const char *uri) {
+/* The path of a file: URI, or of a plain path; the caller frees it. */
+static char *path_of_uri(const char *uri) {
     static const char scheme[] = "file:";
     if (!uri) {
         return NULL;
@@ -76,36 +71,43 @@ char *path_of_uri(const char *uri) {
     return path;
 }
 
-static int write_all(int handle, const void *data, size_t size) {
-    const char *from = data;
-    while (size > 0) {
-        ssize_t n = send(handle, from, size, MSG_NOSIGNAL);
-        if (n < 0 && errno == EINTR) {
-            continue;
-        }
-        if (n <= 0) {
-            return -1;
-        }
-        from += n;
-        size -= (size_t)n;
+/* ---- life */
+/* A page without a name: nothing of it is left when both sides are gone. */
+static int share(slave *s) {
+    s->memory = memfd_create("hli-cosim-fmu", MFD_CLOEXEC);
+    if (s->memory < 0 || ftruncate(s->memory, sizeof *s->page) != 0) {
+        return -1;
     }
+    void *page = mmap(NULL,
+                      sizeof *s->page,
+                      PROT_READ | PROT_WRITE,
+                      MAP_SHARED,
+                      s->memory,
+                      0);
+    if (page == MAP_FAILED) {
+        return -1;
+    }
+    s->page = page;
+    s->page->size = sizeof *s->page;
+    memcpy(s->page->values, start_values, sizeof start_values);
     return 0;
 }
 
-static int read_all(int handle, void *data, size_t size) {
-    char *to = data;
-    while (size > 0) {
-        ssize_t n = recv(handle, to, size, MSG_WAITALL);
-        if (n < 0 && errno == EINTR) {
-            continue;
-        }
-        if (n <= 0) {
-            return -1;
-        }
-        to += n;
-        size -= (size_t)n;
+slave *slave_new(const char *resources, wire_log log, void *log_to) {
+    slave *s = calloc(1, sizeof *s);
+    if (!s) {
+        return NULL;
     }
-    return 0;
+    s->line = -1;
+    s->memory = -1;
+    s->log = log;
+    s->log_to = log_to;
+    s->resources = path_of_uri(resources);
+    if (!s->resources || share(s) != 0) {
+        slave_free(s);
+        return NULL;
+    }
+    return s;
 }
 
 /* The interpreter of the export, or the one that the environment names. */
@@ -114,151 +116,65 @@ static const char *interpreter(void) {
     return named && *named ? named : MODEL_PYTHON;
 }
 
+/* In the new process: nothing of the importer but the page and the line. */
+static void become(char *const words[], int line, int memory) {
+    sigset_t none;
+    sigemptyset(&none);
+    sigprocmask(SIG_SETMASK, &none, NULL);
+    syscall(SYS_close_range, 3U, ~0U, 4U /* CLOSE_RANGE_CLOEXEC */);
+    fcntl(line, F_SETFD, 0);
+    fcntl(memory, F_SETFD, 0);
+    dup2(STDERR_FILENO, STDOUT_FILENO); /* the importer's output is its own */
+    execvp(words[0], words);
+    _exit(NOT_STARTED);
+}
+
 static int start(slave *s) {
     int pair[2];
-    char handle[16];
+    char line[16], memory[16], python[4096], module[] = "cnc_core.fmu.slave";
+    char safe[] = "-P", run[] = "-m";
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0) {
         return -1;
     }
-    const char *python = interpreter();
+    snprintf(line, sizeof line, "%d", pair[1]);
+    snprintf(memory, sizeof memory, "%d", s->memory);
+    snprintf(python, sizeof python, "%s", interpreter());
+    char *words[] =
+        {python, safe, run, module, line, memory, s->resources, NULL};
     s->pid = fork();
     if (s->pid == 0) {
-        /* a copy stays open in the new program */
-        snprintf(handle, sizeof handle, "%d", dup(pair[1]));
-        execlp(python,
-               python,
-               "-P",
-               "-m",
-               "cnc_core.fmu.slave",
-               handle,
-               s->resources,
-               (char *)NULL);
-        _exit(127);
+        become(words, pair[1], s->memory);
     }
     close(pair[1]);
-    s->handle = pair[0];
+    s->line = pair[0];
     return s->pid > 0 ? 0 : -1;
 }
 
-static void say_end(slave *s) {
-    char text[TEXT_MAX];
+/* The process is gone: why, and nothing of it is left. */
+static int say_end(slave *s) {
+    char text[WIRE_TEXT];
     int status = 0;
     pid_t ended = s->pid > 0 ? waitpid(s->pid, &status, 0) : 0;
-    if (ended == s->pid && WIFEXITED(status) && WEXITSTATUS(status) == 127) {
+    int exited = ended == s->pid && WIFEXITED(status);
+    if (exited && WEXITSTATUS(status) == NOT_STARTED) {
         snprintf(text,
                  sizeof text,
                  "%s cannot be started: set HLI_COSIM_PYTHON to a Python that"
                  " has hli-cosim",
                  interpreter());
+    } else if (exited) {
+        snprintf(text,
+                 sizeof text,
+                 "the process of the cell has ended with status %d: %s",
+                 WEXITSTATUS(status),
+                 "HLI_COSIM_PYTHON must name a Python that has hli-cosim");
     } else {
         snprintf(text, sizeof text, "the process of the cell has died");
     }
     s->pid = 0;
     say(s, text);
     slave_stop(s);
-}
-
-/* Reads an answer into the outputs. */
-static int answer(slave *s) {
-    uint32_t head[3];
-    char text[TEXT_MAX];
-    if (read_all(s->handle, head, sizeof head) != 0) {
-        say_end(s);
-        return -1;
-    }
-    for (uint32_t left = head[1]; left > 0;) {
-        uint32_t part = left < TEXT_MAX - 1 ? left : TEXT_MAX - 1;
-        if (read_all(s->handle, text, part) != 0) {
-            say_end(s);
-            return -1;
-        }
-        text[part] = 0;
-        say(s, text);
-        left -= part;
-    }
-    if (head[2] == MODEL_OUTPUTS) {
-        size_t size = MODEL_OUTPUTS * sizeof(double);
-        if (read_all(s->handle, s->values + MODEL_FIRST_OUTPUT, size) != 0) {
-            say_end(s);
-            return -1;
-        }
-    }
-    return head[0] == 0 ? 0 : -1;
-}
-
-static int ask(slave *s,
-               uint32_t kind,
-               uint64_t cycles,
-               uint32_t first,
-               uint32_t count) {
-    struct {
-        uint32_t kind, count;
-        uint64_t cycles;
-    } head = {kind, count, cycles};
-    if (s->handle < 0) {
-        say(s, "the cell is not running");
-        return -1;
-    }
-    if (write_all(s->handle, &head, sizeof head) != 0
-        || write_all(s->handle, s->values + first, count * sizeof(double))
-               != 0) {
-        say_end(s);
-        return -1;
-    }
-    return answer(s);
-}
-
-int slave_setup(slave *s) {
-    if (start(s) != 0) {
-        say(s, strerror(errno));
-        return -1;
-    }
-    return ask(s, WIRE_SETUP, 0, 0, MODEL_FIRST_OUTPUT);
-}
-
-int slave_step(slave *s, double step) {
-    double cycles = step / MODEL_CYCLE;
-    double whole = round(cycles);
-    if (!(whole >= 1.0) || fabs(cycles - whole) > 1e-6) {
-        char text[TEXT_MAX];
-        snprintf(text,
-                 sizeof text,
-                 "a step of %g s is no multiple of the cell's cycle, %g s",
-                 step,
-                 MODEL_CYCLE);
-        say(s, text);
-        return -1;
-    }
-    return ask(s, WIRE_STEP, (uint64_t)whole, MODEL_FIRST_INPUT, MODEL_INPUTS);
-}
-
-int slave_hli(slave *s) {
-    struct {
-        uint32_t kind, count;
-        uint64_t cycles;
-    } request = {WIRE_HLI, 0, 0};
-    uint32_t head[3];
-    if (s->handle < 0) {
-        say(s, "the cell is not running");
-        return -1;
-    }
-    if (write_all(s->handle, &request, sizeof request) != 0
-        || read_all(s->handle, head, sizeof head) != 0) {
-        say_end(s);
-        return -1;
-    }
-    uint8_t *hli = realloc(s->hli, head[1] + 1);
-    if (!hli) {
-        say(s, "no memory");
-        return -1;
-    }
-    s->hli = hli;
-    s->hli_size = head[1];
-    if (read_all(s->handle, hli, head[1]) != 0) {
-        say_end(s);
-        return -1;
-    }
-    return 0;
+    return WIRE_ENDED;
 }
 
 static int gone(pid_t pid) {
@@ -271,10 +187,116 @@ static int gone(pid_t pid) {
     return 0;
 }
 
+/* ---- asking */
+static int64_t now_ns(void) {
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return time.tv_sec * 1000000000LL + time.tv_nsec;
+}
+
+static int reached(const wire_word *word, uint32_t count) {
+    return __atomic_load_n(&word->count, __ATOMIC_ACQUIRE) == count;
+}
+
+static void post(wire_word *word, uint32_t count) {
+    __atomic_store_n(&word->count, count, __ATOMIC_SEQ_CST);
+    if (__atomic_load_n(&word->waiters, __ATOMIC_SEQ_CST) != 0) {
+        syscall(SYS_futex, &word->count, FUTEX_WAKE, INT32_MAX, NULL, NULL, 0);
+    }
+}
+
+/* One sleep of a slice at most; spurious wakes do no harm. */
+static void sleep_on(wire_word *word, uint32_t count) {
+    struct timespec slice = {0, SLICE_NS};
+    __atomic_fetch_add(&word->waiters, 1u, __ATOMIC_SEQ_CST);
+    uint32_t seen = __atomic_load_n(&word->count, __ATOMIC_SEQ_CST);
+    if (seen != count) {
+        syscall(SYS_futex, &word->count, FUTEX_WAIT, seen, &slice, NULL, 0);
+    }
+    __atomic_fetch_sub(&word->waiters, 1u, __ATOMIC_SEQ_CST);
+}
+
+static int other_end_closed(const slave *s) {
+    char none;
+    return recv(s->line, &none, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+}
+
+/* 0, or -1: the process is gone. */
+static int wait_for(slave *s, uint32_t count) {
+    wire_word *answered = &s->page->answered;
+    for (int64_t end = now_ns() + SPIN_NS; now_ns() < end; sched_yield()) {
+        if (reached(answered, count)) {
+            return 0;
+        }
+    }
+    while (!reached(answered, count)) {
+        sleep_on(answered, count);
+        if (!reached(answered, count) && other_end_closed(s)) {
+            return reached(answered, count) ? 0 : -1;
+        }
+    }
+    return 0;
+}
+
+static uint32_t placed(slave *s, uint32_t kind, uint64_t cycles) {
+    wire_page *page = s->page;
+    page->kind = kind;
+    page->cycles = cycles;
+    page->failed = 0;
+    page->text[0] = 0;
+    uint32_t count = page->asked.count + 1;
+    post(&page->asked, count);
+    return count;
+}
+
+static int ask(slave *s, uint32_t kind, uint64_t cycles) {
+    if (s->line < 0) {
+        say(s, "the cell is not running");
+        return WIRE_ENDED;
+    }
+    if (wait_for(s, placed(s, kind, cycles)) != 0) {
+        return say_end(s);
+    }
+    s->page->text[WIRE_TEXT - 1] = 0;
+    if (s->page->text[0]) {
+        say(s, s->page->text);
+    }
+    return (int)s->page->failed;
+}
+
+int slave_setup(slave *s) {
+    if (start(s) != 0) {
+        say(s, strerror(errno));
+        return WIRE_ENDED;
+    }
+    return ask(s, WIRE_SETUP, 0);
+}
+
+int slave_step(slave *s, double step) {
+    double cycles = step / MODEL_CYCLE;
+    double whole = round(cycles);
+    if (!(whole >= 1.0) || !(whole <= 1e15) || fabs(cycles - whole) > 1e-6) {
+        char text[WIRE_TEXT];
+        snprintf(text,
+                 sizeof text,
+                 "a step of %g s is no multiple of the cell's cycle, %g s",
+                 step,
+                 MODEL_CYCLE);
+        say(s, text);
+        return WIRE_REFUSED;
+    }
+    return ask(s, WIRE_STEP, (uint64_t)whole);
+}
+
+int slave_hli(slave *s) {
+    return ask(s, WIRE_HLI, 0);
+}
+
 void slave_stop(slave *s) {
-    if (s->handle >= 0) {
-        close(s->handle);
-        s->handle = -1;
+    if (s->line >= 0) {
+        placed(s, WIRE_END, 0);
+        close(s->line);
+        s->line = -1;
     }
     if (s->pid > 0 && !gone(s->pid)) {
         kill(s->pid, SIGTERM);
@@ -289,8 +311,13 @@ void slave_stop(slave *s) {
 void slave_free(slave *s) {
     if (s) {
         slave_stop(s);
+        if (s->page) {
+            munmap(s->page, sizeof *s->page);
+        }
+        if (s->memory >= 0) {
+            close(s->memory);
+        }
         free(s->resources);
-        free(s->hli);
         free(s);
     }
 }

@@ -47,6 +47,14 @@ class Compensation:
         self._modal = modal
         self.choice = Choice()
 
+    def take_back(self, before: Choice) -> None:
+        """The block is refused, its rows are lost: a side that it chose is not in
+        force.  A G40 counts, or the blocks behind it would be refused too.
+        """
+        if not before.active:
+            self.choice = before
+        self._modal.set_compensated(self.choice.active)
+
     def update(
         self, codes: dict[str, int], radius_mm: float, plane: int, n: int
     ) -> list[Row]:

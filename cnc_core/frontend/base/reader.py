@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cnc_core.blocks import NC_BLOCK, BlockBatch
+from cnc_core.blocks import NC_BLOCK, NO_ROWS, BlockBatch
+from cnc_core.blocks.pool import rows_of
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base import scanner
 from cnc_core.frontend.base.block_text import BlockText
@@ -34,6 +35,8 @@ WARNINGS_MAX = 1000  # of one number
 # blocks without a row (and, where somebody answers, without a wait): error
 # 907001
 IDLE_BLOCKS_MAX = 5_000_000
+# of the room for rows: what is handed out with it; less is copied
+SHARE_HANDED_OUT = 8
 ERRORS_MAX = 1000  # that a check collects
 ALIKE_MAX = 10  # of one number and line, with texts of their own
 # what a check follows where blocks come again: without a row; all of them
@@ -100,6 +103,7 @@ class BlockReader(ABC):
         self._collect = collect
         self._scan = scan
         self._queue: deque[Item] = deque()
+        self._room = NO_ROWS  # for the rows of ``read``
         self._ended = False
         self._drained = (
             False  # the wait in front of the next block has come true
@@ -178,11 +182,17 @@ class BlockReader(ABC):
         """
         if rows < 1:
             raise ValueError("rows must be positive")
-        out = np.empty(rows, NC_BLOCK)
+        out = (
+            self._room if len(self._room) == rows else np.empty(rows, NC_BLOCK)
+        )
         self._breath = 0
         filled = self._fill(out)
-        if filled:
+        if filled > rows // SHARE_HANDED_OUT:
+            self._room = NO_ROWS
             return BlockBatch(out[:filled])
+        self._room = out
+        if filled:
+            return BlockBatch(rows_of(out[:filled].tobytes()))
         if not self._queue:
             return None if self._ended else BlockBatch.empty()
         if isinstance(self._queue[0], CncError):

@@ -105,6 +105,7 @@ class Modal:
             raise ValueError(f"{len(machine.axes)} axes, at most {NC_AXES}")
         self.machine = machine
         self._result = ffi.new("nc_scan_result *")
+        self._words = ffi.new("nc_words *")
         self._modal = m = ffi.new("nc_modal *")
         lib.nc_modal_init(m)
         m.rules, m.centre_limit, m.centre_ratio = (
@@ -364,7 +365,7 @@ class Modal:
         target = row_pointer(row, writable=True)
         error = int(
             lib.nc_block_from_words(
-                self._modal, _nc_words(words), target, emitted
+                self._modal, _fill_in(self._words, words), target, emitted
             )
         )
         return error, row if emitted[0] else None
@@ -386,16 +387,15 @@ class Modal:
         return row
 
 
-def _nc_words(words: MotionWords) -> Any:
-    w = ffi.new("nc_words *")
+def _fill_in(w: Any, words: MotionWords) -> Any:
+    """``w``: nc_words of C."""
     lib.nc_words_init(w)
     for axis, value in words.axis.items():
         w.axis[axis] = value
         w.axis_set |= 1 << axis
-    for i, letter in enumerate("IJK"):
-        if letter in words.centre:
-            w.centre[i] = words.centre[letter]
-            w.set |= CENTRE_BITS[letter]
+    for letter, value in words.centre.items():
+        w.centre["IJK".index(letter)] = value
+        w.set |= CENTRE_BITS[letter]
     if words.r is not None:
         w.r, w.set = words.r, w.set | lib.NC_WORD_R
     if words.f is not None:

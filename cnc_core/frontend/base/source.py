@@ -141,10 +141,12 @@ class Source:
             chunk = self._file.read(self._chunk_bytes)
         except OSError as error:
             raise self._unreadable(error) from None
+        self.final = not chunk
+        if self.final:
+            return  # short jumps back stay in the buffer
         self.buffer = self.buffer[self.offset :] + chunk
         self._base += self.offset
         self.offset = 0
-        self.final = not chunk
 
     def line(self) -> str | None:
         """The next physical line without its line break and trailing blanks.

@@ -17,7 +17,7 @@ from cnc_core.blocks import (
     T,
     motion_planes,
 )
-from cnc_core.errors import ERRORS
+from cnc_core.errors import ERRORS, CncError
 
 from ..base.lexer import fail
 from ..base.scanner import MotionWords, Row
@@ -74,6 +74,16 @@ class Executor:
         self.calls = []
         if words.is_dwell:
             return [*due, dwell(self._state, words)]
+        compensation = self._channel.compensation
+        chosen = compensation.choice
+        try:
+            return self._moved(words, due)
+        except CncError:
+            compensation.take_back(chosen)
+            raise
+
+    def _moved(self, words: Words, due: list[Row]) -> list[Row]:
+        """Rows of a block that may choose tool radius compensation."""
         self._check(words)
         words = self._turning_words(self._selections.take(words))
         before = due + self._switch_rows(words)

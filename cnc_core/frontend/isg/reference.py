@@ -203,8 +203,9 @@ TIME; TIMER
     dwell; `START\|STOP\|READ\|CLEAR [SYN ID=1]`, ms of machine time as it was
     when the last wait came true
 WAIT; SIGNAL; SIGNAL REMOVE
-    within the channel; a wait for a signal that has not been sent is error
-    907052, lenient a warning
+    `[SYN] [ID COUNT P CH AHEAD]` between [channels](../channels.md); in a cell
+    with one a wait for a signal that has not been sent is error 907052,
+    lenient a warning
 ERROR
     RC=0 a warning; 2 and 7 error 907050
 MSG

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cnc_core.blocks import SMOOTHING, STANDSTILL, M, S, T, motion_planes
-from cnc_core.errors import ERRORS
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.compensation import Choice, Compensation
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, MotionWords, Row
@@ -69,6 +69,14 @@ class Executor:
 
     def execute(self, words: Words) -> list[Row]:
         """Rows of one block; sets ``ended`` when the block ends the program."""
+        before = self.compensation.choice
+        try:
+            return self._executed(words)
+        except CncError:
+            self.compensation.take_back(before)
+            raise
+
+    def _executed(self, words: Words) -> list[Row]:
         motion = self._motion_of(words)
         self._check_m(words)
         check_usage(words, motion)

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.block_text import (
@@ -83,6 +85,7 @@ LEVELS_MAX = 101
 IDLE_BLOCKS = 1_000_000  # blocks without a row: error 907001
 SPEED_GENERIC = 9  # $_K9 shows S (WR_SPD)
 PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
+NOWHERE = np.zeros(0)
 Items = Sequence[Row | Wait]
 
 
@@ -346,7 +349,7 @@ class IsonsFrontEnd(BlockReader):
         output = self.channel.output
         bounds = output.bounds
         file = self.flow.file
-        start = self.modal.position
+        start = self.modal.position if bounds.low is not None else NOWHERE
         rows = super()._advance(out)
         if not rows:
             return 0

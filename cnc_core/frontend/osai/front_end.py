@@ -92,6 +92,7 @@ class OsaiFrontEnd(BlockReader):
         self._letters = "".join(self._axes) + "FST"
         self._variables = Variables()
         self._given = setup
+        self._found: dict[str, Path] = {}  # called files by name
         self._setup = SetupFile(setup) if setup else None
         self._profile: Profile | None = None
         self._spec_ok, self._no_setup = True, False
@@ -251,11 +252,14 @@ class OsaiFrontEnd(BlockReader):
             raise fail(error.code, error.text, offset) from None
 
     def _call(self, name: str, offset: int) -> None:
-        path = self._beside(name, offset) if name else None
+        path = self._found.get(name)
+        if path is None and name:
+            path = self._beside(name, offset)
         if path is None:
             raise fail(
                 907030, f"subprogram {name or '(no name)'} not found", offset
             )
+        self._found[name] = path
         self.flow.call(Level(self.flow.file_of(path), START, name))
 
     def _words(self, words: Words, text: str) -> list[Row | Wait]:

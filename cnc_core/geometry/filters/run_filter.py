@@ -180,6 +180,10 @@ class RunFilter(ABC):
 
     # the stage
 
+    @property
+    def idle(self) -> bool:
+        return not self.on
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows
         mine = (rows["type"] == FILTER) & (rows["code"] == self.code)

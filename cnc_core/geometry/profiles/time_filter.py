@@ -129,6 +129,10 @@ class ProfileFilter:
         self._held: deque[tuple[BlockBatch, BoolArray, _Caps]] = deque()
         self._queue = _Queue(0)
 
+    @property
+    def idle(self) -> bool:
+        return self._now is None
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows
         if not len(rows) or (self._now is None and not self._filters):

@@ -37,6 +37,10 @@ class Asleep:
         self._before: BlockBatch | None = None
         self._last: BlockBatch | None = None
 
+    @property
+    def idle(self) -> bool:
+        return not self._awake or self._inside.idle
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         if not self._awake:
             types = batch.rows["type"]

@@ -50,6 +50,8 @@ class AxisLimits:
         self.low, self.high = limits
         self.last = start.copy()
 
+    idle = True
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         """The same rows; those that set limits end here."""
         switches = np.flatnonzero(batch.rows["type"] == SOFT_LIMITS)

@@ -93,6 +93,10 @@ class Contouring:
         self._place, self._warn = place, warn
         self._short: set[tuple[int, int]] = set()
 
+    @property
+    def idle(self) -> bool:
+        return bool(lib.nc_contour_idle(self._state))
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows that are final now."""
         if (

@@ -143,6 +143,10 @@ class Corners:
         )  # of the motion held, or where the path stands
         self._held = BlockBatch.empty()
 
+    @property
+    def idle(self) -> bool:
+        return not len(self._held)
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows that are final now; RefusedRow where an element does not fit."""
         batch = joined([self._held, batch]) if len(self._held) else batch

@@ -223,6 +223,10 @@ class Tap:
 
     # what comes in
 
+    @property
+    def idle(self) -> bool:
+        return not self._on and not self.active
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         begin = 0
         for place in [
@@ -355,6 +359,10 @@ class Driven:
         self, start: FloatArray, main: tuple[int, int, int], taps: Sequence[Tap]
     ) -> None:
         self._chords, self._taps = Chords(start, main), taps
+
+    @property
+    def idle(self) -> bool:
+        return not any(tap.active for tap in self._taps)
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         at = _moving(batch.rows)

@@ -91,6 +91,12 @@ class Frames:
         self._naming = False
         self.deviation = 0.0
 
+    @property
+    def idle(self) -> bool:
+        coordinates = self._coordinates
+        plain = coordinates.frame.identity and not coordinates.ptp
+        return plain and self._inside.idle
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         switches = np.flatnonzero(batch.rows["type"] == COORDINATES)
         if (

@@ -111,6 +111,10 @@ class KinematicsStage:
         self._element = start.copy()  # where the elements stand, programmed
         self.deviation, self.used = 0.0, False
 
+    @property
+    def idle(self) -> bool:
+        return self._kinematics is None
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         switches = np.flatnonzero(batch.rows["type"] == COORDINATES)
         if not len(switches) and self._kinematics is None:
@@ -481,6 +485,10 @@ class ProgrammedView:
 
     def __init__(self, behind: Any) -> None:
         self._behind = behind
+
+    @property
+    def idle(self) -> bool:
+        return bool(self._behind.idle)
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows

@@ -101,6 +101,10 @@ class Orbit:
         self._open: list[_Element] = []
         self._in_loop = False
 
+    @property
+    def idle(self) -> bool:
+        return not self._distance and not self._held
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows
         if (

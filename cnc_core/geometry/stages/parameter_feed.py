@@ -64,6 +64,8 @@ class ParameterFeed:
     def __init__(self, axes: int, main: tuple[int, int, int]) -> None:
         self._axes, self._main = axes, main
 
+    idle = True
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows
         which = np.flatnonzero(

@@ -108,6 +108,8 @@ class NoPathMode:
     settings are consumed.
     """
 
+    idle = True
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         kind = batch.rows["type"]
         mine = (kind == PATH_MODE) | (kind == FILTER)
@@ -134,6 +136,10 @@ class PathMode:
         self._last = start.copy()
         self._held = BlockBatch.empty()
         self._held_start = start.copy()
+
+    @property
+    def idle(self) -> bool:
+        return not self._settings.acts and not len(self._held)
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows whose ends are known; settings are consumed."""

@@ -115,6 +115,10 @@ class Profiles:
         self.filters: dict[int, TimeFilter] = {}
         self.report = ProfileReport()
 
+    @property
+    def idle(self) -> bool:
+        return self._open is None
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         """The rows that come before a profile's columns, and those that its
         columns settle.

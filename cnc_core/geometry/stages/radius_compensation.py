@@ -67,6 +67,10 @@ class RadiusCompensation:
         """Rows held back."""
         return int(self._state.held) + int(self._state.has_prev)
 
+    @property
+    def idle(self) -> bool:
+        return bool(lib.nc_offset_idle(self._state)) and not self.held
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows
         if (

@@ -103,13 +103,17 @@ class Smoothing:
         self._tolerance, self._described = tolerance, described
         self._state: Any = ffi.gc(handle, lib.nc_smooth_free)
 
+    @property
+    def idle(self) -> bool:
+        return self._exact
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows and pieces that are final now."""
         rows = self._switched(batch.rows)
         if self._exact and not (rows["type"] == SMOOTHING).any():
             self._follow(batch.rows)
             return batch
-        self._exact = False
+        self._exact = not self._smooths(rows)
         rows = np.ascontiguousarray(rows)
         pool = np.ascontiguousarray(batch.pool)
         pointer = pool_pointer(pool)
@@ -121,6 +125,14 @@ class Smoothing:
         if taken < 0:
             raise MemoryError("smoothing")
         return self._taken()
+
+    def _smooths(self, rows: npt.NDArray[Any]) -> bool:
+        """Behind these rows a tolerance is in force."""
+        switches = rows[rows["type"] == SMOOTHING]
+        if not len(switches):
+            return True
+        last = switches[-1]
+        return bool(last["code"] and (last["value"] > 0.0 or self._tolerance))
 
     def _switched(self, rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Rows that only say how to drive give way to a larger tolerance, and

@@ -147,6 +147,10 @@ class Spline:
         self._made: list[int] = []  # which of these are curves without length
         self._pool: list[float] = []
 
+    @property
+    def idle(self) -> bool:
+        return self._curve is None and self._ending is None
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows that are final now; RefusedRow for a circle inside a spline or
         too few points.

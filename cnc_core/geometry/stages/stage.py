@@ -35,6 +35,14 @@ class RefusedRow(Exception):  # noqa: N818 - it is the row that is refused, the 
 class Stage(Protocol):
     """One step of path preparation."""
 
+    @property
+    def idle(self) -> bool:
+        """Nothing is held, and rows without a word for the stage pass as they are.
+
+        The stage then remembers where the last motion ended, and nothing else.
+        """
+        ...
+
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows that are final now. RefusedRow for the first wrong one."""
         ...
@@ -52,6 +60,8 @@ class DropZeroLength:
     """Motions of no length give no row: no element, no log entry (look-ahead
     specification, section 2).
     """
+
+    idle = True
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows
@@ -81,6 +91,10 @@ class Pipeline:
     def __init__(self, stages: Sequence[Stage]) -> None:
         self.stages = list(stages)
         self._drained = False  # nothing has come since
+
+    @property
+    def idle(self) -> bool:
+        return all(stage.idle for stage in self.stages)
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         self._drained = False

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from ..errors import ARGUMENT, CLASS, TARGET, Position, StopHere
 from ..model import types
 from ..model.classes import STANDARD_NAMES, Class, ClassType, Routine, Variable
-from ..model.world import unknown
+from ..model.world import Cascade, unknown
 from ..syntax import tree
-from . import assertions, convert, literal_values, places, store
+from . import assertions, convert, places, store
 from .context import Context
-from .value import PropertyRef, RoutineRef, Value, address, at, constant
+from .value import PropertyRef, RoutineRef, Value, address, at
 
 
 @dataclass
@@ -90,6 +90,10 @@ def call_routine(context: Context, base: RoutineRef, node: tree.Call) -> Value:
     base = assertions.chosen(context, base, node)
     routine = base.routine
     _check_callable(context, base, node.pos)
+    if routine.pou.kind == "action" and node.arguments:
+        return _call_action(context, base, node)
+    if routine.refused:
+        raise Cascade(node.pos)
     given = matched(routine.parameters, node.arguments, routine.label)
     return _call(context, base, given, node.pos)
 
@@ -188,11 +192,9 @@ def _omitted(
         return context.value(init, variable.type)
     if init is not None and isinstance(variable.type, types.StringType):
         return context.value(init, variable.type)
-    if variable.type.scalar:
-        return constant(variable.type, 0)
-    if isinstance(variable.type, types.StringType):
-        return literal_values.text_literal(context, "", variable.type.wide, pos)
-    text = f"{routine.label} needs {variable.name}"
+    text = (
+        f"{routine.label} needs {variable.name}; its declaration has no value"
+    )
     raise StopHere(ARGUMENT, text, pos)
 
 
@@ -449,18 +451,52 @@ def call_instance(context: Context, base: Value, node: tree.Call) -> Value:
     cls = base.type.cls
     if cls.body is None:
         raise StopHere(CLASS, f"{cls.name} cannot be called", node.pos)
-    cls.layout()
-    given = matched(cls.parameters(), node.arguments, cls.name)
+    given = _given(cls, node)
     instance = base.text
     if "(" in instance and ("st_" in instance or base.calls):
-        instance = context.pointer()
-        context.put(f"{instance} = {base.text};")
+        instance = _kept(context, base.text)
     _check_in_outs(cls, given, node)
+    body = _body_call(context, base, cls, instance)
+    return _with_arguments(context, cls, given, instance, body)
+
+
+def _call_action(context: Context, base: RoutineRef, node: tree.Call) -> Value:
+    """``fb.Act(IN := a, Q => b)``: inputs of the block, the action, outputs."""
+    cls = base.routine.owner
+    assert cls is not None
+    given = _given(cls, node)
+    instance = base.instance
+    if "(" in instance:
+        instance = _kept(context, instance)
+    body = f"{target(context, base, instance)}({instance})"
+    return _with_arguments(context, cls, given, instance, body)
+
+
+def _kept(context: Context, text: str) -> str:
+    name = context.pointer()
+    context.put(f"{name} = {text};")
+    return name
+
+
+def _given(cls: Class, node: tree.Call) -> dict[str, tree.Argument]:
+    cls.layout()
+    if cls.uncertain:
+        raise Cascade(node.pos)
+    return matched(cls.parameters(), node.arguments, cls.name)
+
+
+def _with_arguments(
+    context: Context,
+    cls: Class,
+    given: dict[str, tree.Argument],
+    instance: str,
+    body: str,
+) -> Value:
     for variable in cls.parameters():
         argument = given.get(variable.name.upper())
         if argument is not None and argument.value is not None:
             _give(context, variable, argument.value, instance)
-    context.put(_body_call(context, base, cls, instance) + ";")
+    context.put(body + ";")
     for variable in cls.parameters():
         argument = given.get(variable.name.upper())
         if variable.section == "VAR_OUTPUT" and argument is not None:

@@ -136,6 +136,8 @@ def _of_routine(
     found = base.routine.variables.get(name.upper())
     if found is not None and found.storage in ("global", "constant"):
         return names.variable(context, found, "", pos)
+    if base.routine.refused:
+        raise Cascade(pos)
     text = f"{base.routine.label} has no {name} outside of its call"
     raise StopHere(NAME, text, pos)
 
@@ -219,6 +221,8 @@ def _of_instance(
     static = base.exact or ("st_" not in base.text and base.text != "self")
     found = names.member_of(context, cls, base.text, key, pos, static)
     if found is None:
+        if cls.uncertain:
+            raise Cascade(pos)
         known = [v.name for v in cls.instance_variables()] + cls.slots()
         raise unknown(f"member of {cls.name}:", name, known, pos)
     _check_access(context, found, key, base, pos)
@@ -274,6 +278,8 @@ def _of_interface(
         )
     routine = cls.method(key)
     if routine is None:
+        if any(found.refused for found in (cls, *cls.all_interfaces())):
+            raise Cascade(pos)
         known = cls.interface_methods()
         raise unknown(f"method of {cls.name}:", name, known, pos)
     return RoutineRef(routine, base.text, False, cls, base.calls)

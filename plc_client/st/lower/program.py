@@ -3,18 +3,37 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
-from ..errors import Origin, StopHere, refuse
+from ..errors import Origin, Problem, StopHere, refuse
 from ..model import collect, types
 from ..model.classes import Class, Routine
 from ..model.world import World
+from ..source.units import Unit
 from ..syntax import tree
 from . import initial, places, routines
 from .routines import CText
 
 GROUP_LINES = 4000
 """Lines of C in one object; an edit compiles the objects it changes."""
+
+
+class KeptUnits(Protocol):
+    """The C of units of earlier builds: functions, prototypes, warnings."""
+
+    def of(
+        self, unit: Unit
+    ) -> tuple[list[str], dict[str, str], list[Problem]]: ...
+
+    def keep(
+        self,
+        unit: Unit,
+        functions: list[str],
+        prototypes: dict[str, str],
+        warnings: list[Problem],
+    ) -> None: ...
 
 
 @dataclass
@@ -31,8 +50,9 @@ class Program:
 class Lowering:
     """Lowers every POU of the program that is used or the user's own."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, kept: KeptUnits | None = None) -> None:
         self._world = world
+        self._kept = kept
         self._texts: dict[str, CText] = {}
         self._of_library: set[str] = set()
         self.pous = 0
@@ -109,7 +129,9 @@ class Lowering:
 
     def _class(self, cls: Class) -> None:
         self.pous += 1
-        text = routines.class_text(self._world, cls)
+        text = self._once(
+            cls.pou, lambda: routines.class_text(self._world, cls)
+        )
         self._texts[cls.name.upper()] = text
         self._note(cls.name.upper(), cls.origin)
 
@@ -117,10 +139,30 @@ class Lowering:
         self.pous += 1
         assert self._world.declare is not None
         self._world.declare(function)
-        text = CText()
-        routines.routine(self._world, function, text)
-        self._texts[function.c] = text
+
+        def lowered() -> CText:
+            text = CText()
+            routines.routine(self._world, function, text)
+            return text
+
+        self._texts[function.c] = self._once(function.pou, lowered)
         self._note(function.c, function.origin)
+
+    def _once(self, pou: tree.Pou, lowered: Callable[[], CText]) -> CText:
+        """The C that is kept, or C that is made now and kept if it is right."""
+        kept, log = self._kept, self._world.log
+        if kept is None or pou.unit is None:
+            return lowered()
+        if pou.outlined:
+            functions, prototypes, warnings = kept.of(pou.unit)
+            log.warnings += warnings
+            return CText(prototypes, functions)
+        errors, warnings_before = len(log.errors), len(log.warnings)
+        text = lowered()
+        if len(log.errors) == errors:
+            new = log.warnings[warnings_before:]
+            kept.keep(pou.unit, text.functions, text.prototypes, new)
+        return text
 
     def _note(self, key: str, origin: Origin | None) -> None:
         """The library's objects stay in the cache whatever the program is."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 from collections.abc import Callable
 
 from ..errors import CONSTANT, RANGE, SYNTAX, TWICE, TYPE, StopHere, refuse
@@ -166,10 +167,13 @@ def _label(
     if high < low:
         text = f"the range {low}..{high} is empty"
         raise StopHere(RANGE, text, low_node.pos)
-    if any(low <= b and a <= high for a, b in taken):
+    place = bisect.bisect(taken, (low, high))
+    before = taken[place - 1][1] if place else low - 1
+    behind = taken[place][0] if place < len(taken) else high + 1
+    if before >= low or behind <= high:
         text = f"the label {low} stands twice"
         raise StopHere(RANGE, text, low_node.pos)
-    taken.append((low, high))
+    taken.insert(place, (low, high))
     limits = f"{low}ll" if low == high else f"{low}ll ... {high}ll"
     if low == -(1 << 63):
         raise refuse("a label of -2**63", low_node.pos)

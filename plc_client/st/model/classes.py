@@ -57,9 +57,11 @@ class Variable:
             pending, self.pending = self.pending, self._circle
             try:
                 pending()
-            finally:
+            except StopHere:
                 if self.pending == self._circle:
-                    self.pending = None
+                    self.pending = pending  # each use is told nothing more
+                raise
+            self.pending = None
         return self
 
     def _circle(self) -> None:
@@ -136,6 +138,11 @@ class Class:
             found.append(cls)
             cls = cls.base
         return found
+
+    @property
+    def uncertain(self) -> bool:
+        """Part of it was refused: it may have members that are not known."""
+        return any(cls.refused for cls in self.ancestors())
 
     def variable(self, name: str) -> Variable | None:
         """A variable of the class or its bases, by its name in capitals."""

@@ -436,7 +436,7 @@ class Declarations:
         in_out = found.section == "VAR_IN_OUT"
         if found.read_only and not in_out:
             found.constant = self._constant(context, found)
-        if declaration.address:
+        if declaration.address and not _of_each_instance(holder, declaration):
             self._at_address(found, declaration)
         elif isinstance(found.type, types.OpenArray) and not in_out:
             raise refuse("ARRAY [*] outside of VAR_IN_OUT", declaration.pos)
@@ -582,3 +582,9 @@ class Declarations:
             context.error(stop)
             found.pending = broken(declaration)
             raise Cascade(declaration.pos) from None
+
+
+def _of_each_instance(holder: Class | Routine, declaration: tree.Decl) -> bool:
+    """``AT %I*`` of a function block: each instance has its own."""
+    is_block = isinstance(holder, Class) and holder.kind == "function_block"
+    return is_block and declaration.address.endswith("*")

@@ -79,7 +79,7 @@ def declare(world: World) -> frozenset[str]:
 def _constants(world: World) -> None:
     holder = VariableList(CONSTANTS, library=True)
     world.lists[CONSTANTS.upper()] = holder
-    for name, value in export._st_constants().items():
+    for name, value in export.st_constants().items():
         found = Variable(name, types.UDINT, "VAR_GLOBAL", storage="constant")
         found.constant, found.read_only = value, True
         holder.variables[name.upper()] = found

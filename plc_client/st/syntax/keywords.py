@@ -65,6 +65,10 @@ _DECLARING = {
 }  # fmt: skip
 
 
+_NAMING = frozenset({"METHOD", "PROPERTY", "FUNCTION", "MODIFIER", "ACTION"})
+"""Behind these a name ahead of a colon is no label."""
+
+
 class _Marks:
     """Finds the labels of JMP: a name ahead of a colon, neither in a declaration
     nor in CASE.  A text without JMP has none.
@@ -83,7 +87,7 @@ class _Marks:
         """Whether a name is a label."""
         if not self._text or self._declaring or self._cases:
             return False
-        if before in ("METHOD", "PROPERTY", "FUNCTION", "MODIFIER"):
+        if before in _NAMING:
             return False
         return _COLON.match(self._text, token.end_pos or 0) is not None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from contextlib import suppress
 from importlib import resources
 from typing import Any
 
@@ -13,6 +14,7 @@ from ..errors import SYNTAX, TEXT, Log, Origin, Position, StopHere
 from ..source.units import Unit
 from .build import Builder
 from .keywords import KEYWORDS, Keywords
+from .quick import NotAcceptedError, QuickParser
 
 MAX_ERRORS = 10
 """Errors of one unit before the rest of it is left alone."""
@@ -36,7 +38,7 @@ _CLOSERS = frozenset(w for w in KEYWORDS if w.startswith("END_"))
 
 
 @functools.cache
-def _parser() -> tuple[Lark, Builder, Keywords]:
+def _parser() -> tuple[Lark, Builder, Keywords, QuickParser]:
     grammar = resources.files(__package__).joinpath("grammar.lark").read_text()
     builder, keywords = Builder(), Keywords()
     lark = Lark(
@@ -48,14 +50,16 @@ def _parser() -> tuple[Lark, Builder, Keywords]:
         maybe_placeholders=False,
         start=["unit", "head", "body", "accessor"],
     )
-    return lark, builder, keywords
+    return lark, builder, keywords, QuickParser(lark)
 
 
 def parse(unit: Unit, log: Log) -> Any:
     """The tree of a unit, or None; errors go to the log."""
-    lark, builder, keywords = _parser()
+    lark, builder, keywords, quick = _parser()
     keywords.text = unit.text
     builder.shift(unit.line, unit.column)
+    with suppress(NotAcceptedError, VisitError, StopHere):
+        return quick.parse(unit.text, unit.kind)
     failed = _Recovery(unit.origin, log, builder)
     try:
         return _run(lark, unit, failed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from ..errors import Origin, Position
 from ..source.text import Attribute
@@ -232,6 +233,10 @@ class Pou(Node):
     origin: Origin | None = None
     attributes: list[Attribute] = field(default_factory=list)
     end: Position = (0, 0)
+    unit: Any = None
+    """The stretch of text it was read from, where its C is kept."""
+    outlined: bool = False
+    """Its statements were left out: its C is there already."""
 
     def has(self, attribute: str) -> bool:
         """Whether it carries ``{attribute 'name'}``."""

@@ -2,7 +2,9 @@
    run: 300 steps of 1 ms of two instances, a line of values each; the second
    one has feed hold from step 100 on.
    refuse: what is refused, by the importer's logger.
-   hang: one step, then wait to be killed. */
+   hang: one step, then wait to be killed.
+   lives: 100 instances, each makes a step.
+   orphan: a step, then the cell's process is killed, then a step. */
 #include <dlfcn.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -106,6 +108,32 @@ static int refuse(unsigned x) {
     return wrong == 4 ? 0 : 1;
 }
 
+/* The logger says why the second step fails. */
+static int orphan(void) {
+    char line[64];
+    component c = started("one");
+    printf("%d\n", CALL("DoStep", step, c, 0.0, 1e-3, 1));
+    fflush(stdout);
+    if (!fgets(line, sizeof line, stdin)) {
+        return 2;
+    }
+    printf("%d\n", CALL("DoStep", step, c, 1e-3, 1e-3, 1));
+    printf("%d\n", CALL("DoStep", step, c, 1e-3, 1e-3, 1));
+    ended(c);
+    return 0;
+}
+
+static int lives(void) {
+    for (int i = 0; i < 100; i++) {
+        component c = started("one");
+        if (CALL("DoStep", step, c, 0.0, 1e-3, 1) != 0) {
+            return 1;
+        }
+        CALL("FreeInstance", release, c);
+    }
+    return 0;
+}
+
 int main(int n, char **given) {
     if (n != 7) {
         return 2;
@@ -119,6 +147,10 @@ int main(int n, char **given) {
         return run(x, hold);
     case 'f':
         return refuse(x);
+    case 'l':
+        return lives();
+    case 'o':
+        return orphan();
     case 'h':
         CALL("DoStep", step, started("one"), 0.0, 1e-3, 1);
         printf("stands\n");

@@ -325,6 +325,44 @@ def test_members_of_the_manual_mode_resolve(bridged: Bridged, plc: Any) -> None:
     assert bridged.channel.hb_mc_control.key[10].command_w.direction == -1
 
 
+def test_constants_of_the_interface_are_symbols(plc: Any) -> None:
+    """Clients ask how long arrays are; nobody writes them."""
+    path = "HLI_Global_Constants.HLI_TU_CH_STD_SYNC_MAXIDX"
+    assert plc.read_by_name(path) == 19
+    assert plc.read_by_name("HLI_HW_MAXIDX", pyads.PLCTYPE_UDINT) == 5
+    listed = {symbol.name for symbol in plc.get_all_symbols()}
+    assert {path, "HLI_Global_Constants.HLI_TECH_UNIT_CH_MAXIDX"} <= listed
+    with pytest.raises(pyads.ADSError) as refused:
+        plc.write_by_name(path, 3, pyads.PLCTYPE_UDINT)
+    assert refused.value.err_code == 0x704
+
+
+def test_a_shorter_number_sets_the_low_bytes(
+    bridged: Bridged, plc: Any
+) -> None:
+    """As on a controller: some clients write a handwheel's DINT so."""
+    unit = bridged.channel.hb_mc_control.handwheel_incs[0]
+    unit.command_w = 0x0102_0304
+    path = f"{CH}.hb_mc_control.handwheel_incs[0].command_w"
+    plc.write_by_name(path, 0x0506, pyads.PLCTYPE_INT)
+    assert unit.command_w == 0x0102_0506
+
+
+def test_a_structure_may_come_short(bridged: Bridged, plc: Any) -> None:
+    """Clients leave out bytes at the end of a command, and read less of it."""
+    path = f"{CH}.channel_mc_control.mode_and_state.command_w"
+    command = (0, 0, 2, 4, 0, 0)
+    raw = b"".join(n.to_bytes(4, "little") for n in command)
+    raw = (raw + b"part.nc").ljust(327, b"\0")
+    handle = plc.get_handle(path)
+    plc.write(0xF005, handle, list(raw), pyads.PLCTYPE_BYTE * len(raw))
+    unit = bridged.channel.channel_mc_control.mode_and_state.command_w
+    assert (unit.to_mode, unit.to_state) == (2, 4)
+    assert unit.parameter == "part.nc"
+    short = plc.read(0xF005, handle, pyads.PLCTYPE_BYTE * 40)
+    assert bytes(short) == raw[:40]
+
+
 def test_handles_outlive_the_plc(bridged: Bridged, plc: Any) -> None:
     """Another PLC comes; the same handles read its symbols."""
     gain = plc.get_handle("Slow.gain")

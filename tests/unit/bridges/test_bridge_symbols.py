@@ -81,6 +81,9 @@ def test_aliases_name_the_same_place() -> None:
     unit = "gpCh[0]^.bahn_mc_control.insert_cmd"
     a, b = found(f"{unit}.semaphor_rw"), found(f"{unit}.command_semaphor_rw")
     assert (a.path, a.offset) == (b.path, b.offset)
+    axis = "gpCh[0]^.bahn_state.coord_r[1]"
+    c, d = found(f"{axis}.log_achs_nr_r"), found(f"{axis}.log_axis_nr_r")
+    assert (c.path, c.offset) == (d.path, d.offset)
 
 
 def test_the_plc_owns_what_the_reference_says() -> None:

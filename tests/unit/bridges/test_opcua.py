@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import logging
 import random
 import socket
-from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
 
-from cnc_core.bridges.symbols.cell import ServedCell
 from hli import layout
 from support import clients, malformed
-from support.bridged import Bridged
 from support.malformed import GROWTH_MAX, resident
 
 asyncua: Any = pytest.importorskip("asyncua")
 ua: Any = asyncua.ua
-CNC = "http://opcfoundation.org/UA/CNC"
-SYMBOLS = "urn:hli-cosim:symbols"
+opcua_client: Any = pytest.importorskip("support.opcua_client")
+Session, Told = opcua_client.Session, opcua_client.Told
+session, until = opcua_client.session, opcua_client.until
 CH = "HLI_Global_Variables.gpCh[0]^"
+FEED = f"{CH}.bahn_state.active_feed_r"
 CHANNEL = "CncInterface.CncChannelList.Channel1"
 AXIS = "CncInterface.CncAxisList.X"
 WAIT_S = 20.0
@@ -33,55 +30,6 @@ pytestmark = [
         "ignore::pytest.PytestUnraisableExceptionWarning"
     ),
 ]
-
-
-@pytest.fixture(scope="module")
-def served(bridged: Bridged) -> Iterator[Bridged]:
-    """The cell with a server of OPC UA; ``url`` is its address."""
-    from cnc_core.bridges.opcua.server import Bridge, Door  # noqa: PLC0415
-
-    # as the command does it; pytest would keep what is logged
-    logging.getLogger("asyncua").setLevel(logging.CRITICAL)
-    coord = bridged.channel.bahn_state.coord_r[0]
-    coord.name, coord.log_axis_nr_r = "X", 1
-    for k, axis in enumerate(bridged.cnc.areas.gpAx[:3]):
-        axis.head.log_ax_n_r, axis.head.axis_type_r = k + 1, 1
-    door = Door(port=0, passwords={"op": "secret"})
-    bridge = Bridge(ServedCell(bridged.name), door)
-    bridged.loop.run(bridge.start())
-    running = bridged.loop.start(bridge.run())
-    bridged.url = f"opc.tcp://127.0.0.1:{bridge.port}/"  # type: ignore[attr-defined]
-    bridged.bridge = bridge  # type: ignore[attr-defined]
-    yield bridged
-    running.cancel()
-    bridged.loop.run(bridge.stop())
-
-
-class Session:
-    """A client with short ways to nodes."""
-
-    def __init__(self, client: Any, names: list[str]) -> None:
-        self.client = client
-        self._cnc, self._own = names.index(CNC), names.index(SYMBOLS)
-
-    def cnc(self, path: str) -> Any:
-        """A node of OPC 40502."""
-        return self.client.get_node(ua.NodeId(path, self._cnc))
-
-    def symbol(self, path: str) -> Any:
-        """A node of a symbol."""
-        return self.client.get_node(ua.NodeId(path, self._own))
-
-
-@asynccontextmanager
-async def session(served: Any, user: str = "") -> AsyncIterator[Session]:
-    """A client's session, anonymous or not."""
-    client = asyncua.Client(served.url)
-    if user:
-        client.set_user(user)
-        client.set_password("secret")
-    async with client:
-        yield Session(client, await client.get_namespace_array())
 
 
 def test_the_model_shows_the_channel(served: Any) -> None:
@@ -94,7 +42,7 @@ def test_the_model_shows_the_channel(served: Any) -> None:
     mode.state = layout.HLI_IMCM_PROCESS_ACTIVE
 
     async def look() -> dict[str, Any]:
-        async with session(served) as one:
+        async with session(served.url) as one:
             names = ("ActFeedrate", "ActOverride", "ActProgramName")
             names += ("ActProgramStatus", "ActOperationMode", "ActStatus")
             found = {
@@ -122,7 +70,7 @@ def test_positions_are_structures_that_clients_decode(served: Any) -> None:
     coord.act_position_r, coord.cmd_position_r = 110_000, 150_000
 
     async def look() -> tuple[Any, float]:
-        async with session(served) as one:
+        async with session(served.url) as one:
             place = await one.cnc(f"{AXIS}.PosDirect").read_value()
             rest = await one.cnc(f"{AXIS}.PosDirect.RemDist").read_value()
             return place, rest
@@ -171,7 +119,7 @@ def test_symbols_stand_beside_the_model(served: Any) -> None:
     served.channel.bahn_state.dist_prog_start = 321.5
 
     async def look() -> list[Any]:
-        async with session(served) as one:
+        async with session(served.url) as one:
             paths = [f"{CH}.bahn_state.dist_prog_start", "Slow.text"]
             paths += ["MAIN.title", "MAIN.grid", f"{CH}.head.plc_present_w"]
             return [await one.symbol(p).read_value() for p in paths]
@@ -184,7 +132,7 @@ def test_anonymous_clients_read_and_others_write(served: Any) -> None:
     """What the CNC owns nobody writes; a wrong password is refused."""
     unit = f"{CH}.bahn_mc_control.override.command_w"
 
-    async def code(one: Session, path: str, value: Any, kind: str) -> str:
+    async def code(one: Any, path: str, value: Any, kind: str) -> str:
         variant = ua.Variant(value, ua.VariantType[kind])
         try:
             await one.symbol(path).write_value(ua.DataValue(variant))
@@ -193,9 +141,9 @@ def test_anonymous_clients_read_and_others_write(served: Any) -> None:
         return "Good"
 
     async def look() -> list[str]:
-        async with session(served) as one:
+        async with session(served.url) as one:
             found = [await code(one, "Slow.gain", 1.0, "Double")]
-        async with session(served, "op") as one:
+        async with session(served.url, "op") as one:
             found.append(await code(one, "Slow.gain", 3.25, "Double"))
             found.append(await code(one, unit, 650, "UInt16"))
             found.append(await code(one, unit, 650.0, "Double"))
@@ -219,36 +167,13 @@ def test_anonymous_clients_read_and_others_write(served: Any) -> None:
         asyncio.run(wrong())
 
 
-class Told:
-    """What a subscription tells."""
-
-    def __init__(self) -> None:
-        self.values: list[Any] = []
-        self.events: list[Any] = []
-
-    def datachange_notification(self, node: Any, value: Any, data: Any) -> None:
-        self.values.append(value)
-
-    def event_notification(self, event: Any) -> None:
-        self.events.append(event)
-
-
-async def until(condition: Callable[[], bool]) -> None:
-    """Wait for it; it fails after a while."""
-    for _ in range(int(WAIT_S / 0.01)):
-        if condition():
-            return
-        await asyncio.sleep(0.01)
-    raise AssertionError("it did not come")
-
-
 def test_subscriptions_tell_each_change(served: Any) -> None:
     """Of a member of the HLI, in order."""
     served.channel.bahn_state.command_feed_r = 0
 
     async def look() -> list[Any]:
         told = Told()
-        async with session(served) as one:
+        async with session(served.url) as one:
             subscription = await one.client.create_subscription(10, told)
             node = one.symbol(f"{CH}.bahn_state.command_feed_r")
             await subscription.subscribe_data_change(node)
@@ -262,12 +187,38 @@ def test_subscriptions_tell_each_change(served: Any) -> None:
     assert asyncio.run(look()) == [0, 1, 2, 3, 4, 5]
 
 
+def test_variables_are_looked_at_as_often_as_was_asked(served: Any) -> None:
+    """A change waits until the interval is over."""
+    path = f"{CH}.bahn_state.block_number_r"
+
+    async def look() -> tuple[list[Any], set[float]]:
+        told = Told()
+        served.channel.bahn_state.block_number_r = 1
+        async with session(served.url) as one:
+            subscription = await one.client.create_subscription(10, told)
+            for name, pace_ms in ((path, 3.6e6), (FEED, 0.0)):
+                await subscription.subscribe_data_change(
+                    one.symbol(name), sampling_interval=pace_ms
+                )
+            await until(lambda: 1 in told.values)
+            paces = {*served.bridge.space.paces.values()}
+            served.channel.bahn_state.block_number_r = 2
+            served.channel.bahn_state.active_feed_r = 777
+            await until(lambda: 777 in told.values)
+            await subscription.delete()
+        return told.values, paces
+
+    values, paces = asyncio.run(look())
+    assert {0.0, 3600.0} <= paces
+    assert 2 not in values
+
+
 def test_subscriptions_outlive_the_plc(served: Any) -> None:
     """Another PLC comes; the symbol is told of again."""
 
     async def look() -> list[Any]:
         told = Told()
-        async with session(served) as one:
+        async with session(served.url) as one:
             subscription = await one.client.create_subscription(10, told)
             served.task.gain = 5.5
             await subscription.subscribe_data_change(one.symbol("Slow.gain"))
@@ -287,7 +238,7 @@ def test_an_error_of_the_channel_is_an_alarm(served: Any) -> None:
 
     async def look() -> Any:
         told = Told()
-        async with session(served) as one:
+        async with session(served.url) as one:
             subscription = await one.client.create_subscription(10, told)
             await subscription.subscribe_events(
                 one.cnc("CncInterface"),
@@ -335,7 +286,7 @@ def test_malformed_messages_do_no_harm(served: Any) -> None:
     async def look() -> Any:
         clients = served.bridge.server.bserver.clients
         await until(lambda: not clients)  # those that have left
-        async with session(served) as one:
+        async with session(served.url) as one:
             return await one.symbol("MAIN.title").read_value()
 
     assert asyncio.run(look()) == "spindle"

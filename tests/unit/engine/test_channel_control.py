@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cnc_core.engine import Event
-from cnc_core.process.cnc_process import NO_FUNCTIONS
+from cnc_core.process.start_units import NO_FUNCTIONS
 from hli import layout
 from support.inside import Inside
 from support.limits import legal
@@ -593,6 +593,30 @@ def test_spindle_without_plc_present_is_acknowledged(tmp_path: Path) -> None:
     with Inside(tmp_path, "N10 S1000 M3\nN20 G1 X10 F6000\n", SPINDLE) as cnc:
         cnc.end()
         assert cnc.engine.state.techno_unseen == 1
+
+
+def test_the_speed_of_the_spindle_is_shown(tmp_path: Path) -> None:
+    """The programmed one, and that of now: negative for M4, 0 behind M5."""
+    text = "N10 S1000 M4\nN20 G1 X10 F6000\nN30 M5\nN40 X20\n"
+    with Inside(tmp_path, text, SPINDLE + 'm4_synch="MOS"\n') as cnc:
+        state = cnc.axes[3].lr_state
+        cnc.until(lambda: bool(state.active_rev_r))
+        turns = state.cmd_rev_r, state.active_rev_r, state.current_rev_r
+        assert turns == (6_000_000, -6_000_000, -6_000_000)
+        cnc.end()
+        assert (state.active_rev_r, state.current_rev_r) == (0, 0)
+
+
+def test_axes_tell_who_they_are(tmp_path: Path) -> None:
+    """By the names of the manual: in the channel and in their own areas."""
+    with Inside(tmp_path, L_SHAPE, SPINDLE) as cnc:
+        coord = cnc.state.coord_r[1]
+        assert coord.axis_name_r.zeichen == coord.name
+        assert coord.log_axis_nr_r == cnc.axes[1].ipo_state.log_achs_nr_r == 2
+        kinds = [cnc.axes[k].ipo_state.type_r for k in (1, 3)]
+        assert kinds == [1, 4]
+        turns = [cnc.axes[k].ipo_state.spindle_axis_r for k in (1, 3)]
+        assert turns == [False, True]
 
 
 def test_functions_can_be_suppressed(tmp_path: Path) -> None:

@@ -6,6 +6,8 @@ import os
 import threading
 from pathlib import Path
 
+import pytest
+
 from cnc_core.config import parse_config
 from cnc_core.engine import Engine
 from hli import layout, segment
@@ -22,6 +24,7 @@ def resident_kb() -> int:
     return int(line.split()[1])
 
 
+@pytest.mark.ci
 def test_a_thousand_starts_and_stops_leave_nothing() -> None:
     """Memory, descriptors, threads and segments are as before; every fiftieth
     life has its threads.

@@ -131,7 +131,7 @@ def names() -> list[str]:
         for cls in export._st_structures()
         for n, _ in cls._fields_
     ]
-    return [*found, *export._st_constants()]
+    return [*found, *export.st_constants()]
 
 
 def test_no_name_is_reserved_or_malformed() -> None:
@@ -139,8 +139,8 @@ def test_no_name_is_reserved_or_malformed() -> None:
     for name in names():
         assert name.upper() not in RESERVED, name
         assert IDENTIFIER.match(name), name
-    assert len({n.upper() for n in export._st_constants()}) == len(
-        export._st_constants()
+    assert len({n.upper() for n in export.st_constants()}) == len(
+        export.st_constants()
     )
 
 
@@ -166,7 +166,7 @@ def test_constants_agree_with_the_plc_side() -> None:
     """Mode and state numbers of the function blocks and of the exported constants are one."""
     from plc_client import Mode, ProcessState  # noqa: PLC0415
 
-    constants = export._st_constants()
+    constants = export.st_constants()
     for mode in Mode:
         assert constants[f"HLI_IMCM_{mode.name}_MODE"] == mode
     for state in ProcessState:

@@ -77,7 +77,7 @@ def test_a_mistake_in_the_text_is_told(
     [
         "self.state_r = self.bahn_state.override_r",
         "self.wanted.value = 500",
-        "self.ch.bahn_mc_control.override.command_w = 500",
+        "u = self.ch.bahn_mc_control.feedhold; u.command_w = u.enable_w = True",
         "self.ch.lc_error.satz_r.kopf.error_id = 4711",
         "override_r = self.symbol.value; self.value = override_r",
         "self.pause(1); self.sleep = 2",
@@ -86,6 +86,25 @@ def test_a_mistake_in_the_text_is_told(
 def test_what_is_right_is_left_alone(program: Write, cyclic: str) -> None:
     """Own attributes, commands, the PLC's error record; waits in setup()."""
     assert warned(program, cyclic) == []
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("", ["never enable_w", "never override_valid"]),
+        ("control.override.enable_w = True", ["never override_valid"]),
+        ("control.override.enable_w = control.override_valid.enable_w = 1", []),
+    ],
+)
+def test_a_command_that_the_cnc_does_not_look_at_is_told(
+    program: Write, more: str, said: list[str]
+) -> None:
+    """command_w without enable_w, and an override without override_valid."""
+    lines = ("control = self.ch.bahn_mc_control", more or "pass")
+    write = "; ".join((*lines, "control.override.command_w = 500"))
+    found = warned(program, write)
+    assert len(found) == len(said)
+    assert all(part in text for part, text in zip(said, found, strict=True))
 
 
 @pytest.mark.parametrize(("interval", "count"), [("0.999", 0), ("1", 1)])

@@ -6,6 +6,7 @@ import json
 import os
 import random
 import resource
+import shutil
 import signal
 from pathlib import Path
 
@@ -134,14 +135,33 @@ def test_a_target_that_cannot_be_written_keeps_the_parts(
 def test_a_disk_that_is_full_from_the_start_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The recording is named, and no folder is left behind."""
+    """The run may go on: the end names the recording, no folder is left behind."""
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_text", full)
-    with pytest.raises(Exception, match=r"run\.parquet: No space left"):
-        Parts(tmp_path / "run.parquet")
+    parts = Parts(tmp_path / "run.parquet")
+    assert parts.problem == "No space left on device"
+    part = PartFile(parts.cnc, TABLES, json.dumps(META).encode())
+    assert not part.add(batch(0))
+    part.close()
+    with pytest.raises(
+        Exception, match=r"run\.parquet: No space left.*nothing"
+    ):
+        parts.finish(end="completed")
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_folder_that_was_removed_is_told(tmp_path: Path) -> None:
+    """Somebody removed the parts of a run: the end says so, and writes no empty
+    file.
+    """
+    parts = Parts(tmp_path / "new" / "run.parquet")
+    written(parts.cnc, 1)
+    shutil.rmtree(parts.target.parent)
+    with pytest.raises(Exception, match=r"run\.parquet\.parts was removed"):
+        parts.finish(end="completed")
     assert os.listdir(tmp_path) == []
 
 

@@ -41,6 +41,7 @@ from .orbit import OrbitCommands
 from .path import PathCommands
 from .position import PositionCommands
 from .prediction import PredictionCommands
+from .signals import SignalCommands
 from .spline import SplineCommands
 from .text import TextCommands
 from .time import TimeCommands
@@ -72,6 +73,7 @@ class CommandParser(
     CornerCommands,
     TextCommands,
     TimeCommands,
+    SignalCommands,
     CycleCommands,
     OrbitCommands,
     PredictionCommands,

@@ -1,22 +1,17 @@
-"""# commands about time and synchronisation."""
+"""# commands about time."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from cnc_core.blocks import DWELL
-from cnc_core.errors import ERRORS
-from cnc_core.frontend.base.formula import Formula
 from cnc_core.frontend.base.lexer import fail
 
 from .base import CommandBase, Items, Run
 
 DWELL_MAX_S = 1e6
-SIGNALS_MAX = 12
 
 
 class TimeCommands(CommandBase):
-    """#TIME, #TIMER, #WAIT, #SIGNAL."""
+    """#TIME, #TIMER."""
 
     def _time(self) -> Run:
         """``#TIME 2.5`` or ``#TIME [2.5]``: dwell, s."""
@@ -60,77 +55,6 @@ class TimeCommands(CommandBase):
 
         def run() -> Items:
             act(timer(), self._state.port.now_s())
-            return []
-
-        return run
-
-    def _signal_keys(
-        self, name: str
-    ) -> tuple[Callable[[], int], list[Formula]]:
-        """``[SYN ID=.. P[1]=.. CH=.. AHEAD]``: the number, and the values of P[i].
-
-        SYN may stand in front of the bracket too.
-        """
-        stream, values = self._stream, []
-        stream.accept_name("SYN")
-        number: Formula | None = None
-        opened = self._formulas.open()
-        while not stream.is_op("]"):
-            if stream.at_end:
-                raise fail(900013, "bracket is not closed", opened)
-            token = stream.current
-            if stream.accept(",") or stream.accept_name("SYN", "AHEAD"):
-                continue
-            if stream.accept_name("ID"):
-                number = self._key_value("ID")
-            elif stream.accept_name("CH"):
-                self._key_value("CH")
-            elif stream.accept_name("P") and stream.is_op("["):
-                self._formulas.arguments()
-                values.append(self._key_value("P"))
-            else:
-                raise fail(
-                    900010, f"#{name}: unexpected {token.text!r}", token.offset
-                )
-        self._formulas.close(opened)
-        if len(values) > SIGNALS_MAX:
-            raise fail(21549, ERRORS[21549], self._start)
-        if number is None:
-            raise fail(900010, f"#{name} without ID", self._start)
-        return self._whole(number, "ID", 0, 2**31 - 1), values
-
-    def _signal(self) -> Run:
-        """``#SIGNAL [ID=..]``, ``#SIGNAL REMOVE [ID=..]``."""
-        remove = self._stream.accept_name("REMOVE") is not None
-        number, _ = self._signal_keys("SIGNAL")
-        signals = self._state.signals
-
-        def run() -> Items:
-            if remove:
-                signals.pop(number(), None)
-            else:
-                signals[number()] = signals.get(number(), 0) + 1
-            return []
-
-        return run
-
-    def _wait(self) -> Run:
-        """``#WAIT [ID=..]`` uses up one signal.
-
-        No other channel could send it.
-        """
-        number, _ = self._signal_keys("WAIT")
-        signals = self._state.signals
-
-        def run() -> Items:
-            wanted = number()
-            if not signals.get(wanted, 0):
-                text = f"#WAIT: no signal {wanted} has been sent, and no other channel can send it"
-                if not self._state.lenient:
-                    raise fail(907052, text, self._start)
-                self._state.warn(907052, text, self._start)
-                return []
-            signals[wanted] -= 1
             return []
 
         return run

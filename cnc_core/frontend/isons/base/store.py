@@ -82,12 +82,19 @@ class Store:
     # arrays
 
     def dimension(
-        self, name: str, size: float, place: tuple[int, int], offset: int
+        self,
+        name: str,
+        size: float,
+        place: tuple[int, int],
+        offset: int,
+        *,
+        looped: bool = False,
     ) -> None:
         """DIM: elements 0..size-1, all 0.
 
         ``place``: file and line; another DIM of the file for the same array is
-        an error, the same one may be repeated.
+        an error.  The same one may be repeated by a jump back.  In a LOOP
+        (``looped``) it may not: each pass would lose what the one before stored.
         """
         if size != int(size) or not 1 <= size <= ELEMENTS_MAX:
             raise fail(
@@ -102,6 +109,13 @@ class Store:
                 907017,
                 f"DIM ${name}: {ERRORS[907017]}, first in line {before[1]}",
                 offset,
+            )
+        if before == place and looped and name in scope.arrays:
+            text = (
+                f"DIM ${name} comes again in a LOOP and would clear the array"
+            )
+            raise fail(
+                907017, f"{text}: declare it in front of the LOOP", offset
             )
         scope.values.pop(name, None)
         scope.arrays[name] = [0.0] * int(size)

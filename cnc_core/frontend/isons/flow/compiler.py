@@ -11,7 +11,7 @@ from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
 
 from ..base import codes
-from ..base.text import PATTERN, label_of, parts_of
+from ..base.text import HEAD, PATTERN, label_of, parts_of
 from ..base.words import WordBlock
 from ..language.formulas import FUNCTION_NAMES, Formulas
 from ..language.words import VALUES, WordParser
@@ -23,6 +23,9 @@ from .spelling import spelt
 
 Items = Sequence[Row | Wait]
 Run = Callable[[], Items]
+BLOCKS_KEPT = 4096
+# words with these are compiled anew: a warning belongs to each of them
+COMPUTED = frozenset("$[")
 # errors of words that several functions of the block would take
 SHARED_WORDS = (900005, 900011, 908005)
 
@@ -47,9 +50,13 @@ class Compiler:
         self, program: Program, words: Callable[[WordBlock], Items]
     ) -> None:
         self._program, self._words = program, words
+        self._kept: dict[str, Compiled] = {}
 
     def compile(self, text: str) -> Compiled:
         """A block without its remark."""
+        kept = self._kept.get(text)
+        if kept is not None:
+            return kept
         if not text.strip():
             return Compiled(_nothing)
         if label_of(text) is not None:
@@ -61,13 +68,25 @@ class Compiler:
         parser = WordParser(stream, formulas, program.channel.axes)
         parser.n_number()
         try:
-            return self._instruction(stream, formulas, parser) or self._block(
-                text, formulas, parser
-            )
+            made = self._instruction(stream, formulas, parser)
+            if made is None:
+                made = self._block(text, formulas, parser)
+                self._keep(text, made)
+            return made
         except CncError as error:
+            head = HEAD.match(text)
+            if head and head[1].upper() == "LOOP":
+                program.control.loop_refused(program.mark.position)
             raise spelt(
                 error, text, (*TABLE, *VALUES, *WORDS), FUNCTION_NAMES
             ) from None
+
+    def _keep(self, text: str, made: Compiled) -> None:
+        """The same words stand in many blocks: M and HM calls, modes."""
+        if COMPUTED.isdisjoint(text):
+            if len(self._kept) >= BLOCKS_KEPT:
+                self._kept.clear()
+            self._kept[text] = made
 
     def _instruction(
         self, stream: TokenStream, formulas: Formulas, parser: WordParser

@@ -47,6 +47,8 @@ class Control:
         self._line = line
         self._report = report
         self._visit = visit
+        # wrong LOOPs by file and place: a check executes their bodies once
+        self._refused: set[tuple[int, int]] = set()
 
     def index(self) -> Index:
         """Of the file that is being executed."""
@@ -84,11 +86,16 @@ class Control:
         """Behind the block that is being executed."""
         return Mark(self._flow.source.position, self._line())
 
-    def begin_loop(self, position: int, passes: float, offset: int) -> None:
-        if not passes.is_integer():
-            if self._report is not None:  # its END_LOOP is not wrong too
-                self._flow.level.nest.append(Loop(position, 1, self._here()))
-            raise fail(909105, "LOOP: a whole number is expected", offset)
+    def begin_loop(
+        self, position: int, count: Callable[[], float], offset: int
+    ) -> None:
+        try:
+            passes = count()
+            if not passes.is_integer():
+                raise fail(909105, "LOOP: a whole number is expected", offset)
+        except CncError:
+            self.loop_refused(position)
+            raise
         found = self.index().loops.get(position)
         if found is None and self._report is not None:
             return
@@ -106,10 +113,19 @@ class Control:
             )
         )
 
+    def loop_refused(self, position: int) -> None:
+        """Of a LOOP that is wrong the END_LOOP is not wrong too."""
+        self._refused.add((self._flow.file.number, position))
+
+    def _is_refused(self, position: int) -> bool:
+        return (self._flow.file.number, position) in self._refused
+
     def end_loop(self, position: int) -> None:
         nest: list[Loop] = self._flow.level.nest
         begin = self.index().begins.get(position)
         if begin is None and self._report is not None:
+            return
+        if begin is not None and self._is_refused(begin):
             return
         if not nest or nest[-1].position != begin:
             raise fail(907020, "END_LOOP: its LOOP is not being executed", 0)
@@ -125,7 +141,11 @@ class Control:
         mark = self.target(name)
         if mark is None:
             return
-        inside = self.index().around(mark.position)
+        inside = [
+            position
+            for position in self.index().around(mark.position)
+            if not self._is_refused(position)
+        ]
         nest: list[Loop] = self._flow.level.nest
         kept = [loop for loop in nest if loop.position in inside]
         if len(kept) < len(inside):

@@ -63,6 +63,7 @@ class Endless:
         self._program = program
         self._jumps, self._keep_at = 0, FIRST_KEPT
         self._near: tuple[Any, ...] = ()
+        self._words = b""
         self._far: tuple[Any, ...] = ()
         self.rows = self.motions = 0  # put out so far
         self._kept = (0, 0, 0)
@@ -88,7 +89,7 @@ class Endless:
         if self._jumps == self._keep_at:
             self._keep_at *= 2
             self._near = self._state()
-            self._far = self._rest()
+            self._words, self._far = self._modal(), self._rest()
             self._kept = (self.rows, self.motions, program.waits_passed)
             return False
         live = program.answers and (
@@ -96,7 +97,11 @@ class Endless:
         )
         if not self._near or live or program.asks or not program.system.rests:
             return False
-        return self._state() == self._near and self._rest() == self._far
+        return (
+            self._state() == self._near
+            and self._modal() == self._words
+            and self._rest() == self._far
+        )
 
     def jumped_back(self, offset: int, jump: bool) -> bool:
         """The program goes back: False if it does not get anywhere so."""
@@ -172,12 +177,15 @@ class Endless:
         ]
         return program.modal.line, levels, scopes, list(store.list)
 
-    def _rest(self) -> tuple[Any, ...]:
-        """Modal state, frames, modes, what was written."""
-        program, channel = self._program, self._program.channel
-        modal = program.modal._modal
-        copy = ffi.new("nc_modal *", modal[0])
+    def _modal(self) -> bytes:
+        """Modal state, position included: most loops change it."""
+        copy = ffi.new("nc_modal *", self._program.modal._modal[0])
         copy.line = copy.count = copy.n = copy.programmed = 0
+        return bytes(ffi.buffer(copy))
+
+    def _rest(self) -> tuple[Any, ...]:
+        """Frames, modes, what was written."""
+        program, channel = self._program, self._program.channel
         shared = program.system.shared
         written = {} if program.port.answers else dict(shared.written)
         parts = (
@@ -196,7 +204,6 @@ class Endless:
             program.system.state,
         )
         return (
-            bytes(ffi.buffer(copy)),
             written,
             *(told(part) for part in (*parts, *more)),
         )

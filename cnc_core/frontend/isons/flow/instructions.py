@@ -139,12 +139,12 @@ class Instructions:
         if literal:  # a floating number, even if it is whole
             return self._simple(
                 lambda: self._program.control.begin_loop(
-                    mark.position, math.nan, token.offset
+                    mark.position, lambda: math.nan, token.offset
                 )
             )
         return self._simple(
             lambda: self._program.control.begin_loop(
-                mark.position, passes(), token.offset
+                mark.position, passes, token.offset
             )
         )
 
@@ -262,9 +262,7 @@ class Instructions:
 
         def run() -> Items:
             for name, size in made:
-                program = self._program
-                place = (program.flow.file.number, program.modal.line)
-                program.store.dimension(name, size(), place, self._start)
+                levels.dimension(self._program, name, size(), self._start)
             return ()
 
         return run

@@ -38,6 +38,16 @@ def data_of(program: Program) -> LevelData:
     return data
 
 
+def dimension(program: Program, name: str, size: float, offset: int) -> None:
+    """DIM, which may be in a LOOP: here or where subroutines were called from."""
+    scope = program.store.scope
+    looped = any(
+        level.nest for level in program.flow.levels if level.user.scope is scope
+    )
+    place = (program.flow.file.number, program.modal.line)
+    program.store.dimension(name, size, place, offset, looped=looped)
+
+
 def call(
     program: Program,
     kind: str,

@@ -71,6 +71,8 @@ class Corners:
         start = self._last
         end = row["end"][0][: self._axes].copy()
         self._last = end
+        if not self.active:
+            return [row]
         usable = self._usable(row, start)
         out: list[Row] = []
         if self._held is not None and usable:

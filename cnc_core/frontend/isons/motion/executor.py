@@ -26,6 +26,11 @@ from .tip_words import tip_function
 Items = Sequence[Row | Wait]
 DWELL_MAX_S = 1e6
 PROGRAM_ENDS = (2, 30)
+# words of ``selections`` and of ``origin_words``
+SELECTING = frozenset(
+    {"USER_ZERO", "USER_OFFSET", "PAUSE_MODE", "H", "F", "T", "D", "S"}
+)
+ORIGINS = frozenset("O" + letter for letter in AXIS_LETTERS)
 ROTARY_MODES = 5
 
 
@@ -64,14 +69,16 @@ class Executor:
         if block.n:
             self.channel.modal.n = block.n
         items: list[Row | Wait] = []
-        items += selections(self.channel, words)
+        if not SELECTING.isdisjoint(values):
+            items += selections(self.channel, words)
         for code, offset, _ in block.g:
             items += self._function(code, offset, words)
-        origin_words(self.channel, words)
+        if not ORIGINS.isdisjoint(values):
+            origin_words(self.channel, words)
         if self.channel.modes_changed:
             items += self.channel.mode_rows(block.n)
         items += self._functions_m(words, behind=False)
-        if not words.codes.keys() & DIRECT.keys():
+        if values and DIRECT.keys().isdisjoint(words.codes):
             items += motion(self.channel, words)
         items += self._functions_m(words, behind=True)
         self._check_used(words)
@@ -149,6 +156,8 @@ class Executor:
         return rows
 
     def _mode(self, code: int, offset: int) -> None:
+        if code == self.channel.modal.motion:
+            return
         if code in codes.MOTIONS:
             self.channel.modal.apply(MotionWords(motion=code))
         elif code in (90, 91):

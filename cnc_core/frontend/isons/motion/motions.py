@@ -133,19 +133,28 @@ def move(
     simple = (
         channel.plain_geometry
         and not without_origin
-        and relative <= {not modal.absolute}
+        and not any(channel.rotary_modes.get(axis) for axis in given)
     )
-    if simple and not any(channel.rotary_modes.get(axis) for axis in given):
-        words = MotionWords(
-            axis={axis: value for axis, (value, _) in given.items()},
-            centre=centre,
-            r=radius,
-            n=n,
+    as_modal = relative <= {not modal.absolute}
+    # DX under G90: a line as under G91
+    distances = relative == {True} and modal.motion < 2
+    if not (simple and (as_modal or distances)):
+        return through_transformations(
+            channel, given, centre, radius, without_origin, n, offset
         )
-        return applied(channel, words, offset)
-    return through_transformations(
-        channel, given, centre, radius, without_origin, n, offset
+    words = MotionWords(
+        axis={axis: value for axis, (value, _) in given.items()},
+        centre=centre,
+        r=radius,
+        n=n,
     )
+    if as_modal:
+        return applied(channel, words, offset)
+    modal.set_absolute(False)
+    try:
+        return applied(channel, words, offset)
+    finally:
+        modal.set_absolute(True)
 
 
 def applied(

@@ -234,6 +234,8 @@ class Forms:
 
     def poll(self, offset: int) -> None:
         """Ask the operator, if the form is shown and has something to operate."""
+        if not self.shown:
+            return
         usable = {
             name: item for name, item in self._items.items() if item.usable
         }
@@ -245,7 +247,7 @@ class Forms:
             for name, item in usable.items()
             if item.kind == INPUT
         }
-        if not self.shown or not (buttons or inputs):
+        if not (buttons or inputs):
             return
         answer = self._ask(
             Question(self._form.text, self.described(), buttons, inputs), offset

@@ -18,6 +18,13 @@ from support.isons_programs import run
         ("DIM $A[3]\n$A[1]=5\nDIM $A[4]\n", 907017, 3),
         ("DIM $A[2] $A[2]\n", None, 0),
         ("@B\nDIM $A[3]\n$N=$N+1\nIF $N<3\nGOTO B\nEND_IF\n", None, 0),
+        ("LOOP 2\nDIM $A[3]\nEND_LOOP\n", 907017, 2),
+        ("LOOP 1\nDIM $A[3]\nEND_LOOP\n", None, 0),
+        (
+            "LOOP 2\nGOSUB S\nEND_LOOP\nEND_PROGRAM\n@S\nDIM $A[3]\nRETURN\n",
+            907017,
+            6,
+        ),
         ("G41\nG1X5F1\n", 906007, 1),
         ("D2\nG41\nG1X5F1\nX9\nG40\nX12\n", None, 0),
         ("GOTO 10\nN10 G1X1F1\nN10 G1X2\n", 907025, 1),
@@ -206,3 +213,28 @@ def test_a_missing_variable_is_told(tmp_path, text):
     """The end of the block is named as such."""
     with pytest.raises(CncError, match="found the end of the block"):
         run(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "line"),
+    [
+        ("LOOP\n$A=1\nEND_LOOP\n", 900004, 1),
+        ("LOOP 3 X\n$A=1\nEND_LOOP\n", 900010, 1),
+        ("$A=4\nLOOP SQR(0-$A)\n$B=1\nEND_LOOP\n", 900012, 2),
+        ("LOOP 2\nIF 1>2\nLOOP\nEND_LOOP\nEND_IF\nEND_LOOP\n", 900004, 3),
+        ("LOOP 2\nLOOP 1.5\n$A=1\nEND_LOOP\nEND_LOOP\n", 909105, 2),
+        ("LOOP\nGOTO B\n@B\nEND_LOOP\n", 900004, 1),
+    ],
+)
+def test_a_wrong_loop_is_one_error(tmp_path, text, code, line):
+    """Its END_LOOP, and jumps in its body, are not wrong too."""
+    errors = run(tmp_path, text, collect=True).errors
+    assert [(e.code, e.place.line) for e in errors] == [(code, line)]
+
+
+def test_dx_is_a_line_as_under_g91(tmp_path):
+    """The same end to the last bit, behind an origin and in inches too."""
+    head = "G94X0.1Y7.3\nG20\nF1\nG1X0.7Y0.3\n"
+    with_d = run(tmp_path, head + "DX0.1DY-0.3\nX1\n").ends
+    under = run(tmp_path, head + "G91\nX0.1Y-0.3\nG90\nX1\n").ends
+    assert with_d.tobytes() == under.tobytes()

@@ -1,0 +1,190 @@
+"""What several channels cost: one cell with 1, 2, 4, 8 and 12 channels.
+
+``python bench/channels.py [SECONDS] [--json]``: in lockstep at 1 ms on one
+core, a PLC sends a contour look-ahead request to every channel in every scan.
+Each answer is compared with an oracle that reads the program's text itself and
+shares no code with the CNC.  Prints times real time by wall time, and the CPU
+time of both processes per cycle and channel, which other work on the machine
+does not change.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import resource
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cnc_core.cell import Cell, RunResult
+from cnc_core.process.options import RunOptions
+
+COUNTS = (1, 2, 4, 8, 12)
+AHEAD = 50_000.0  # 0.1 um
+SHORT_S = 1.0
+PLC = """
+from plc_client import ContourLookahead, task
+
+KEPT = @KEPT@
+
+@task(interval=0.001)
+class Asks:
+    def setup(self, hli):
+        self.channels = [hli.gpCh[i] for i in range(hli.gNrCh)]
+        self.units = [ContourLookahead(ch) for ch in self.channels]
+        self.answers = [[] for _ in self.channels]
+        self.asked = [0.0] * len(self.channels)
+        self.done = [0] * len(self.channels)
+        self.scans = 0
+
+    def cyclic(self):
+        self.scans += 1
+        keep = self.scans % KEPT == 0
+        for i, unit in enumerate(self.units):
+            at = self.channels[i].bahn_state.dist_prog_start
+            unit(start_position=at, length=50_000.0)
+            if unit.done:
+                self.done[i] += 1
+                if keep:
+                    found = unit.blocks
+                    self.answers[i].append((
+                        unit.answer_request.start_position,
+                        found["start_position"].tolist(),
+                        found["length"].tolist(),
+                    ))
+
+    def finished(self):
+        return all(ch.decoder_state.program_end_r for ch in self.channels)
+
+    def result(self):
+        return {"scans": self.scans, "done": self.done, "answers": self.answers}
+"""
+
+
+def program(seed: int, seconds: float) -> list[float]:
+    """Lengths of the motions, mm: about so many seconds at 6 m/min."""
+    draw, lengths = random.Random(seed), []
+    while sum(lengths) < seconds * 100.0:
+        lengths.append(draw.choice((0.5, 1.0, 2.0, 4.0)) * (1 + seed % 3))
+    return lengths
+
+
+def text_of(lengths: list[float]) -> str:
+    """A line to and fro along X with these lengths, tangential all the way."""
+    x, lines = 0.0, []
+    for i, length in enumerate(lengths, 1):
+        x += length
+        lines.append(f"N{i} G1 X{x!r} F6000")
+    return "\n".join([*lines, "M30"]) + "\n"
+
+
+def cell_of(count: int) -> str:
+    """Channels with one axis each."""
+    tables = [f"[channels.c{i}.axes.X]\n" for i in range(count)]
+    return "".join(tables) if count > 1 else "[axes.X]\n"
+
+
+def wrong_answers(lengths: list[float], answers: list[Any]) -> int:
+    """How many answers do not hold exactly the motions in their range.
+
+    The motion in which the range begins comes first; the last begins inside it.
+    """
+    starts, at = [], 0.0
+    for length in lengths:
+        starts.append(at)
+        at += length * 1e4
+    wrong = 0
+    for asked, begins, found in answers:
+        expected = [
+            (start, length * 1e4)
+            for start, length in zip(starts, lengths, strict=True)
+            if start + length * 1e4 > asked + 0.5
+            and start < asked + AHEAD - 0.5
+        ]
+        near = len(begins) >= len(expected) > 0 or not expected
+        for (start, length), begin, is_long in zip(
+            expected, begins, found, strict=False
+        ):
+            near &= abs(start - begin) < 2.0 and abs(length - is_long) < 2.0
+        wrong += not near
+    return wrong
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run: its result and the CPU time of both processes, s."""
+
+    result: RunResult
+    cpu_s: float
+    programs: list[list[float]]
+
+
+def run(count: int, seconds: float, kept: int) -> Run:
+    """A run with so many channels, in processes of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        (place / "plc.py").write_text(PLC.replace("@KEPT@", str(kept)))
+        (place / "cell.toml").write_text(cell_of(count))
+        programs = [program(seed, seconds) for seed in range(count)]
+        files = []
+        for i, lengths in enumerate(programs):
+            files.append(place / f"c{i}.nc")
+            files[-1].write_text(text_of(lengths))
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        with Cell(place / "cell.toml") as cell:
+            options = RunOptions(out=place / "out")
+            result = cell.run_with(options, files, place / "plc.py").check()
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu_s = sum(
+        getattr(after, name) - getattr(before, name)
+        for name in ("ru_utime", "ru_stime")
+    )
+    return Run(result, cpu_s, programs)
+
+
+def measured(count: int, seconds: float, kept: int) -> dict[str, Any]:
+    """One row; a short run beside the long one takes out what starting costs."""
+    short, long = run(count, SHORT_S, kept), run(count, seconds, kept)
+    cycles = long.result.cycles - short.result.cycles
+    told = long.result.plc["result"]
+    return {
+        "channels": count,
+        "cycles": long.result.cycles,
+        "realtime_factor": long.result.realtime_factor,
+        "cpu_us_per_cycle": (long.cpu_s - short.cpu_s) / cycles * 1e6,
+        "answers": sum(told["done"]),
+        "checked": sum(map(len, told["answers"])),
+        "wrong": sum(map(wrong_answers, long.programs, told["answers"])),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("seconds", nargs="?", type=float, default=10.0)
+    parser.add_argument("--kept", type=int, default=10)
+    parser.add_argument("--counts", default=",".join(map(str, COUNTS)))
+    parser.add_argument("--json", action="store_true")
+    args = parser.parse_args()
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    began, rows = time.monotonic(), []
+    for count in map(int, args.counts.split(",")):
+        rows.append(measured(count, args.seconds, args.kept))
+        if not args.json:
+            row = rows[-1]
+            print(
+                f"{count:3} channels: {row['realtime_factor']:6.2f} x real time,"
+                f" {row['cpu_us_per_cycle']:7.1f} us CPU a cycle,"
+                f" {row['answers']} answers, {row['checked']} compared,"
+                f" {row['wrong']} wrong"
+            )
+    if args.json:
+        print(json.dumps({"rows": rows, "seconds": time.monotonic() - began}))
+
+
+if __name__ == "__main__":
+    main()

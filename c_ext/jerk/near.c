@@ -1,0 +1,125 @@
+/* A plan for other speeds over the path just ahead.
+ *
+ * An override that changes in every cycle asks for a plan with every commit.
+ * Such a plan need not reach further than to rest: the next one comes soon.  So
+ * its window is short.  Where the present plan is faster than what is asked
+ * for, it stays allowed, and the solver looks for the slowest motion down to
+ * what is asked for.  The present plan is legal, so there is such a motion.
+ */
+#include <math.h>
+#include "jerk/near.h"
+#include "jerk/path/grid.h"
+#include "jerk/state/state.h"
+#include "jerk/stop.h"
+#include "jerk/window.h"
+
+/* Speed that the path may come to before the next plan, mm/s. */
+static double highest_speed(const jerk_planner *planner,
+                            const jerk_interval *interval) {
+    double now = planner->scale * sqrt(planner->x);
+    double most = fmin(asked_speed(planner, interval), 10.0 * planner->scale);
+    for (int i = 0; i < planner->cfg.axes; i++) {
+        double along = larger(interval->d1[0][i], interval->d1[1][i]);
+        if (along > 0.0) {
+            double gain = NEAR_S * acc_max(planner, interval, i) / along;
+            most = fmin(most, now + gain);
+            most = fmin(most, planner->cfg.v_max[i] / along);
+        }
+    }
+    return fmax(most, now);
+}
+
+/* mm: to rest from there, and some more. */
+static double near_reach(const jerk_planner *planner) {
+    const jerk_interval *interval = ring_at(planner, planner->head);
+    double most = highest_speed(planner, interval);
+    double way = NEAR_WAYS * way_from(planner, interval, most) + NEAR_S * most;
+    return fmax(way, NEAR_WAYS * jerk_stop_distance(planner));
+}
+
+bool plan_is_faster(const jerk_planner *planner, const struct grid *grid) {
+    const plan *pl = &planner->plan;
+    double at = 0.0;
+    int k = 0;
+    for (int i = pl->next; i < pl->count; i++) {
+        while (k < grid->count && grid->from_start[k + 1] <= at + 1e-9) {
+            k++;
+        }
+        if (k >= grid->count) {
+            return false;
+        }
+        if (pl->x[i] > FASTER * grid->seg[k].asked) {
+            return true;
+        }
+        at += pl->lengths[i];
+    }
+    return false;
+}
+
+/* A deep fall is planned in parts: the solver starts near the present plan.
+ * True: this is a part only. */
+static bool limit_fall(const jerk_planner *planner, struct grid *grid) {
+    bool any = false;
+    for (int k = 0; k < grid->count; k++) {
+        struct segment *segment = &grid->seg[k];
+        double least = fmin(segment->soft, DEEPEST_FALL * planner->x);
+        if (segment->asked < least) {
+            segment->asked = least;
+            any = true;
+        }
+    }
+    return any;
+}
+
+/* A plan over such a reach, in which the present one stays allowed up to
+ * `allowed` mm; `near`: one that reaches further has to follow. */
+static bool plan_over(jerk_planner *planner,
+                      double reach,
+                      double allowed,
+                      bool near) {
+    struct grid *grid = &planner->grid;
+    grid_window(planner, grid, reach);
+    if (grid->count < 2) {
+        return false;
+    }
+    allow_tail(planner, grid, allowed);
+    bool part = isinf(allowed) && limit_fall(planner, grid);
+    grid->sinks = true;
+    grid->ramp =
+        FALL_WAYS
+        * way_down_to(planner, planner->scale * sqrt(grid->seg[0].asked));
+    if (!solve_window(planner, grid, true, 1.0)) {
+        give_back(grid);
+        return false;
+    }
+    planner->near = part || near;
+    if (!plan_accept(planner, grid, !planner->near)) {
+        return false;
+    }
+    planner->was = speeds_now(planner);
+    planner->reach = near ? REFILL_WAYS * reach : reach;
+    return true;
+}
+
+/* Behind the ramp what is asked for holds. */
+bool plan_fall(jerk_planner *planner) {
+    double asked = asked_speed(planner, ring_at(planner, planner->head));
+    double ramp = RAMP_WAYS * way_down_to(planner, asked);
+    double reach = REFILL_WAYS * near_reach(planner);
+    return plan_over(planner, reach, ramp, false);
+}
+
+/* Where a bend decides, the way to rest may be much longer than on a line. */
+bool plan_near(jerk_planner *planner) {
+    double reach = near_reach(planner);
+    for (int i = 0; i < NEAR_TRIES; i++) {
+        if (plan_over(planner, reach, INFINITY, true)) {
+            return true;
+        }
+        if (reach > TAIL_MORE * planner->plan.remaining) {
+            return false;
+        }
+        reach *= NEAR_LONGER;
+    }
+    return false;
+}

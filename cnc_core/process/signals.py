@@ -1,0 +1,248 @@
+"""The signals of a cell: who has sent what, who waits for what.
+
+Sent and used up where the channels' preparation is served, in the order of the
+channels; so a run in virtual time is the same every time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import CncError, Place
+from ..frontend.signals import Signal, Values, Wanted, check_channel
+
+EVENTS_MAX = 150  # P-STUP-00119 without a value
+FIRST_TOKEN = 2.0**40  # of a command on the path; programs' own are below
+
+
+@dataclass
+class _Sent:
+    """A signal on its way; ``receiver`` None: a broadcast; ``left`` None: it
+    stays until it is removed.
+    """
+
+    number: int
+    sender: int
+    receiver: int | None
+    values: Values
+    left: int | None
+
+
+class SignalBoard:
+    """The signals of all channels; channels by index.
+
+    ``plc``: whether somebody is there who could start a program.
+    ``all_begun``: the programs of the cell's start have begun; before that a
+    wait is no deadlock.
+    """
+
+    def __init__(
+        self, names: list[str], plc: Callable[[], bool] = lambda: False
+    ) -> None:
+        self.names, self._plc = names, plc
+        self.all_begun = False
+        self._sent: list[_Sent] = []
+        self._waits: dict[int, Wanted] = {}
+        self._later: dict[float, tuple[int, Signal]] = {}
+        self._next_token = FIRST_TOKEN
+        self._running: set[int] = set()
+        self._doomed: dict[int, CncError] = {}
+
+    # ---------------------------------------------------------------- programs
+    def begins(self, index: int) -> None:
+        """A program begins in this channel."""
+        self._running.add(index)
+        self._forget(index)
+
+    def ends(self, index: int) -> None:
+        """It has ended: nobody waits there, and nothing comes from its path.
+        What it has sent stays.
+        """
+        self._running.discard(index)
+        self._forget(index)
+
+    def _forget(self, index: int) -> None:
+        self._waits.pop(index, None)
+        self._doomed.pop(index, None)
+        self._later = {
+            token: later
+            for token, later in self._later.items()
+            if later[0] != index
+        }
+
+    # ---------------------------------------------------------------- signals
+    def send(self, index: int, signal: Signal) -> None:
+        """CncError: more signals wait than the cell keeps."""
+        broadcast = signal.count or None
+        for number in signal.receivers or (None,):
+            receiver = None if number is None else number - 1
+            left = broadcast if number is None else signal.count or 1
+            self._sent.append(
+                _Sent(signal.number, index, receiver, signal.values, left)
+            )
+        if len(self._sent) > EVENTS_MAX:
+            raise CncError(
+                907055,
+                f"signal {signal.number}: more than {EVENTS_MAX} signals wait"
+                " for somebody who takes them",
+            )
+
+    def send_later(self, index: int, signal: Signal) -> float:
+        token, self._next_token = self._next_token, self._next_token + 1.0
+        self._later[token] = index, signal
+        return token
+
+    def passed(self, token: float) -> bool:
+        """The path has passed a command; False: it is no signal."""
+        index, signal = self._later.pop(token, (-1, None))
+        if signal is None:
+            return False
+        self.send(index, signal)
+        return True
+
+    def remove(self, number: int, receivers: tuple[int, ...]) -> None:
+        wanted: set[int | None] = {one - 1 for one in receivers} or {None}
+        self._sent = [
+            one
+            for one in self._sent
+            if one.number != number or one.receiver not in wanted
+        ]
+
+    # ---------------------------------------------------------------- waits
+    def wait(self, index: int, wanted: Wanted) -> None:
+        self._waits[index] = wanted
+
+    def came(self, index: int) -> bool:
+        wanted = self._waits[index]
+        found = self._matching(index, wanted)
+        if found is None:
+            if self.all_begun:
+                self._look_for_deadlock()
+            doom = self._doomed.pop(index, None)
+            if doom is None:
+                return False
+            del self._waits[index]
+            raise doom
+        del self._waits[index]
+        self._doomed.pop(index, None)
+        for one in found:
+            if one.left is not None:
+                one.left -= 1
+        self._sent = [one for one in self._sent if one.left != 0]
+        wanted.take({k: v for one in found for k, v in one.values.items()})
+        return True
+
+    def _matching(self, index: int, wanted: Wanted) -> list[_Sent] | None:
+        """The signals that end a wait, first come first served; None: not all
+        of them are there.
+        """
+        found = []
+        for sender in wanted.senders or (None,):
+            receiver = None if sender is None else index
+            one = next(
+                (
+                    one
+                    for one in self._sent
+                    if one.number == wanted.number
+                    and one.receiver == receiver
+                    and sender in (None, one.sender + 1)
+                ),
+                None,
+            )
+            if one is None:
+                return None
+            found.append(one)
+        return found
+
+    def awaited(self, index: int) -> str:
+        """What a channel waits for, for people; empty: no signal."""
+        wanted = self._waits.get(index)
+        if wanted is None:
+            return ""
+        names = [self.names[one - 1] for one in wanted.senders]
+        whose = " and ".join(f"channel {name}" for name in names)
+        return f"signal {wanted.number} of {whose or 'any channel'}"
+
+    # ---------------------------------------------------------------- deadlock
+    def _look_for_deadlock(self) -> None:
+        """Channels that wait, and all who could end it wait as well."""
+        paths = {index for index, _ in self._later.values()}
+        stuck = {
+            index
+            for index, wanted in self._waits.items()
+            if index not in paths and self._matching(index, wanted) is None
+        }
+        while free := {one for one in stuck if self._hopes(one, stuck)}:
+            stuck -= free
+        if not stuck:
+            return
+        said = "; ".join(self._said(index) for index in sorted(stuck))
+        for index in stuck:
+            place = self._waits[index].place
+            self._doomed.setdefault(
+                index, CncError(907056, f"nobody can go on: {said}", place)
+            )
+
+    def _hopes(self, index: int, stuck: set[int]) -> bool:
+        """Whether somebody who does not wait in vain may send what is missing."""
+        wanted = self._waits[index]
+        missing = [
+            sender - 1
+            for sender in wanted.senders
+            if self._matching(index, Wanted(wanted.number, (sender,))) is None
+        ]
+        if wanted.senders:
+            return all(self._may_send(one, stuck) for one in missing)
+        others = (one for one in range(len(self.names)) if one != index)
+        return any(self._may_send(one, stuck) for one in others)
+
+    def _may_send(self, index: int, stuck: set[int]) -> bool:
+        if index in self._running:
+            return index not in stuck
+        return self._plc()  # it could start a program there
+
+    def _said(self, index: int) -> str:
+        place = self._waits[index].place
+        where = f" ({Path(place.file).name}:{place.line})" if place.line else ""
+        return f"channel {self.names[index]} waits for {self.awaited(index)}{where}"
+
+
+class SignalsOf:
+    """The board as one channel sees it (``ChannelSignals``)."""
+
+    def __init__(self, board: SignalBoard, index: int) -> None:
+        self._board, self._index = board, index
+
+    def check(self, number: int, place: Place) -> None:
+        check_channel(number, self._board.names, place)
+
+    def send(self, signal: Signal) -> None:
+        self._board.send(self._index, signal)
+
+    def send_later(self, signal: Signal) -> float:
+        return self._board.send_later(self._index, signal)
+
+    def remove(self, number: int, receivers: tuple[int, ...]) -> None:
+        self._board.remove(number, receivers)
+
+    def wait(self, wanted: Wanted) -> None:
+        self._board.wait(self._index, wanted)
+
+    def came(self) -> bool:
+        return self._board.came(self._index)
+
+    def passed(self, token: float) -> bool:
+        """The path has passed a command; False: it is no signal."""
+        return self._board.passed(token)
+
+    def begins(self) -> None:
+        self._board.begins(self._index)
+
+    def ends(self) -> None:
+        self._board.ends(self._index)
+
+    @property
+    def awaited(self) -> str:
+        return self._board.awaited(self._index)

@@ -1,0 +1,21 @@
+; The loader: brings two parts and takes each away.  Signal 3: the vice holds it.
+N10 V.P.PART = 0
+N20 $WHILE V.P.PART < 2
+N30   G0 X600
+N40   Z-100
+N50   M20
+N60   Z0
+N70   X150
+N80   #WAIT SYN [ID=1 CH=1]
+N90   X0
+N100  Z-80
+N110  #SIGNAL SYN [ID=2 CH=1]
+N120  #WAIT SYN [ID=3 CH=1]
+N130  M21
+N140  G0 Z0
+N150  X150
+N160  V.P.PART = V.P.PART + 1
+N170 $ENDWHILE
+N180 #WAIT SYN [ID=1 CH=1]
+N190 G0 X300
+N200 M30

@@ -1,0 +1,67 @@
+"""An override that changes with every commit: bounded work, and a speed that
+follows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cnc_core.benchmarks.jerk_paths import contour
+from cnc_core.engine.jerk_planner import JerkPlanner, Limits, sample
+
+LIMITS = Limits([300.0] * 2, [3000.0] * 2, [50000.0] * 2)
+COMMIT_S = 0.01
+WORK_PER_S = 4e4  # iterations times intervals that a second of motion earns
+
+
+def test_each_change_costs_a_few_short_solves() -> None:
+    """A plan for another override looks no further than to rest."""
+    planner = JerkPlanner(LIMITS, window=120, knots=400)
+    planner.push(contour(600, 2, per_block=2).intervals(100.0))
+    planner.finish()
+    planner.take(0.3)
+    most = 0.0
+    before = planner.stats["iterations"]
+    commits = 60
+    for k in range(commits):
+        planner.override(0.6 + 0.4 * np.sin(0.09 * k))
+        planner.take(COMMIT_S)
+        now = planner.stats["iterations"]
+        most = max(most, now - before)
+        before = now
+    assert planner.stats["solves"] < commits
+    assert most <= 250
+
+
+def test_changes_that_come_all_the_time_have_a_budget() -> None:
+    """The motion earns the work of their plans, and the first one does not wait."""
+    planner = JerkPlanner(LIMITS, window=120, knots=400)
+    planner.push(contour(600, 2, per_block=2).intervals(100.0))
+    planner.finish()
+    planner.take(0.3)
+    planner.override(0.7)
+    before = planner.stats["solves"]
+    planner.take(COMMIT_S)
+    assert planner.stats["solves"] > before
+    work, commits = planner.stats["work"], 100
+    for k in range(commits):
+        planner.override(0.6 + 0.4 * np.sin(0.09 * k))
+        planner.take(COMMIT_S)
+    assert planner.stats["work"] - work <= 1.5 * WORK_PER_S * commits * COMMIT_S
+
+
+def test_the_speed_follows_a_falling_override() -> None:
+    """It falls with every change, without a standstill and without waiting for the last one."""
+    planner = JerkPlanner(LIMITS, window=120, knots=400)
+    planner.push(contour(600, 2, per_block=2).intervals(100.0))
+    planner.finish()
+    planner.take(0.3)
+    share = 1.0
+    for _ in range(40):
+        share *= 0.95
+        planner.override(share)
+        laws = planner.take(COMMIT_S)
+        assert len(laws)
+    speed = sample(laws, 0.001)[:, 1]
+    assert speed.min() > 0.0
+    assert speed.max() <= 1.3 * share * 100.0
