@@ -20,6 +20,7 @@ descriptors and files must be as many as then.
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import math
 import os
@@ -178,6 +179,7 @@ def judge(
 
 def held_now() -> dict[str, int]:
     """Memory in bytes, descriptors, files of this user's runs in shared memory."""
+    gc.collect()  # parts of a program refer to each other
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return {
         "memory": pages * os.sysconf("SC_PAGE_SIZE"),

@@ -115,7 +115,7 @@ def main() -> None:
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 3
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        nc = part(folder, 60)
+        nc = part(folder, 30)
         (folder / "order.st").write_text(program())
         (folder / "order.py").write_text(PYTHON)
         (folder / "ahead.st").write_text(program(NO_ORDER))

@@ -5,6 +5,7 @@
 #include "engine/accel/accel_planner.h"
 #include "engine/accel/corner_zones.h"
 #include "engine/accel/span_store.h"
+#include "engine/commit/pace.h"
 #include "engine/events.h"
 #include "engine/geo/commands.h"
 #include "engine/geo/cycle.h"
@@ -383,4 +384,5 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->planner_late = engine->lateness.times;
     out->planner_late_cycles = engine->lateness.cycles;
     out->planner_away_s = (double)ATOMIC_GET(engine->lateness.away_ns) * 1e-9;
+    pace_quantiles(engine, out->planner_us_per_ms);
 }

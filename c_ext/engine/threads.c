@@ -339,13 +339,15 @@ static bool others_run(const struct engine *engine) {
 /* Behind it GEO touches this channel no more; the last one ends GEO. */
 static void leave_rounds(struct engine *engine) {
     struct engine *first = first_channel(engine);
-    __atomic_store_n(&engine->threads.running, 0, __ATOMIC_SEQ_CST);
     if (!others_run(engine)) {
+        /* its last cycle is one like all others, and recorded */
         ATOMIC_SET(first->threads.geo_running, 0);
         pthread_join(first->threads.geo, NULL);
         first->threads.geo_started = false;
+        ATOMIC_SET(engine->threads.running, 0);
         return;
     }
+    __atomic_store_n(&engine->threads.running, 0, __ATOMIC_SEQ_CST);
     while (__atomic_load_n(&first->threads.in_round, __ATOMIC_SEQ_CST)) {
         sleep_until(now_ns() + ROUND_POLL_NS);
     }

@@ -272,23 +272,15 @@ def _operator(seed: int) -> Callable[[Engine], None]:
 
 
 class Wave:
-    """A new override at each call, 60 + 40 sin percent; the planner's CPU time
-    between two calls.
-    """
+    """A new override at each call, 60 + 40 sin percent."""
 
     def __init__(self) -> None:
-        self.calls, self.cpu_s = 0, [0.0]
+        self.calls = 0
 
     def __call__(self, engine: Engine) -> None:
         self.calls += 1
-        self.cpu_s.append(float(engine.state.plan_cpu_s))
         turn = 2 * np.pi * self.calls * WAVE_CYCLES / WAVE_PERIOD
         engine.set_override(0.6 + 0.4 * float(np.sin(turn)), False)
-
-    def us_per_ms(self, cycle_s: float) -> dict[str, float]:
-        """Quantiles of the planner's time for each ms of motion, us."""
-        per_ms = np.diff(self.cpu_s) / (1000.0 * cycle_s * WAVE_CYCLES)
-        return quantiles_us(np.round(1e9 * per_ms).astype(np.int64))
 
 
 FIGURES = (
@@ -296,6 +288,7 @@ FIGURES = (
     "blocks",
     "blocks_per_s",
     "motion_time_s",
+    "planner_us_per_ms",
     "max_ratio",
     "path_deviation_mm",
 )
@@ -310,8 +303,7 @@ def planner(seconds: float = 10.0) -> dict[str, Any]:
     "contour/120/no-jerk/smooth": within ``TOLERANCE_MM``; "contour/120/live":
     jerk-limited, with steps of the override and feed holds all the time, over a
     tenth of the blocks; "contour/120/wave": with another override for each
-    commit, and ``plan_us_per_ms``, the planner's CPU time for each ms of
-    motion.
+    commit. ``planner_us_per_ms``: the planner's CPU time for each ms of motion.
     """
     n = _blocks_that_fit(seconds, 4_000)
     out: dict[str, Any] = {}
@@ -361,11 +353,9 @@ def _figures(
 def _wave_figures(work: Workload, file: Path) -> dict[str, Any]:
     """As ``_figures``, with an override that always changes."""
     program = Program(file, work.cell(), "isg", tolerance=TOLERANCE_MM)
-    wave = Wave()
-    result = plan_program(program, window=120, live=(WAVE_CYCLES, wave))
+    result = plan_program(program, window=120, live=(WAVE_CYCLES, Wave()))
     figures = result.as_json()
-    out = {name: figures[name] for name in FIGURES}
-    return out | {"plan_us_per_ms": wave.us_per_ms(result.cycle_s)}
+    return {name: figures[name] for name in FIGURES}
 
 
 def _seconds_of(work: Callable[[], object]) -> float:

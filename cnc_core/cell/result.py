@@ -15,6 +15,7 @@ FROM_CNC = (
     "planner_late",
     "planner_late_cycles",
     "planner_away_s",
+    "planner_us_per_ms",
     "cycles",
     "sim_time_s",
     "wall_time_s",
@@ -50,6 +51,7 @@ class RunResult:
     planner_late: int = 0
     planner_late_cycles: int = 0
     planner_away_s: float = 0.0
+    planner_us_per_ms: dict[str, float] = field(default_factory=dict)
     end: str = "aborted"
     messages: list[str] = field(default_factory=list)
     files: list[str] = field(default_factory=list)
@@ -141,6 +143,7 @@ class RunResult:
             "planner_late": self.planner_late,
             "planner_late_cycles": self.planner_late_cycles,
             "planner_away_s": self.planner_away_s,
+            "planner_us_per_ms": self.planner_us_per_ms,
             "end": self.end,
             "messages": self.messages,
             "files": self.files,

@@ -224,6 +224,9 @@ def _run_rows(result: Any) -> Iterator[list[str]]:
     if asked:
         yield ["look-ahead requests", *_joined(asked, "")]
     yield from (["handshake", t] for t in _joined(result.handshake_us, "us"))
+    pace = result.planner_us_per_ms
+    if pace.get("max"):
+        yield ["planner", *_joined(pace, "us a ms of motion")]
     for name in ("overruns", "planner_late", "recorded"):
         if getattr(result, name):
             yield [name, str(getattr(result, name))]

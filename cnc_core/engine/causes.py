@@ -75,3 +75,12 @@ def hints(seconds: dict[str, float]) -> list[str]:
         for name, share in shares(seconds)
         if share >= HINT_SHARE and name in HINTS
     ]
+
+
+def planner_pace(state: Any) -> dict[str, float]:
+    """CPU time of the planner for each ms of motion, us: p50, p99 and most of
+    all commits.
+    """
+    names = ("p50", "p99", "max")
+    found = zip(names, state.planner_us_per_ms, strict=True)
+    return {name: round(float(us), 3) for name, us in found}

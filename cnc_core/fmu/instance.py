@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import ctypes
 import json
+import math
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -193,6 +194,9 @@ class Instance:
 
     def _take_inputs(self) -> None:
         row, before = self._row, self._before
+        speed = row[self._places[OVERRIDE]]
+        if not math.isfinite(speed):
+            raise ValueError(f"{OVERRIDE} {speed}: 0 to 200 is allowed")
         for place, held, kind in self._held:
             held.value = kind(row[place])
         for place, held, kind in self._shared:

@@ -14,7 +14,7 @@ import numpy as np
 from ..blocks import BlockBatch, number_of_last, number_pushed
 from ..config import CellConfig
 from ..engine import Engine, Event, Samples
-from ..engine.causes import time_by_cause
+from ..engine.causes import planner_pace, time_by_cause
 from ..engine.recorded import Recorded, Rows
 from ..errors import ERRORS, CncError
 from ..frontend.port import Wait
@@ -36,6 +36,7 @@ class PlanResult:
     blocks: int = 0
     motion_time_s: float = 0.0
     plan_cpu_s: float = 0.0
+    planner_us_per_ms: dict[str, float] = field(default_factory=dict)
     cycle_s: float = 0.001
     max_ratio: dict[str, float | None] = field(default_factory=dict)
     path_deviation_mm: float = 0.0
@@ -52,6 +53,7 @@ class PlanResult:
             "blocks": self.blocks,
             "motion_time_s": self.motion_time_s,
             "plan_cpu_s": self.plan_cpu_s,
+            "planner_us_per_ms": self.planner_us_per_ms,
             "blocks_per_s": self.blocks / self.plan_cpu_s
             if self.plan_cpu_s > 0
             else 0.0,
@@ -254,6 +256,7 @@ def _result(
         blocks=feeder.rows,
         motion_time_s=float(state.motion_time_s),
         plan_cpu_s=float(state.plan_cpu_s),
+        planner_us_per_ms=planner_pace(state),
         cycle_s=cell.cycle_s,
         max_ratio=ratio,
         path_deviation_mm=max(

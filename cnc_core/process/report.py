@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..engine.causes import time_by_cause
+from ..engine.causes import planner_pace, time_by_cause
 
 KEPT_TEXTS = 1000
 # a counter of the engine's state: the warning when it is not zero
@@ -88,6 +88,7 @@ def engine_figures(state: Any, cycle_s: float) -> dict[str, Any]:
         "requests": requests,
         "time_by_cause": time_by_cause(state),
         "planner_away_s": float(state.planner_away_s),
+        "planner_us_per_ms": planner_pace(state),
     } | counters
 
 

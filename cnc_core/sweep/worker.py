@@ -39,9 +39,15 @@ def _say(text: str) -> None:
     sys.__stdout__.flush()  # type: ignore[union-attr]
 
 
+def _leave(*_: object) -> None:
+    """The run under way takes its processes, segment and files with it."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # one is enough
+    sys.exit(143)
+
+
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
-    # the run under way takes its processes, segment and files with it
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    signal.signal(signal.SIGTERM, _leave)
     if lib.hs_die_with_parent(signal.SIGTERM, int(sys.argv[3])) == 0:
         serve(Path(sys.argv[1]), Path(sys.argv[2]))
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # on the way out already

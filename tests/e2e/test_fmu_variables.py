@@ -83,6 +83,26 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
 
 
+def test_what_does_not_fit_is_refused_and_breaks_nothing(
+    exported: Path, tmp_path: Path
+) -> None:
+    """An override that is no number, a step that is no multiple of the cycle;
+    then the cell goes on.
+    """
+    with driven(exported, tmp_path) as one:
+        one.begin().step()
+        one["override"] = float("nan")
+        with pytest.raises(FMICallException):
+            one.step()
+        assert "override nan: 0 to 200 is allowed" in one.said[-1]
+        one["override"] = 50.0
+        with pytest.raises(FMICallException):
+            one.slave.doStep(0.0, 1.5e-3)
+        assert "no multiple of the cell's cycle" in one.said[-1]
+        one.step(3)
+        assert one["override_now"] == 50.0
+
+
 def to_end(one, steps: int = 2000) -> None:
     for _ in range(steps):
         one.step()

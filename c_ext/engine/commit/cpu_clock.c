@@ -11,6 +11,7 @@
  */
 #include <time.h>
 #include "engine/commit/cpu_clock.h"
+#include "engine/commit/pace.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
 
@@ -55,6 +56,8 @@ void watch_start(struct engine *engine) {
         stopwatch->passing_s = least_reading(CLOCK_MONOTONIC);
         choose_next(engine, stopwatch);
     }
+    stopwatch->spent_s = 0.0;
+    stopwatch->committed_s = engine->commit.committed_s;
     if (stopwatch->weight <= 0.0) {
         return;
     }
@@ -71,8 +74,9 @@ static void count(struct engine *engine, struct stopwatch *stopwatch) {
     double cpu = greater(0.0,
                          seconds_of(CLOCK_THREAD_CPUTIME_ID)
                              - stopwatch->cpu_before - stopwatch->clock_s);
-    engine->commit.cpu_s +=
-        stopwatch->weight * (by_cpu_clock(engine) ? cpu : lesser(passed, cpu));
+    double spent_s = by_cpu_clock(engine) ? cpu : lesser(passed, cpu);
+    engine->commit.cpu_s += stopwatch->weight * spent_s;
+    stopwatch->spent_s += spent_s;
 }
 
 void watch_window(struct engine *engine) {
@@ -92,6 +96,9 @@ void watch_stop(struct engine *engine) {
     struct stopwatch *stopwatch = &engine->commit.watch;
     if (stopwatch->weight > 0.0) {
         count(engine, stopwatch);
+        note_pace(engine,
+                  stopwatch->spent_s,
+                  engine->commit.committed_s - stopwatch->committed_s);
     }
     choose_next(engine, stopwatch);
 }

@@ -217,7 +217,16 @@ typedef struct stopwatch {
     double
         weight; /* how many pumps the next one stands for; 0: it is not timed */
     double from, cpu_before;
+    double spent_s, committed_s; /* of this pump: CPU time, motion before it */
 } stopwatch;
+
+#define PACE_STEPS 180
+
+/* CPU time for each ms of committed motion (pace.c). */
+typedef struct pace {
+    uint64_t commits[PACE_STEPS]; /* that took so long */
+    double most_us;
+} pace;
 
 typedef struct commit_state {
     phase *ring;
@@ -238,6 +247,7 @@ typedef struct commit_state {
     int stalled;   /* tests: the planner gets no turn */
     double cpu_s;
     struct stopwatch watch;
+    struct pace pace;
     uint64_t phases, infeasible;
 } commit_state;
 

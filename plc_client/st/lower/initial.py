@@ -305,21 +305,29 @@ def _repeated(
     context: Context, item: tree.Node
 ) -> tuple[int, list[tree.Node | None]]:
     """``3(5)`` is (3, [5]); ``4()`` leaves four elements as they are."""
-    if not isinstance(item, tree.Call):
+    if not isinstance(item, tree.Call) or not _may_count(context, item.base):
         return 1, [item]
-    if not isinstance(item.base, (tree.Literal, tree.Name)):
-        return 1, [item]
-    if isinstance(item.base, tree.Name):
-        name = item.base.name.upper()
-        found = context.world.globals.get(name)
-        cls = context.cls.variable(name) if context.cls else None
-        if found is None and cls is None:
-            return 1, [item]
     number = expressions.value(context, item.base)
     if not isinstance(number.constant, int):
         return 1, [item]
     values: list[tree.Node | None] = [a.value for a in item.arguments]
     return number.constant, values or [None]
+
+
+def _may_count(context: Context, node: tree.Node) -> bool:
+    """A number, or the name of a variable: a constant one counts elements."""
+    if isinstance(node, tree.Member) and isinstance(node.base, tree.Name):
+        holder = context.world.lists.get(node.base.name.upper())
+        return holder is not None and node.name.upper() in holder.variables
+    if not isinstance(node, tree.Name):
+        return isinstance(node, tree.Literal)
+    name = node.name.upper()
+    routine, cls = context.routine, context.cls
+    return (
+        name in context.world.globals
+        or (routine is not None and name in routine.variables)
+        or (cls is not None and cls.variable(name) is not None)
+    )
 
 
 def _run(

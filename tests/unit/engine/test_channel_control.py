@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cnc_core.engine import Event
-from cnc_core.process.cnc_process import NO_FUNCTIONS
+from cnc_core.process.start_units import NO_FUNCTIONS
 from hli import layout
 from support.inside import Inside
 from support.limits import legal

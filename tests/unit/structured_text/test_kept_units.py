@@ -112,3 +112,28 @@ def test_errors_are_told_each_time() -> None:
     text = SOURCE.replace("Half := a / 2;", "Half := b;")
     for _ in range(2):
         assert [e.line for e in kept(text).log.errors] == [27]
+
+
+def twincat(body: str) -> dict[str, str]:
+    """A TwinCAT object with a method, and a program beside it."""
+    text = (
+        "<TcPlcObject><POU Name='FB_A'><Declaration>FUNCTION_BLOCK FB_A\n"
+        "VAR_INPUT a : INT; END_VAR\nVAR u : UINT; END_VAR\n</Declaration>"
+        f"<Implementation><ST>{body}</ST></Implementation>"
+        "<Method Name='M'><Declaration>METHOD M : INT</Declaration>"
+        "<Implementation><ST>M := a; u := a;</ST></Implementation></Method>"
+        "</POU></TcPlcObject>"
+    )
+    main = "PROGRAM MAIN\nVAR f : FB_A; END_VAR\nf(a := f.M());\nEND_PROGRAM\n"
+    return {"FB_A.TcPOU": text, "MAIN.st": main}
+
+
+def test_a_twincat_object_is_kept_as_a_whole() -> None:
+    """An edit of its body makes the object anew and leaves the program."""
+    check(twincat("u := a;"), keeps=True)
+    edited = twincat("\nu := a + 1;")
+    found, fresh = check(edited, keeps=True), check(edited)
+    assert found.program.texts == fresh.program.texts
+    assert warned(found) == warned(fresh)
+    assert not found.world.classes["FB_A"].pou.outlined
+    assert found.world.classes["MAIN"].pou.outlined
