@@ -262,6 +262,7 @@ def lookahead(
         progress(f"running {file.name}"),
         Cell(config) as cell,
     ):
+        cell.config.of_one_channel()
         result = cell.run_with(options, file, "builtin:query", query)
     say_run_errors(result)
     answer = result.plc.get("result")

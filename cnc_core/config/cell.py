@@ -286,10 +286,10 @@ class CellConfig(Table):
 
     @property
     def axis_names(self) -> tuple[str, ...]:
-        self._of_one_channel()
+        self.of_one_channel()
         return tuple(self.axes)
 
-    def _of_one_channel(self) -> None:
+    def of_one_channel(self) -> None:
         """ConfigError: somebody takes a cell with several channels for one."""
         if self.channels:
             names = ", ".join(self.channels)
@@ -301,7 +301,7 @@ class CellConfig(Table):
     @property
     def axis_ids(self) -> tuple[int, ...]:
         """Logical number of each axis, by default its place from 1 on."""
-        self._of_one_channel()
+        self.of_one_channel()
         axes = enumerate(self.axes.values(), 1)
         return tuple(axis.id or place for place, axis in axes)
 
@@ -390,7 +390,7 @@ class CellConfig(Table):
 
     def axis_values(self, key: str) -> FloatArray:
         """(axes,) one parameter of every axis."""
-        self._of_one_channel()
+        self.of_one_channel()
         return np.array(
             [getattr(a, key) for a in self.axes.values()], dtype=np.float64
         )

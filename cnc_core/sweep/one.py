@@ -102,7 +102,9 @@ def cell_of(folder: Path, point: Point) -> CellConfig:
     )
     for name, value in of_family(point, "cell").items():
         _set(table, name.split("."), value)
-    return config_of(table)
+    cell = config_of(table)
+    cell.of_one_channel()
+    return cell
 
 
 def of_family(point: Point, family: str) -> dict[str, Any]:
