@@ -77,11 +77,20 @@ def test_it_keeps_less(
 def test_what_cannot_be_recorded_is_refused(
     plc: PlcFactory, program: Write, slow: Path, tmp_path: Path
 ) -> None:
-    """The mock, unknown columns, a folder that there is not."""
+    """The mock, and unknown columns."""
     with pytest.raises(ValueError, match="the mock CNC has nothing to record"):
         plc(slow, script=[line(1)], record=tmp_path / "run.arrow")
     part = program("X1\nM30\n")
     with pytest.raises(CncError, match="did you mean override"):
         plc(slow, part, record=tmp_path / "a.arrow", record_only="overide")
-    with pytest.raises(CncError, match="cannot be written"):
-        plc(slow, part, record=tmp_path / "no" / "a.arrow")
+
+
+def test_a_folder_that_cannot_be_made_is_told_at_the_end(
+    plc: PlcFactory, program: Write, slow: Path
+) -> None:
+    """The run goes on; close() says that nothing is recorded."""
+    target = program("", "file") / "a.arrow"
+    runner = plc(slow, program("X1\nM30\n"), record=target)
+    runner.step(20)
+    with pytest.raises(CncError, match="nothing is recorded"):
+        runner.close()
