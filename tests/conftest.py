@@ -107,8 +107,11 @@ def pytest_collection_modifyitems(
     kept, left = [], []
     for item in items:
         name = item.nodeid.partition("[")[0]
-        leave = seen[name] % every and not item.get_closest_marker("ci")
-        (left if leave else kept).append(item)
+        whole = item.get_closest_marker("ci")
+        if whole and not item.get_closest_marker("long"):
+            kept.append(item)
+            continue
+        (left if seen[name] % every else kept).append(item)
         seen[name] += 1
     if left:
         items[:] = kept

@@ -55,6 +55,7 @@ def test_mode_2_finds_every_element_once(
     assert (starts[1:] == starts[:-1] + lengths[:-1]).all()
 
 
+@pytest.mark.ci
 def test_lockstep_runs_are_bit_identical(
     cell: Cell, program: Write, tmp_path: Path
 ) -> None:
@@ -126,6 +127,7 @@ def test_m00_waits_for_continue(cell: Cell, program: Write) -> None:
     assert result.end == "completed", result.errors
 
 
+@pytest.mark.ci
 def test_freerun_of_100000_lines(cell: Cell, program: Write) -> None:
     """100 000 plain lines run in freerun; the CNC's memory stays bounded (checked by its peak)."""
     lines = "".join(

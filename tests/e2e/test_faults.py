@@ -19,6 +19,8 @@ import pytest
 from fault_matrix import Fault, clean, one
 from support.command_line import T1, command, wait_for_cycle
 
+pytestmark = pytest.mark.ci
+
 SAMPLE = [
     Fault("cnc", "KILL", "M pending", "lockstep"),
     Fault("plc", "KILL", "request pending", "lockstep"),

@@ -37,6 +37,7 @@ def test_samples_are_what_their_name_says(cli: Cli, program: Write) -> None:
     assert ".npz or .csv" in refused.err
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(("seconds", "most"), [(1, 2.0), (5, 7.0), (20, 23.0)])
 def test_the_demo_takes_the_time_it_was_given(
     cli: Cli, seconds: int, most: float

@@ -35,9 +35,10 @@ WAIT_S = 30.0
 PASSES = 60  # of the bundled part: it drives as long as the tests need
 OVERRIDE = "HLI_Global_Variables.gpCh[0]^.bahn_mc_control.override.command_w"
 
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="chromium is not installed"
-)
+pytestmark = [
+    pytest.mark.ci,
+    pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
+]
 
 
 @dataclass

@@ -19,6 +19,8 @@ from support.browser import Browser, Tab
 from support.command_line import command
 from support.seeds import few
 
+pytestmark = pytest.mark.ci
+
 LIVE = "document.querySelector('#status').innerText === 'live'"
 DIALOG = (
     'G1X2F6000\nLIB_MESSAGE "Is the part clamped?" "Clamping" 1 3\n'

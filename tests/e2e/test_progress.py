@@ -15,6 +15,8 @@ import pytest
 from support.command_line import command
 from support.osai_programs import SETUP_3, changed
 
+pytestmark = pytest.mark.ci
+
 Write = Callable[..., Path]
 BLOCKS = 2_000
 ENDLESS = "N10 G1 X1 F600\nN20 $WHILE 1\nN30 P1 = 1\nN40 $ENDWHILE\nM30\n"

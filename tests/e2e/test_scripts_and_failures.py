@@ -64,6 +64,7 @@ def test_a_script_may_hold_the_task_and_the_run(
     assert done.stdout.split() == ["completed", "True"], done.stderr
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("clock", ["lockstep", "freerun", "realtime"])
 def test_the_cnc_serves_behind_the_programs_end(
     program: Write, clock: str

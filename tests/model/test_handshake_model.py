@@ -65,10 +65,13 @@ def check(folder: Path, model: str, *defines: str) -> tuple[int, int]:
     return int(errors[1]), int(states[1])
 
 
-pytestmark = pytest.mark.skipif(
-    not (shutil.which("spin") and shutil.which("cc")),
-    reason="spin or a C compiler is not installed",
-)
+pytestmark = [
+    pytest.mark.ci,
+    pytest.mark.skipif(
+        not (shutil.which("spin") and shutil.which("cc")),
+        reason="spin or a C compiler is not installed",
+    ),
+]
 
 
 @pytest.mark.parametrize("model", MODELS)
