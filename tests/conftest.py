@@ -18,6 +18,7 @@ from hli import layout
 from support.browser import CHROMIUM, Browser
 from support.command_line import SHM, Outcome
 from support.osai_programs import shop
+from support.paths import EVERY
 from support.processes import leftovers
 from support.warm_commands import Server
 
@@ -102,7 +103,6 @@ def pytest_collection_modifyitems(
     """HLI_COSIM_EVERY=N: of the cases of one test the first, and every Nth; all
     of those that CI alone runs.
     """
-    every = int(os.environ.get("HLI_COSIM_EVERY", "1"))
     seen: Counter[str] = Counter()
     kept, left = [], []
     for item in items:
@@ -111,7 +111,7 @@ def pytest_collection_modifyitems(
         if whole and not item.get_closest_marker("long"):
             kept.append(item)
             continue
-        (left if seen[name] % every else kept).append(item)
+        (left if seen[name] % EVERY else kept).append(item)
         seen[name] += 1
     if left:
         items[:] = kept

@@ -19,7 +19,7 @@ from cnc_core.errors import CncError
 from cnc_core.fmu import export_fmu
 from hli import layout
 from support.command_line import SHM
-from support.paths import ROOT
+from support.paths import EVERY, ROOT
 
 fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi1 import FMICallException  # noqa: E402
@@ -256,7 +256,10 @@ def test_a_hundred_lives_leave_nothing(
     file.
     """
     before = set(os.listdir(SHM))
-    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    environment = os.environ | {
+        "TMPDIR": str(tmp_path),
+        "LIVES": str(100 // EVERY),
+    }
     process = importer(exported, "lives", env=environment)
     out, _ = process.communicate(timeout=600)
     assert process.returncode == 0, out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 TESTS = Path(__file__).resolve().parents[1]
@@ -9,6 +10,8 @@ ROOT = TESTS.parent
 DOCS = ROOT / "docs"
 EXAMPLES = ROOT / "examples"
 FIVE_AXIS = EXAMPLES / "five_axis"
+EVERY = int(os.environ.get("HLI_COSIM_EVERY", "1"))
+"""How many fewer cases and repetitions than usual."""
 GOLDEN = TESTS / "golden"
 PLC_PROGRAMS = Path(__file__).with_name("plc")
 

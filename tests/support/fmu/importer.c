@@ -3,7 +3,7 @@
    one has feed hold from step 100 on.
    refuse: what is refused, by the importer's logger.
    hang: one step, then wait to be killed.
-   lives: 100 instances, each makes a step.
+   lives: LIVES instances (100), each makes a step.
    orphan: a step, then the cell's process is killed, then a step. */
 #include <dlfcn.h>
 #include <stdarg.h>
@@ -124,7 +124,9 @@ static int orphan(void) {
 }
 
 static int lives(void) {
-    for (int i = 0; i < 100; i++) {
+    const char *count = getenv("LIVES");
+    int n = count ? atoi(count) : 100;
+    for (int i = 0; i < n; i++) {
         component c = started("one");
         if (CALL("DoStep", step, c, 0.0, 1e-3, 1) != 0) {
             return 1;
