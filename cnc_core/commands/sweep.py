@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -33,11 +33,15 @@ def sweep(
     resume: Annotated[
         bool, typer.Option("--resume", help="make the runs that are missing")
     ] = False,
+    engine: Annotated[
+        Literal["local", "ray"],
+        typer.Option(help="who runs them: this machine, or Ray (an extra)"),
+    ] = "local",
     ray: Annotated[
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="workers of this Ray cluster, or local; needs the extra",
+            help="the Ray cluster, or local: one made here; means --engine ray",
         ),
     ] = None,
     as_json: Json = False,
@@ -48,6 +52,8 @@ def sweep(
     """
     from ..sweep import sweep as run_study  # noqa: PLC0415
 
+    if engine == "ray":
+        ray = ray or "local"
     state = [0, 0]
     try:
         with progress(f"sweep {study.name}") as bar:
@@ -66,6 +72,7 @@ def sweep(
         raise typer.Exit(INTERRUPTED) from None
     value = {
         "runs": results.runs,
+        "done": results.runs - results.failed,
         "failed": results.failed,
         "table": str(results.path),
         "columns": list(results),

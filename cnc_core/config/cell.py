@@ -24,7 +24,7 @@ from ..frontend.machine import (
 )
 from ..kinematics.machine import Kinematics
 from ..units import FloatArray
-from .axes import AxisConfig, SpindleConfig
+from .axes import AxisConfig
 from .channel import (
     KNOWN_FUNCTIONS,
     MIN_FB_STORAGE,
@@ -32,15 +32,12 @@ from .channel import (
     ChannelConfig,
     StartupConfig,
 )
-from .channels import ChannelTable
-from .external import EXTERNAL_BLOCKS, ExternalConfig
+from .channels import ChannelTable, ChannelTables
+from .external import EXTERNAL_BLOCKS
 from .inputs import InputConfig, by_symbol
 from .isons import IsonsConfig
-from .kinematics import KinematicsConfig
-from .osai import OsaiConfig
 from .synchronisation import DEFAULT_M_SYNCH
 from .tools import ToolConfig
-from .values import Finite, Table
 
 AXIS_NAME = 15
 """Characters of an axis name: the HLI shows no more."""
@@ -50,7 +47,7 @@ def _default_axes() -> dict[str, AxisConfig]:
     return {name: AxisConfig() for name in "XYZ"}
 
 
-class CellConfig(Table):
+class CellConfig(ChannelTables):
     """One cell: a machine with one channel, or with several (``channels``).
 
     What belongs to one channel is then asked channel by channel (``setups_of``).
@@ -63,14 +60,6 @@ class CellConfig(Table):
     axes: dict[str, AxisConfig] = Field(default_factory=_default_axes)
     startup: StartupConfig = Field(default_factory=StartupConfig)
     channel: ChannelConfig = Field(default_factory=ChannelConfig)
-    tools: dict[str, ToolConfig] = Field(default_factory=dict)
-    external: dict[str, ExternalConfig] = Field(default_factory=dict)
-    zero_offsets: dict[str, dict[str, Finite]] = Field(default_factory=dict)
-    isons: IsonsConfig = Field(default_factory=IsonsConfig)
-    osai: OsaiConfig = Field(default_factory=OsaiConfig)
-    probe: dict[str, Finite] = Field(default_factory=dict)
-    kinematics: dict[str, KinematicsConfig] = Field(default_factory=dict)
-    spindles: dict[str, SpindleConfig] = Field(default_factory=dict)
     inputs: dict[str, InputConfig] = Field(default_factory=dict)
     channels: dict[str, ChannelTable] = Field(default_factory=dict)
 

@@ -18,10 +18,23 @@ from .isons import IsonsConfig
 from .kinematics import KinematicsConfig
 from .osai import OsaiConfig
 from .tools import ToolConfig
-from .values import Finite
+from .values import Finite, Table
 
 
-class ChannelTable(ChannelConfig):
+class ChannelTables(Table):
+    """Tables that a channel may have of its own, and a cell for all of them."""
+
+    tools: dict[str, ToolConfig] = Field(default_factory=dict)
+    external: dict[str, ExternalConfig] = Field(default_factory=dict)
+    zero_offsets: dict[str, dict[str, Finite]] = Field(default_factory=dict)
+    isons: IsonsConfig = Field(default_factory=IsonsConfig)
+    osai: OsaiConfig = Field(default_factory=OsaiConfig)
+    probe: dict[str, Finite] = Field(default_factory=dict)
+    kinematics: dict[str, KinematicsConfig] = Field(default_factory=dict)
+    spindles: dict[str, SpindleConfig] = Field(default_factory=dict)
+
+
+class ChannelTable(ChannelConfig, ChannelTables):
     """One channel of several: parameters of ``[channel]``, and what else the
     channel has of its own.
 
@@ -32,14 +45,6 @@ class ChannelTable(ChannelConfig):
     axes: dict[str, AxisConfig]
     program: str = ""
     dialect: Literal["isg", "iso", "isons", "osai"] | None = None
-    tools: dict[str, ToolConfig] = Field(default_factory=dict)
-    external: dict[str, ExternalConfig] = Field(default_factory=dict)
-    zero_offsets: dict[str, dict[str, Finite]] = Field(default_factory=dict)
-    isons: IsonsConfig = Field(default_factory=IsonsConfig)
-    osai: OsaiConfig = Field(default_factory=OsaiConfig)
-    probe: dict[str, Finite] = Field(default_factory=dict)
-    kinematics: dict[str, KinematicsConfig] = Field(default_factory=dict)
-    spindles: dict[str, SpindleConfig] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import signal
@@ -182,3 +183,16 @@ def test_a_missing_file_is_named_before_anything_runs(tmp_path: Path) -> None:
     with pytest.raises(CncError, match=r"part.nc.*file not found"):
         sweep(study, tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_the_command_prints_what_the_contract_says(tmp_path: Path) -> None:
+    """runs, done, failed and table; --engine names who runs them."""
+    study = study_in(tmp_path)
+    study.write_text('programs = ["part.nc"]\n')
+    words = ("sweep", study, "-o", tmp_path / "out", "--engine", "local")
+    done = subprocess.run(
+        command(*words, "--json"), capture_output=True, check=True
+    )
+    said = json.loads(done.stdout)
+    assert (said["runs"], said["done"], said["failed"]) == (1, 1, 0)
+    assert Path(said["table"]).is_file()

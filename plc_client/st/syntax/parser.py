@@ -14,7 +14,7 @@ from ..errors import SYNTAX, TEXT, Log, Origin, Position, StopHere
 from ..source.units import Unit
 from .build import Builder
 from .keywords import KEYWORDS, Keywords
-from .quick import NotAcceptedError, QuickParser
+from .quick import NotAcceptedError, QuickParser, quick_parser
 
 MAX_ERRORS = 10
 """Errors of one unit before the rest of it is left alone."""
@@ -38,7 +38,7 @@ _CLOSERS = frozenset(w for w in KEYWORDS if w.startswith("END_"))
 
 
 @functools.cache
-def _parser() -> tuple[Lark, Builder, Keywords, QuickParser]:
+def _parser() -> tuple[Lark, Builder, Keywords, QuickParser | None]:
     grammar = resources.files(__package__).joinpath("grammar.lark").read_text()
     builder, keywords = Builder(), Keywords()
     lark = Lark(
@@ -50,7 +50,7 @@ def _parser() -> tuple[Lark, Builder, Keywords, QuickParser]:
         maybe_placeholders=False,
         start=["unit", "head", "body", "accessor"],
     )
-    return lark, builder, keywords, QuickParser(lark)
+    return lark, builder, keywords, quick_parser(lark)
 
 
 def parse(unit: Unit, log: Log) -> Any:
@@ -58,8 +58,9 @@ def parse(unit: Unit, log: Log) -> Any:
     lark, builder, keywords, quick = _parser()
     keywords.text = unit.text
     builder.shift(unit.line, unit.column)
-    with suppress(NotAcceptedError, VisitError, StopHere):
-        return quick.parse(unit.text, unit.kind)
+    if quick is not None:
+        with suppress(NotAcceptedError, VisitError, StopHere):
+            return quick.parse(unit.text, unit.kind)
     failed = _Recovery(unit.origin, log, builder)
     try:
         return _run(lark, unit, failed)

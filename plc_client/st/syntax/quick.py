@@ -106,14 +106,20 @@ class QuickParser:
             yield token
 
 
+def quick_parser(lark: Lark) -> QuickParser | None:
+    """None: this version of lark is built otherwise inside, and parses itself."""
+    try:
+        return QuickParser(lark)
+    except (AttributeError, TypeError, ValueError):
+        return None
+
+
 def _patterns(contextual: Any) -> dict[Any, Any]:
     """One function for every state: the next token behind blanks."""
     found, made = {}, {}
     for state, lexer in contextual.lexers.items():
         scanner = lexer.scanner
-        pattern = scanner._mres[0] if len(scanner._mres) == 1 else None
-        if pattern is None:
-            raise NotImplementedError("a lexer of more than one pattern")
+        (pattern,) = scanner._mres
         if id(pattern) not in made:
             text = rf"\s*(?:{pattern.pattern})"
             made[id(pattern)] = re.compile(text, pattern.flags).match

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -12,7 +13,7 @@ from plc_client.st.errors import Log, StopHere
 from plc_client.st.source import files
 from plc_client.st.source.units import Unit
 from plc_client.st.syntax.parser import _parser
-from plc_client.st.syntax.quick import NotAcceptedError
+from plc_client.st.syntax.quick import NotAcceptedError, quick_parser
 from support.seeds import few
 from support.st_mutations import TEXTS, mutated
 
@@ -50,3 +51,9 @@ def test_right_sources(number: int) -> None:
 def test_wrong_sources(seed: int) -> None:
     """A source that lark refuses is refused."""
     agree(mutated(seed))
+
+
+def test_a_lark_that_is_built_otherwise_parses_itself() -> None:
+    """Its tables are its own matter; a version without them is no error."""
+    foreign: Any = SimpleNamespace(parser=SimpleNamespace(), options=None)
+    assert quick_parser(foreign) is None
