@@ -1,11 +1,13 @@
 """What several channels cost: one cell with 1, 2, 4, 8 and 12 channels.
 
-``python bench/channels.py [SECONDS] [--json]``: in lockstep at 1 ms on one
-core, a PLC sends a contour look-ahead request to every channel in every scan.
-Each answer is compared with an oracle that reads the program's text itself and
-shares no code with the CNC.  Prints times real time by wall time, and the CPU
-time that a cycle takes on either side, which other work on the machine hardly
-changes.
+``python bench/channels.py [SECONDS] [--cores 1|2]``: in lockstep at 1 ms a PLC
+sends a contour look-ahead request to every channel in every scan, both
+processes on one core or on two.  Each answer is compared with an oracle that
+reads the program's text itself and shares no code with the CNC.  Prints the
+table of docs/channels.md: CPU time that a cycle takes on either side, which
+other work on the machine changes less, and times real time by wall time.
+
+``--realtime``: instead the GEO cycle of 1 to 12 channels in real time, us.
 """
 
 from __future__ import annotations
@@ -18,9 +20,12 @@ import resource
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from cnc_core.cell import Cell, RunResult
 from cnc_core.process.options import RunOptions
@@ -202,28 +207,101 @@ def worked(count: int, cycles: int = 2000) -> dict[str, float]:
     }
 
 
+def in_real_time(count: int, seconds: float) -> dict[str, float]:
+    """What the GEO cycle of all channels takes in real time, us."""
+    sys.path.insert(0, str(ROOT / "tests"))
+    from support.channels import Channels  # noqa: PLC0415
+
+    texts = [text_of(program(seed, seconds + 2.0)) for seed in range(count)]
+    cell = "".join(f"[channels.c{i}.axes.X]\n" for i in range(count))
+    cycles = int(seconds * 1e3)
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Channels(Path(folder), texts, cell, clock="realtime") as cnc,
+    ):
+        times = cnc.group.first.time_cycles(cycles)[0]
+        for channel in cnc.channels:
+            channel.engine.start()
+        while cnc.group.first.timed < cycles:
+            event, who = cnc.group.wait(0.1)
+            cnc.channels[who].handle(event)
+        for channel in cnc.channels:
+            channel.engine.stop()
+        found = np.asarray(times)[:cycles] / 1e3
+    p50, p99 = np.quantile(found, (0.5, 0.99))
+    return {"channels": count, "p50_us": float(p50), "p99_us": float(p99)}
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def of_lockstep(rows: Sequence[dict[str, Any]]) -> str:
+    """The table of docs/channels.md, and what the answers were worth."""
+    heads = (
+        "Channels",
+        "CNC without requests",
+        "CNC with a request a channel",
+        "PLC in Python, its requests",
+        "Times real time",
+    )
+    names = ("cnc_alone_us", "cnc_us", "plc_us")
+    cells = [
+        [
+            str(row["channels"]),
+            *(f"{row[name]:.1f}" for name in names),
+            f"{row['realtime_factor']:.1f}",
+        ]
+        for row in rows
+    ]
+    told = [sum(row[name] for row in rows) for name in ("answers", "checked")]
+    wrong = sum(row["wrong"] for row in rows)
+    return (
+        f"{table(heads, cells)}\n\n{told[0]} answers, {told[1]} compared,"
+        f" {wrong} wrong"
+    )
+
+
+def of_real_time(rows: Sequence[dict[str, Any]]) -> str:
+    """The table of docs/channels.md on real time."""
+    heads = ("Channels", "GEO cycle p50, us", "p99, us")
+    return table(
+        heads,
+        [
+            [
+                str(row["channels"]),
+                f"{row['p50_us']:.1f}",
+                f"{row['p99_us']:.1f}",
+            ]
+            for row in rows
+        ],
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("seconds", nargs="?", type=float, default=10.0)
     parser.add_argument("--kept", type=int, default=10)
     parser.add_argument("--counts", default=",".join(map(str, COUNTS)))
+    parser.add_argument("--cores", type=int, choices=(1, 2), default=1)
+    parser.add_argument("--realtime", action="store_true")
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args()
-    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
-    began, rows = time.monotonic(), []
-    for count in map(int, args.counts.split(",")):
-        rows.append(measured(count, args.seconds, args.kept))
-        if not args.json:
-            row = rows[-1]
-            print(
-                f"{count:3} channels: {row['realtime_factor']:6.2f} x real time;"
-                f" a cycle: CNC {row['cnc_us']:.1f} us, PLC {row['plc_us']:.1f}"
-                f" us, CNC without requests {row['cnc_alone_us']:.1f} us;"
-                f" {row['answers']} answers, {row['checked']} compared,"
-                f" {row['wrong']} wrong"
-            )
+    counts = [int(text) for text in args.counts.split(",")]
+    began = time.monotonic()
+    if args.realtime:
+        rows = [in_real_time(count, args.seconds) for count in counts]
+    else:
+        cores = sorted(os.sched_getaffinity(0))[: args.cores]
+        os.sched_setaffinity(0, cores)
+        print(f"both processes on {len(cores)} core(s)", file=sys.stderr)
+        rows = [measured(count, args.seconds, args.kept) for count in counts]
     if args.json:
         print(json.dumps({"rows": rows, "seconds": time.monotonic() - began}))
+    else:
+        print((of_real_time if args.realtime else of_lockstep)(rows))
 
 
 if __name__ == "__main__":

@@ -5,8 +5,9 @@
 A variant is a compiler and a level (``gcc-O2``, ``clang-O3``), or an interpreter
 (``python3.12``).  Each is built from a clone of what is committed, in an environment
 of its own, and drives the fifty programs of ``tests/support/sample_hashes.py``.
-``sse2`` is the build of this environment, where the mathematics library is told
-(GLIBC_TUNABLES) that the processor has neither AVX2 nor FMA.
+``sse2`` and ``avx2`` are the build of this environment, where the C library, numpy and
+its linear algebra are told of an older processor: one without AVX2 and FMA, and one
+without AVX-512.
 Prints one line a variant and ends with 1 if one of them differs.
 """
 
@@ -25,6 +26,7 @@ ROOT = Path(__file__).parents[1]
 VARIANTS = (
     "here",
     "sse2",
+    "avx2",
     "gcc-O2",
     "gcc-O3",
     "clang-O2",
@@ -34,7 +36,17 @@ VARIANTS = (
     "python3.13",
     "python3.14",
 )
-SSE2 = "glibc.cpu.hwcaps=-AVX2,-AVX2_Usable,-FMA,-FMA_Usable,-FMA4,-AVX512F"
+PROCESSORS = {
+    "sse2": {
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-AVX2_Usable,-FMA,-FMA_Usable,-FMA4,-AVX512F",
+        "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+        "OPENBLAS_CORETYPE": "Nehalem",
+    },
+    "avx2": {
+        "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
+        "OPENBLAS_CORETYPE": "Haswell",
+    },
+}
 PRINT = (
     "import json, sys; sys.path[:0] = ['tests'];"
     "from support.sample_hashes import now; print(json.dumps(now()))"
@@ -103,8 +115,9 @@ def main() -> None:
             found: dict[str, str] | None
             if variant == "here":
                 found = hashes(sys.executable, ROOT)
-            elif variant == "sse2":
-                found = hashes(sys.executable, ROOT, GLIBC_TUNABLES=SSE2)
+            elif variant in PROCESSORS:
+                told = PROCESSORS[variant]
+                found = hashes(sys.executable, ROOT, **told)
             else:
                 found = built(variant, folder)
             if found is None:

@@ -1,5 +1,5 @@
 """The path of a new user as a script: commands, five small PLC programs, and
-typical mistakes.
+typical mistakes, Ctrl-C among them.
 
 ``python bench/first_hour.py [--only WORD]`` prints a table: seconds, the longest
 silence, the widest line, what was said last.  A step stumbles if it ends with
@@ -14,6 +14,7 @@ import os
 import re
 import resource
 import selectors
+import signal
 import subprocess
 import sys
 import tempfile
@@ -23,6 +24,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 COLUMNS = 80
+SILENCE_S = 5.0
 FILES = {
     "part.nc": "N10 G01 X60 Y0 F9000\nN20 G03 X62 Y2 I0 J2\nN30 G01 Y40\nN40 M30\n",
     "m50.nc": "N70 G01 X5 F6000\nN80 M50\nN90 G01 X10\nN100 M30\n",
@@ -161,18 +163,53 @@ class Z:
 class R:
     def cyclic(self): self.x += 1
 """,
+    "hang.py": """from plc_client import task
+@task()
+class Hang:
+    def cyclic(self):
+        while True: pass
+""",
+    "setup.py": """from plc_client import task
+@task()
+class Late:
+    def setup(self, hli):
+        while True: pass
+    def cyclic(self): pass
+""",
+    "axis.nc": "N10 G01 X60 W5 F9000\nN20 W2\nN30 W7\nN40 M30\n",
+    "guess.nc": "N10 G01 X60 F9000\nN20 #5 = 3\nN30 G0 X[#5]\nN40 M30\n",
+    "late.st": """PROGRAM MAIN
+VAR wait : TON; END_VAR
+wait(IN := TRUE, PT := 500);
+END_PROGRAM
+""",
+    "trap.st": """PROGRAM MAIN
+VAR
+  n, none : INT;
+END_VAR
+n := 100 / none;
+END_PROGRAM
+""",
+    "key.toml": "[channel]\nlookahed_blocks = 100\n",
+    "many.nc": "".join(
+        f"N{i} G01 X{i % 20} Y{i % 3} F6000\n" for i in range(10, 90_000)
+    ),
     "bad.st": "PROGRAM MAIN\nVAR x : INT; END_VAR\nx := y + 1;\nEND_PROGRAM\n",
 }
 
 
 @dataclass
 class Step:
-    """A command, its status, and a text that it must say."""
+    """A command, its status, and a text that it must say.
+
+    ``ctrl_c``: s, Ctrl-C comes so long after the start; 0: never.
+    """
 
     title: str
     command: str
     status: int = 0
     says: str = ""
+    ctrl_c: float = 0.0
 
 
 RUN = "run part.nc --plc"
@@ -246,6 +283,17 @@ STEPS = [
         "bad.nc:2",
     ),
     Step("error in ST", "check bad.st", 1, "bad.st:3"),
+    Step("a TIME without unit", "check late.st", 1, "late.st:3"),
+    Step("a trap in ST", "run part.nc --plc trap.st", 1, "trap.st:5"),
+    Step("a task hangs", f"{RUN} hang.py", 1, "hang.py:5: cyclic() of Hang"),
+    Step("setup() hangs", f"{RUN} setup.py --max-wall 5", 1, "--max-wall"),
+    Step("missing axis", "check axis.nc", 1, "W is no axis of the cell"),
+    Step("dialect guessed", "check guess.nc", 0, "dialect: iso"),
+    Step("misspelt key", "check part.nc --config key.toml", 1, "did you mean"),
+    Step("a PLC as the part", "run idle.py", 1, "--plc"),
+    Step("a cell as the part", "plan cell.toml", 1, "--config"),
+    Step("a part as the PLC", f"{RUN} part.nc", 1, "part.nc"),
+    Step("a part as the cell", "check part.nc --config part.nc", 1, "TOML"),
     Step("Fanuc's O number", "run fanuc.nc"),
     Step("a binary", "check a.out", 1),
     Step("new over an old folder", "new my-cell", 1, "not empty"),
@@ -259,6 +307,19 @@ STEPS = [
     ),
     Step("nobody runs", "watch gpCh[0].bahn_state", 1),
     Step("nothing to force", "force Count.moving=1", 1),
+    *(
+        Step(f"Ctrl-C: {words.split()[0]}", words, 130, says, 4.0)
+        for words, says in (
+            ("run m0.nc --plc idle.py", "waits for"),
+            ("cnc part.nc --name first-hour-cnc", "interrupted"),
+            ("plc idle.py --name first-hour-plc", "waits for a CNC"),
+            ("demo --seconds 60", "interrupted"),
+            ("blocks many.nc", "interrupted"),
+            ("plan many.nc", "interrupted"),
+            ("bench handshake --seconds 30", "interrupted"),
+            ("bench cycle --seconds 30", "interrupted"),
+        )
+    ),
 ]
 
 
@@ -296,8 +357,13 @@ def run(step: Step, folder: Path) -> Seen:
     assert process.stdout is not None
     chosen.register(process.stdout, selectors.EVENT_READ, "out")
     chosen.register(ours, selectors.EVENT_READ, "err")
+    to_come = step.ctrl_c
     while chosen.get_map():
-        for key, _ in chosen.select():
+        ready = chosen.select(0.1)
+        if to_come and time.monotonic() - begin > to_come:
+            process.send_signal(signal.SIGINT)
+            to_come = 0.0
+        for key, _ in ready:
             try:
                 data = os.read(key.fd, 1 << 16)
             except OSError:  # a terminal that nobody holds any more
@@ -335,6 +401,8 @@ def problems(step: Step, seen: Seen) -> Iterator[str]:
     text = seen.out + seen.err
     if "Traceback" in text:
         yield "traceback"
+    if seen.silence > SILENCE_S:
+        yield f"silent for {seen.silence:.1f} s"
     if step.says not in " ".join(text.split()):
         yield f"does not say {step.says!r}"
     widest = max(

@@ -126,6 +126,7 @@ def module(name: str, headers: list[str], sources: list[str]) -> FFI:
 
 SYNC_SOURCES = [
     "hli/sync.c",
+    "hli/process.c",
     "hli/guard.c",
     "hli/queue.c",
     "hli/gather.c",
@@ -135,6 +136,7 @@ SYNC_SOURCES = [
     "hli/replay.c",
 ]
 ENGINE_HEADERS = [
+    "maths/plain.h",
     "rows/nc_block.h",
     "rows/scan.h",
     "stages/compensation/offset.h",
@@ -158,6 +160,7 @@ def engine_sources() -> list[str]:
             "hli/bench.c",
             "hli/gather.c",
             "hli/guard.c",
+            "hli/process.c",
             "hli/scans.c",
             "hli/trace.c",
             "hli/replay.c",

@@ -86,6 +86,22 @@ def open_regular(path: Path) -> BinaryIO:
         raise unreadable(path, error) from None
 
 
+def need_program(path: Path) -> None:
+    """A program that other processes shall read.
+
+    CncError 901001: it is not there; 901002: its name is no text, so it cannot
+    be handed over, recorded or shown.
+    """
+    if not path.exists():
+        raise CncError(901001, "file not found", Place(str(path)))
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        shown = str(path).encode(errors="backslashreplace").decode()
+        text = "the name of the program is not UTF-8; rename it"
+        raise CncError(901002, text, Place(shown)) from None
+
+
 def unreadable(path: Path, error: OSError | ValueError) -> CncError:
     """901001 for a file that is not there, 901002 for any other failure."""
     place = Place(file=str(path))

@@ -17,6 +17,7 @@ from plc_client.mock import Step
 from plc_client.runner import PlcRunner, Tasks
 
 from .cell import Cell
+from .cell.programs import Programs
 from .cell.stepping import start_plc
 from .recording.reading import Recording
 
@@ -74,7 +75,8 @@ class PlcFactory:
     """Makes runners: ``plc(MyPlc, script=[line(30)])`` on a mock CNC,
     ``plc(MyPlc, "part.nc")`` beside the real one.
 
-    Both stand until the test steps them; ``config=`` is the cell of the real
+    A cell with several channels takes a list of programs.  The mock has one
+    channel.  Both stand until the test steps them; ``config=`` is the cell of the real
     one, ``inputs=`` are simulated inputs, ``watch=`` symbols to watch from the
     first scan on.  ``record=`` is the recording of the real one, which
     ``close()`` of the runner writes.  Other options are those of ``MockCnc``.
@@ -86,7 +88,7 @@ class PlcFactory:
     def __call__(
         self,
         tasks: Tasks,
-        program: str | Path | None = None,
+        program: Programs | None = None,
         *,
         script: Sequence[Step] | None = None,
         config: str | Path | None = None,

@@ -953,7 +953,12 @@ class HLI_SIDE_PLC(Structure):
 class HLI_SIDE_WORD(Structure):
     """One futex word with the number of its waiters, alone on its cache line."""
 
-    _fields_ = [("word", UDINT), ("waiters", UDINT), ("fill_1", BYTE * 56)]
+    _fields_ = [
+        ("word", UDINT),
+        ("waiters", UDINT),
+        ("core", UDINT),
+        ("fill_1", BYTE * 52),
+    ]
 
 
 class HLI_SIDE_STATS(Structure):

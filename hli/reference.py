@@ -501,6 +501,7 @@ HLI_SIDE_WORD
     one futex word, alone on its cache line
 word | | as its holder | the word
 waiters | | both | processes that sleep on it
+core | | as its holder | processor that the last one to ring was on, from 1; 0: unknown
 HLI_SIDE_STATS
     counters of the CNC
 requests_mode1 | | CNC | requests for marked blocks

@@ -1173,6 +1173,10 @@ class HLI_SIDE_WORD(View):
     """The word; written by: as its holder."""
     waiters: int
     """Processes that sleep on it; written by: both."""
+    core: int
+    """Processor that the last one to ring was on, from 1; 0: unknown;
+    written by: as its holder.
+    """
 
 class HLI_SIDE_STATS(View):
     """Counters of the CNC."""

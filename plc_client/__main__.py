@@ -20,13 +20,19 @@ from hli import layout
 from hli.errors import HliError, HliNotFound, HliNotReady
 from hli.interrupts import take_interrupts
 from hli.orders import Orders
-from hli.owners import cnc_writes
 from hli.symbol import SymbolError
 
 from . import builtin, stats
 from .client import DEFAULT_NAME, Hli, connect
 from .guard import Guard
-from .online import UNFIT, Forces, TaskSymbol, Watch, parse_force
+from .online import (
+    UNFIT,
+    Forces,
+    TaskSymbol,
+    Watch,
+    force_warnings,
+    parse_force,
+)
 from .scan import Ending, Program, Scanner, report
 from .scan_record import (
     TABLES,
@@ -39,6 +45,7 @@ from .sources import load_tasks
 from .task import PlcError
 
 _FIRST_RETRY_S, _RETRY_S = 0.001, 0.05
+_TELL_S, _GAP_S = 3.0, 4.0  # a wait for a CNC is told, and again
 _FIRST_ATTACH_S = 30.0  # with --once: a CNC that starts at the same time
 
 
@@ -57,7 +64,7 @@ class Process:
         self._forces = Forces()  # they outlive the CNC
         self._orders = Orders()
         self._inputs: dict[str, Any] = args.inputs
-        self._guard = Guard(self._give_up)
+        self._guard = Guard(self._give_up, self._say)
 
     def load(self) -> None:
         """Raises PlcError, ValueError: what the arguments name cannot be loaded."""
@@ -97,6 +104,11 @@ class Process:
             now = time.strftime("%H:%M:%S")
             print(f"{now} {text}", file=sys.stderr, flush=True)
 
+    def _say(self, text: str) -> None:
+        """A line for the user; a launcher passes on standard output."""
+        file = sys.stdout if self._once else sys.stderr
+        print(text, file=file, flush=True)
+
     def _attach_and_scan(self) -> None:
         listening = False
         while not self.signal:
@@ -120,7 +132,16 @@ class Process:
     def _attach(self) -> Hli | None:
         end = time.monotonic() + _FIRST_ATTACH_S
         pause = _FIRST_RETRY_S
+        began = told = time.monotonic()
+        gap = _TELL_S
         while not self.signal:
+            now = time.monotonic()
+            if now - told > gap and not self._once:
+                told, gap = now, min(max(_GAP_S, 0.5 * (now - began)), 60.0)
+                self._say(
+                    f"waits for a CNC for {now - began:.1f} s;"
+                    f" hli-cosim cnc FILE --name {self._name}"
+                )
             try:
                 return connect(self._name, present=False)
             except (HliNotFound, HliNotReady):
@@ -157,14 +178,6 @@ class Process:
         if self.signal:
             self._scanner.stop()
         return self._scanner.run()
-
-    def _advise_force(self, path: str) -> None:
-        """A force of what the CNC writes changes what the PLC reads alone."""
-        if cnc_writes(path):
-            self.warnings.append(
-                f"force {path}: the CNC writes it in each cycle; the force"
-                " changes what the PLC reads, not what the CNC does"
-            )
 
     def _tell_warnings(self) -> None:
         """On standard error, unless a launcher reads the report."""
@@ -212,7 +225,7 @@ class Process:
         for text in self._args.force:
             path, value = parse_force(text)
             symbol = table[path]
-            self._advise_force(symbol.path)
+            self.warnings += force_warnings(symbol.path)
             if isinstance(symbol, TaskSymbol):
                 scanner.forces.hold(
                     symbol.path, symbol, value

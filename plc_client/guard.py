@@ -5,19 +5,28 @@ A thread looks a few times a second whether the scan that runs has used up its
 time on the wall's clock and then raises ``TaskOverrun`` inside the user's code.
 Code that cannot be interrupted that way (a long call into C) is given up on:
 the ``last_resort`` is called from the thread.  Nothing happens per scan but two
-assignments.
+assignments.  A call that lasts is told ahead of that, with the line it is at.
 """
 
 from __future__ import annotations
 
 import ctypes
+import linecache
 import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+
+from .task import is_users
 
 POLL_S = 0.1
 LAST_RESORT_S = 2.0
+TELL_S, GAP_S, LAST_GAP_S = 3.0, 4.0, 60.0
+"""A call that lasts so long is told, and again after gaps that grow."""
+CALLER = str(Path(__file__).with_name("program.py"))
+"""What calls the methods of a task."""
 
 
 class TaskOverrun(BaseException):
@@ -30,12 +39,15 @@ class Guard:
     Time is counted by the watching thread itself, so a process that was
     suspended is not blamed for it. ``last_resort(text)``: what to do when the
     code does not react (the PLC process writes its report and exits).
+    ``tell(text)``: a call has lasted for ``TELL_S``, and where it is.
     """
 
     def __init__(
-        self, last_resort: Callable[[str], None] | None = None
+        self,
+        last_resort: Callable[[str], None] | None = None,
+        tell: Callable[[str], None] | None = None,
     ) -> None:
-        self._last_resort = last_resort
+        self._last_resort, self._tell = last_resort, tell
         self._limit_s = 0.0  # 0: nothing to watch
         self._call = 0  # which call: a new one has all its time again
         self._thread: threading.Thread | None = None
@@ -73,13 +85,18 @@ class Guard:
 
     def _watch(self) -> None:
         call, used_s, raised_s, before = -1, 0.0, 0.0, time.monotonic()
+        tell_at = TELL_S
         while not self._stop.wait(POLL_S):
             now = time.monotonic()
             step_s, before = min(now - before, 2.0 * POLL_S), now
             if self._call != call or not self._limit_s:
                 call, used_s, raised_s = self._call, 0.0, 0.0
+                tell_at = TELL_S
                 continue
             used_s += step_s
+            if used_s >= tell_at and self._tell is not None:
+                tell_at = used_s + min(max(GAP_S, 0.5 * used_s), LAST_GAP_S)
+                self._tell(self._place(used_s))
             if used_s < self._limit_s:
                 continue
             if raised_s > LAST_RESORT_S and self._last_resort is not None:
@@ -90,6 +107,28 @@ class Guard:
                 raised_s = 0.0
                 self._raise()
             raised_s += step_s
+
+    def _place(self, used_s: float) -> str:
+        """Where the watched call is: the innermost line of the user, and the
+        method that the runtime called.
+        """
+        frame = sys._current_frames().get(self._target)
+        users: list[FrameType] = []
+        while frame is not None and frame.f_code.co_filename != CALLER:
+            if is_users(frame.f_code.co_filename):
+                users.append(frame)
+            frame = frame.f_back
+        lasts = f"has not returned for {used_s:.1f} s; a task must not wait"
+        if not users:
+            return f"a task {lasts}"
+        inner, outer = users[0], users[-1]
+        file, line = inner.f_code.co_filename, inner.f_lineno
+        text = linecache.getline(file, line).strip()
+        method = f"{outer.f_code.co_name}()"
+        owner = outer.f_locals.get("self")
+        if owner is not None:
+            method += f" of {type(owner).__name__}"
+        return f"{Path(file).name}:{line}: {method} {lasts}; it is at: {text}"
 
     def _raise(self) -> None:
         ctypes.pythonapi.PyThreadState_SetAsyncExc(

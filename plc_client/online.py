@@ -15,12 +15,13 @@ from __future__ import annotations
 import difflib
 import dis
 from array import array
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from types import CodeType
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+from hli.owners import cnc_writes
 from hli.symbol import (
     Symbol,
     SymbolError,
@@ -31,7 +32,6 @@ from hli.symbol import (
 )
 from hli.view import ArrayView, Pointers, View, ViewArray
 
-from . import listing
 from .scan_record import ScanRecord
 
 ROWS = 1_000_000
@@ -367,7 +367,7 @@ def _is_number(value: Any) -> bool:
     return True
 
 
-def _check_kind(path: str, symbol: Symbol, value: Any) -> None:
+def check_kind(path: str, symbol: Symbol, value: Any) -> None:
     """SymbolError: a text for a number or a BOOL, or anything for a structure."""
     now = symbol.value
     if isinstance(now, (View, ViewArray, ArrayView, Pointers)):
@@ -387,6 +387,16 @@ def _check_kind(path: str, symbol: Symbol, value: Any) -> None:
     )
 
 
+def force_warnings(path: str) -> list[str]:
+    """What a force of this symbol does not do, if the CNC writes it."""
+    if not cnc_writes(path):
+        return []
+    return [
+        f"force {path}: the CNC writes it in each cycle; the force changes what"
+        " the PLC reads, not what the CNC does"
+    ]
+
+
 class Forces:
     """Forced symbols, written twice a scan."""
 
@@ -398,7 +408,7 @@ class Forces:
         """Hold a symbol at a value; a value that does not fit raises at once
         (SymbolError, TypeError, OverflowError).
         """
-        _check_kind(path, symbol, value)
+        check_kind(path, symbol, value)
         symbol.value = value
         self.hold(path, symbol, value)
 
@@ -438,7 +448,7 @@ class Forces:
                 check(symbol)
             except SymbolError as error:
                 raise SymbolError(f"force {path}={value!r}: {error}") from None
-            _check_kind(path, symbol, value)
+            check_kind(path, symbol, value)
 
     def apply(self) -> None:
         """Write all forced values.
@@ -457,119 +467,6 @@ class Forces:
     def items(self) -> Iterable[tuple[str, Any]]:
         """Path and value of every force."""
         return [(path, value) for path, (_, value) in self._forced.items()]
-
-
-class Online:
-    """Obeys the orders of other processes (``hli.orders``): ``force``,
-    ``unforce``, ``read``, ``list``, ``operate``, ``statistics``, ``symbols``,
-    ``fetch``, ``assign``, ``halt``.
-
-    ``operate``: what the operator's panel does; ``statistics``: what the PLC
-    has measured; ``symbols``, ``fetch``, ``assign``: ``plc_client.listing``;
-    ``halt``: scans go on without the tasks' logic, or with it again.
-    """
-
-    def __init__(
-        self,
-        table: SymbolTable,
-        forces: Forces,
-        operate: Callable[[str, Any], dict[str, Any]] | None = None,
-        statistics: Callable[[], dict[str, Any]] = dict,
-        halt: Callable[[bool], bool] = bool,
-    ) -> None:
-        self._halt = halt
-        self._table = table
-        self._forces = forces
-        self._operate = operate
-        self._statistics = statistics
-
-    def __call__(self, order: dict[str, Any]) -> dict[str, Any]:
-        """The answer: always ``forced``, for ``read`` also ``values``.  Raises
-        what makes an order impossible.
-        """
-        what = order.get("do")
-        answer: dict[str, Any] = {}
-        if what == "force":
-            self._force(
-                [(str(path), value) for path, value in order["symbols"]]
-            )
-        elif what == "unforce":
-            self._unforce([str(path) for path in order["symbols"]])
-        elif what == "read":
-            answer["values"] = {
-                path: self._read(str(path)) for path in order["symbols"]
-            }
-        elif what == "symbols":
-            answer |= listing.described(self._table.programs)
-        elif what == "fetch":
-            answer["values"] = [
-                listing.plain(path, self._symbol(str(path)).value)
-                for path in order["symbols"]
-            ]
-        elif what == "assign":
-            self._assign(order["symbols"])
-        elif what == "halt":
-            answer["halted"] = self._halt(bool(order["value"]))
-        elif what == "operate" and self._operate is not None:
-            answer["panel"] = self._operate(
-                str(order["what"]), order.get("value")
-            )
-        elif what == "statistics":
-            answer |= self._statistics()
-        elif what != "list":
-            known = (
-                "force, unforce, read, list, operate, statistics,"
-                " symbols, fetch, assign, halt"
-            )
-            raise ValueError(f"order {what!r} is unknown: {known}")
-        return {**answer, "forced": dict(self._forces.items())}
-
-    def _symbol(self, path: str) -> Symbol:
-        symbol = self._table[path]
-        check(symbol)
-        return symbol
-
-    def _force(self, given: list[tuple[str, Any]]) -> None:
-        """All of them, or none if one cannot be."""
-        before = dict(self._forces._forced)
-        symbols = [(path, self._symbol(path), value) for path, value in given]
-        for path, symbol, value in symbols:
-            _check_kind(path, symbol, value)
-        for path, symbol, value in symbols:
-            try:
-                self._forces.force(symbol.path, symbol, value)
-            except UNFIT as error:
-                self._forces._forced = before
-                self._forces.any = bool(before)
-                raise SymbolError(f"force {path}={value!r}: {error}") from None
-
-    def _assign(self, given: list[tuple[str, Any]]) -> None:
-        """In this order; none is set if one is unknown or has the wrong kind."""
-        symbols = [(path, self._symbol(str(path)), v) for path, v in given]
-        for path, symbol, value in symbols:
-            if not isinstance(value, list):
-                _check_kind(path, symbol, value)
-        for path, symbol, value in symbols:
-            try:
-                listing.assign(symbol, value)
-            except UNFIT as error:
-                raise SymbolError(f"assign {path}: {error}") from None
-
-    def _unforce(self, paths: list[str]) -> None:
-        """These, or all without one."""
-        if not paths:
-            self._forces.unforce()
-        self._forces.let_go([(path, self._symbol(path).path) for path in paths])
-
-    def _read(self, path: str) -> Any:
-        value = self._symbol(path).value
-        if isinstance(value, np.generic):
-            value = value.item()
-        if value is None or isinstance(value, (bool, int, float, str)):
-            return value
-        raise SymbolError(
-            f"symbol {path!r}: only single values can be read; name a member"
-        )
 
 
 def parse_force(text: str) -> tuple[str, Any]:

@@ -13,8 +13,10 @@ from typing import Any
 
 from hli.symbol import SymbolError
 
+from .blocks.base import ERROR_TEXTS
 from .blocks.commands import ContinueMachining
 from .blocks.mode import (
+    ERROR_TRANSITION,
     AbortProgram,
     ResetChannel,
     ResumeProgram,
@@ -46,6 +48,9 @@ COMMANDS: dict[str, Any] = {
     "continue": lambda ch: ContinueMachining(ch, CONTINUE_S),
 }
 WITH_TEXT = ("start", "select", "mdi")
+PROBLEMS = ERROR_TEXTS | {
+    ERROR_TRANSITION: "the state that the channel is in does not allow it"
+}
 
 
 class Panel:
@@ -98,7 +103,8 @@ class Panel:
         if block.busy:
             return
         self._shown["state"] = "done" if block.done else "error"
-        self._shown["error_id"] = int(block.error_id)
+        number = int(block.error_id)
+        self._shown |= {"error_id": number, "error": PROBLEMS.get(number, "")}
         block(False, *self._inputs)
         self._block, self.any = None, False
 

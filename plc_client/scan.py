@@ -29,7 +29,8 @@ from .guard import Guard, TaskOverrun
 from .image import InputImage
 from .inputs import Inputs
 from .memory_trace import MemoryTrace
-from .online import Forces, Online, SymbolTable, Watch
+from .online import Forces, SymbolTable, Watch
+from .orders_obeyed import Online
 from .pace import CyclePacer, Pacer, pacer_of
 from .panel import Panel
 from .program import Program, task_statistics

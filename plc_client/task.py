@@ -293,15 +293,25 @@ def _define_below(
             exec(code, vars(module))
 
 
+_PLACE_TOLD = re.compile(r"(?P<file>.+?):(?P<line>\d+): (?P<text>.+)")
+
+
 def describe(error: BaseException) -> str:
     """``FILE:LINE: Type: text`` with the user's own frames below it; the
     framework's frames are left out.
+
+    A text that begins with a place of a file tells a better one than frames do:
+    Structured Text has none, a decorator tells of a method below it.
     """
     everything = traceback.extract_tb(error.__traceback__)
-    frames = [f for f in everything if _is_users(f.filename)]
+    frames = [f for f in everything if is_users(f.filename)]
     if isinstance(error, SyntaxError):
         file, line = error.filename or "<PLC program>", error.lineno or 1
         return f"{file}:{line}: {type(error).__name__}: {error.msg}"
+    told = _PLACE_TOLD.match(str(error))
+    if told and Path(told["file"]).is_file():
+        place = f"{told['file']}:{told['line']}"
+        return f"{place}: {type(error).__name__}: {told['text']}"
     text = " ".join(f"{type(error).__name__}: {error}".split())
     last = [*everything[-1:], *frames][-1]
     return f"{last.filename}:{last.lineno}: {text}" + "".join(
@@ -317,7 +327,8 @@ def _trace(frames: list[traceback.FrameSummary]) -> list[str]:
     ]
 
 
-def _is_users(filename: str) -> bool:
+def is_users(filename: str) -> bool:
+    """Whether a file of code is the user's, not of the framework or Python."""
     if filename.startswith("<frozen"):
         return False
     foreign = (_FRAMEWORK, _FRAMEWORK.parent / "hli", *_INSTALLED)

@@ -24,6 +24,7 @@ from support.warm_commands import Server
 
 __all__ = ["leftovers", "shop"]
 BEFORE = pytest.StashKey[set[str]]()
+FIRST_CASES = pytest.StashKey[dict[str, str]]()
 
 
 @pytest.fixture(scope="session")
@@ -94,6 +95,18 @@ def nothing_left_in_shared_memory() -> Iterator[None]:
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """-n auto: one more than there are cores; many tests wait for processes."""
     return len(os.sched_getaffinity(0)) + 1
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """``ci_cases``: the first case of such a test runs always, the others have
+    the mark ``ci``.
+    """
+    if item.get_closest_marker("ci_cases"):
+        name = item.nodeid.partition("[")[0]
+        seen = item.session.stash.setdefault(FIRST_CASES, {})
+        if seen.setdefault(name, item.nodeid) != item.nodeid:
+            item.add_marker("ci")
 
 
 @pytest.hookimpl(trylast=True)

@@ -42,6 +42,7 @@ ORDER = [
     "stages",
     "curve",
     "rows",
+    "maths",
     "hli",
 ]
 

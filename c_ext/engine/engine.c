@@ -93,7 +93,13 @@ static bool allocate(struct engine *engine) {
 static void attach_segment(struct engine *engine, void *segment) {
     engine->hli.segment = segment;
     engine->hli.channel = &engine->hli.segment->channel[engine->cfg.channel];
-    engine->hli.axis = &engine->hli.segment->axis[engine->cfg.axis_base];
+    const engine_config *cfg = &engine->cfg;
+    HLI_AXIS *first = &engine->hli.segment->axis[cfg->axis_base];
+    int own = cfg->axis_count - cfg->guest_count;
+    for (int i = 0; i < own; i++) {
+        engine->hli.axis[i] = &first[i];
+    }
+    engine->hli.spindle = &first[own];
     engine->hli.side = &engine->hli.segment->sidecar;
     if (engine->cfg.channel <= HLI_AHEAD_CH_MAXIDX) {
         engine->hli.ahead = &engine->hli.segment->ahead[engine->cfg.channel];

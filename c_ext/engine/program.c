@@ -5,6 +5,7 @@
 #include "engine/geo/rt_cycle.h"
 #include "engine/geo/technology.h"
 #include "engine/geo/standstill.h"
+#include "engine/jerk_adapter/adapter.h"
 #include "engine/path/limits.h"
 #include "engine/plan/prediction.h"
 #include "engine/run/standstill_jobs.h"
@@ -50,6 +51,29 @@ void engine_resync(struct engine *engine) {
     engine->push.epoch_element = engine->push.loop_behind =
         engine->store.element_head;
     geo_go_on(engine); /* what was left out is told no more */
+}
+
+int engine_set_axis(struct engine *engine,
+                    int32_t place,
+                    const engine_axis *axis) {
+    if (place < 0 || place >= engine->cfg.axis_count) {
+        return -1;
+    }
+    engine->cfg.v_max[place] = axis->v_max;
+    engine->cfg.a_max[place] = axis->a_max;
+    engine->cfg.j_max[place] = axis->j_max;
+    engine->cfg.axis_id[place] = axis->number;
+    engine->program.axes[place] = *axis;
+    engine->geo.position[place] = axis->position;
+    if (engine->geo.piece != UINT64_MAX) { /* it is shown as the target */
+        piece_at(&engine->run, engine->geo.piece)->end[place] = axis->position;
+    }
+    if (engine->hli.segment) {
+        engine->hli.axis[place] =
+            axis->area < 0 ? NULL : &engine->hli.segment->axis[axis->area];
+    }
+    ATOMIC_SET(engine->program.axes_changed, 1);
+    return jerk_adapter_renew(engine) && prediction_renew(engine) ? 0 : -1;
 }
 
 void engine_suppress_functions(struct engine *engine, int suppressed) {

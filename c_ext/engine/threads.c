@@ -10,6 +10,7 @@
 #include "engine/events.h"
 #include "engine/geo/cycle.h"
 #include "engine/geo/publish.h"
+#include "engine/geo/record.h"
 #include "engine/lookahead/service.h"
 #include "engine/plan/prediction.h"
 #include "engine/plan/pump.h"
@@ -95,6 +96,7 @@ static void cycle_of_all(struct engine *first) {
             continue;
         }
         ATOMIC_SET(engine->geo.cycle, engine->geo.cycle + 1);
+        record_standing(engine, engine->geo.cycle);
         if (i + 1 == first->group.count) {
             publish_cell(engine);
         }

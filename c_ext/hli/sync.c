@@ -1,18 +1,14 @@
-/* Memory ordering, waiting and process identity for the HLI (see sync.h). */
+/* Memory ordering and waiting for the HLI (see sync.h). */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
 #endif
 #include "hli/sync.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <linux/futex.h>
 #include <math.h>
 #include <sched.h>
 #include <stdbool.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
@@ -77,64 +73,6 @@ int hs_sleep_until(int64_t deadline_ns) {
     return clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, NULL) == 0
                ? HS_OK
                : HS_TIMEOUT;
-}
-
-/* ------------------------------------------------------------------ processes
- */
-
-/* State letter and start time of /proc/PID/stat; 0 on success. The command name
- * may hold anything, so the fields are counted from its last closing bracket.
- */
-static int read_stat(int64_t pid, char *state, uint64_t *start) {
-    char path[64], text[1024];
-    snprintf(path, sizeof path, "/proc/%lld/stat", (long long)pid);
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
-    if (fd < 0) {
-        return -1;
-    }
-    ssize_t got = read(fd, text, sizeof text - 1);
-    close(fd);
-    if (got <= 0) {
-        return -1;
-    }
-    text[got] = 0;
-    char *at = strrchr(text, ')');
-    if (at == NULL || at[1] != ' ') {
-        return -1;
-    }
-    at += 2;
-    *state = *at;
-    for (int field = 3; field < 22; field++) {
-        at = strchr(at, ' ');
-        if (at == NULL) {
-            return -1;
-        }
-        at++;
-    }
-    *start = strtoull(at, NULL, 10);
-    return 0;
-}
-
-uint64_t hs_process_start(int64_t pid) {
-    char state;
-    uint64_t start;
-    return pid > 0 && read_stat(pid, &state, &start) == 0 ? start : 0;
-}
-
-int hs_process_alive(int64_t pid, uint64_t start) {
-    char state;
-    uint64_t now;
-    if (pid <= 0 || read_stat(pid, &state, &now) != 0) {
-        return 0;
-    }
-    return now == start && state != 'Z' && state != 'X';
-}
-
-int hs_die_with_parent(int signal, int64_t parent_pid) {
-    if (prctl(PR_SET_PDEATHSIG, (unsigned long)signal, 0, 0, 0) != 0) {
-        return -1;
-    }
-    return (int64_t)getppid() == parent_pid ? 0 : -1;
 }
 
 /* ------------------------------------------------------------------ seqlock */
@@ -229,6 +167,19 @@ static int futex_sleep(void *word, uint32_t seen, int64_t ns) {
            && errno == EINTR;
 }
 
+/* The processor that this thread is on, from 1; 0: unknown. */
+static uint32_t core_now(void) {
+    int core = sched_getcpu();
+    return core < 0 ? 0 : (uint32_t)core + 1;
+}
+
+/* Whoever rang last was on this very processor: while this thread spins there,
+ * he cannot go on. */
+static bool shares_core(const HLI_SIDE_WORD *side) {
+    uint32_t core = load_u32_relaxed(&side->core);
+    return core != 0 && core == core_now();
+}
+
 static void wake_waiters(HLI_SIDE_WORD *side) {
     __atomic_thread_fence(__ATOMIC_SEQ_CST); /* the store of the word before the
                                                 load of the waiters */
@@ -239,12 +190,14 @@ static void wake_waiters(HLI_SIDE_WORD *side) {
 
 void hs_ring(void *side_word) {
     HLI_SIDE_WORD *side = side_word;
+    store_u32_relaxed(&side->core, core_now());
     __atomic_fetch_add(&side->word, 1u, __ATOMIC_RELEASE);
     wake_waiters(side);
 }
 
 void hs_word_post(void *side_word, uint32_t value) {
     HLI_SIDE_WORD *side = side_word;
+    store_u32_relaxed(&side->core, core_now());
     store_u32_release(&side->word, value);
     wake_waiters(side);
 }
@@ -294,7 +247,7 @@ static int sleep_once(HLI_SIDE_WORD *side,
 }
 
 /* Spin, then sleep on `side`, until the condition holds, the time is over or a
- * signal came. */
+ * signal came; asleep at once where both share a processor. */
 static int wait_until(HLI_SIDE_WORD *side,
                       condition met,
                       const void *what,
@@ -311,12 +264,13 @@ static int wait_until(HLI_SIDE_WORD *side,
     }
     int64_t now = hs_monotonic_ns();
     int64_t end = timeout_ns > INT64_MAX - now ? INT64_MAX : now + timeout_ns;
-    if (spin_until(met,
-                   what,
-                   target,
-                   now + pure_ns,
-                   now + (spin_ns < timeout_ns ? spin_ns : timeout_ns))
-        == HS_OK) {
+    if (!shares_core(side)
+        && spin_until(met,
+                      what,
+                      target,
+                      now + pure_ns,
+                      now + (spin_ns < timeout_ns ? spin_ns : timeout_ns))
+               == HS_OK) {
         return HS_OK;
     }
     __atomic_fetch_add(&side->waiters, 1u, __ATOMIC_SEQ_CST);

@@ -72,11 +72,13 @@ static bool limit_fall(const jerk_planner *planner, struct grid *grid) {
 }
 
 /* A plan over such a reach, in which the present one stays allowed up to
- * `allowed` mm; `near`: one that reaches further has to follow. */
+ * `allowed` mm; `near`: one that reaches further has to follow; `again`: the
+ * solver starts with the present plan itself, which is legal. */
 static bool plan_over(jerk_planner *planner,
                       double reach,
                       double allowed,
-                      bool near) {
+                      bool near,
+                      bool again) {
     struct grid *grid = &planner->grid;
     grid_window(planner, grid, reach);
     if (grid->count < 2) {
@@ -85,9 +87,8 @@ static bool plan_over(jerk_planner *planner,
     allow_tail(planner, grid, allowed);
     bool part = isinf(allowed) && limit_fall(planner, grid);
     grid->sinks = true;
-    grid->ramp =
-        FALL_WAYS
-        * way_down_to(planner, planner->scale * sqrt(grid->seg[0].asked));
+    double asked = planner->scale * sqrt(grid->seg[0].asked);
+    grid->ramp = again ? INFINITY : FALL_WAYS * way_down_to(planner, asked);
     if (!solve_window(planner, grid, true, 1.0)) {
         give_back(grid);
         return false;
@@ -106,14 +107,14 @@ bool plan_fall(jerk_planner *planner) {
     double asked = asked_speed(planner, ring_at(planner, planner->head));
     double ramp = RAMP_WAYS * way_down_to(planner, asked);
     double reach = REFILL_WAYS * near_reach(planner);
-    return plan_over(planner, reach, ramp, false);
+    return plan_over(planner, reach, ramp, false, false);
 }
 
 /* Where a bend decides, the way to rest may be much longer than on a line. */
 bool plan_near(jerk_planner *planner) {
     double reach = near_reach(planner);
     for (int i = 0; i < NEAR_TRIES; i++) {
-        if (plan_over(planner, reach, INFINITY, true)) {
+        if (plan_over(planner, reach, INFINITY, true, i > 0)) {
             return true;
         }
         if (reach > TAIL_MORE * planner->plan.remaining) {

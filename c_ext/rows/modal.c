@@ -1,5 +1,6 @@
 /* Words of one block -> modal state and at most one motion row. */
 #include "rows/scan.h"
+#include "maths/plain.h"
 
 #include <math.h>
 #include <string.h>
@@ -195,7 +196,7 @@ static void arc_on_bisector(struct arc *arc, double height) {
     arc->center[1] = arc->start[1] + 0.5 * arc->chord[1]
                      + height * arc->chord[0] / arc->width;
     arc->radius = sqrt(half * half + height * height);
-    arc->sweep = arc->sense * 2.0 * atan2(half, arc->sense * height);
+    arc->sweep = arc->sense * 2.0 * plain_atan2(half, arc->sense * height);
 }
 
 static int arc_by_radius(const nc_modal *modal, struct arc *arc) {
@@ -222,10 +223,10 @@ static int arc_by_radius(const nc_modal *modal, struct arc *arc) {
 /* The centre as programmed; the arc reaches the end point's angle, not quite
  * its radius. */
 static void arc_about_centre(struct arc *arc, double r_start) {
-    double first =
-        atan2(arc->start[1] - arc->center[1], arc->start[0] - arc->center[0]);
-    double last = atan2(arc->start[1] + arc->chord[1] - arc->center[1],
-                        arc->start[0] + arc->chord[0] - arc->center[0]);
+    double first = plain_atan2(arc->start[1] - arc->center[1],
+                               arc->start[0] - arc->center[0]);
+    double last = plain_atan2(arc->start[1] + arc->chord[1] - arc->center[1],
+                              arc->start[0] + arc->chord[0] - arc->center[0]);
     double sweep = fmod(arc->sense * (last - first) + 4.0 * PI, 2.0 * PI);
     arc->radius = r_start;
     arc->sweep = arc->sense * (sweep < SAME_ANGLE ? 2.0 * PI : sweep);

@@ -18,6 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.units import FloatArray
 
 from .profile_columns import ProfileChunk
@@ -423,14 +424,14 @@ def _state(
     coef: FloatArray, s: float, span: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Value and two derivatives at ``s``, each (axes,), over a unit ``span``."""
-    powers = s ** np.arange(6)
+    powers = plain.powers(s, np.arange(6))
     first = coef[:, 1:] * np.arange(1, 6)
     second = coef[:, 2:] * np.arange(2, 6)
     second = second * np.arange(1, 5)
     return (
-        coef @ powers,
-        first @ powers[:5] * span,
-        second @ powers[:4] * span**2,
+        plain.product(coef, powers),
+        plain.product(first, powers[:5]) * span,
+        plain.product(second, powers[:4]) * span**2,
     )
 
 
@@ -461,7 +462,7 @@ def _whole(
         10 * moved - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
         -15 * moved + 8 * v0 + 7 * v1 + 1.5 * a0 - a1,
         6 * moved - 3 * (v0 + v1) - 0.5 * (a0 - a1),
-    ], axis=1) / span ** np.arange(6)  # fmt: skip
+    ], axis=1) / plain.powers(span, np.arange(6))  # fmt: skip
     exact = [i for i in main if i >= 0]
     out[exact] = parts[0][exact]
     return np.asarray(out)

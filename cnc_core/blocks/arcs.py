@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
+
 from ..units import FloatArray
 from . import motion_planes
 
@@ -23,7 +25,7 @@ def arc_extremes(
     centre, end = rows["center"], rows["end"][:, axes]
     d = starts[:, axes] - centre
     radius = np.hypot(d[:, 0], d[:, 1])
-    angle0 = np.arctan2(d[:, 1], d[:, 0])
+    angle0 = plain.directions(d[:, 1], d[:, 0])
     sweep = rows["angle"]
     low = np.minimum(starts[:, axes], end)
     high = np.maximum(starts[:, axes], end)
@@ -33,7 +35,7 @@ def arc_extremes(
             np.where(sweep > 0, angle - angle0, angle0 - angle), 2 * np.pi
         )
         point = centre + radius[:, None] * np.array(
-            [np.cos(angle), np.sin(angle)]
+            [plain.cosines(angle), plain.sines(angle)]
         )
         passed = (turn <= np.abs(sweep))[:, None]
         low = np.where(passed, np.minimum(low, point), low)

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from cnc_core import plain
+
 from ..units import FloatArray
 from . import LENGTH_ONLY, PTP
 
@@ -73,17 +75,17 @@ class Frame:
     def __matmul__(self, inner: Frame) -> Frame:
         """This frame with ``inner`` in it."""
         return Frame(
-            _clean(self.rotation @ inner.rotation),
-            self.origin + self.rotation @ inner.origin,
+            _clean(plain.product(self.rotation, inner.rotation)),
+            self.origin + plain.product(self.rotation, inner.origin),
         )
 
     def outer(self, p: FloatArray) -> FloatArray:
         """(.., 3) points of the frame in the coordinates around it."""
-        return np.asarray(p @ self.rotation.T + self.origin)
+        return np.asarray(plain.product(p, self.rotation.T) + self.origin)
 
     def inner(self, p: FloatArray) -> FloatArray:
         """The opposite."""
-        return np.asarray((p - self.origin) @ self.rotation)
+        return np.asarray(plain.product(p - self.origin, self.rotation))
 
     @property
     def turned(self) -> bool:

@@ -23,9 +23,10 @@ from hli.errors import HliError
 from hli.interrupts import interrupts_held
 from plc_client.task import refuse_cell_start
 
-from ..config import CellConfig, load_config, setups_of
+from ..config import CellConfig, load_config
 from ..config.reading import config_of, config_text
-from ..errors import CncError, Place
+from ..errors import CncError
+from ..files import need_program
 from ..frontend.operator import read_answers
 from ..process.options import (
     OUT_FOLDER,
@@ -35,10 +36,9 @@ from ..process.options import (
     names_of,
     takes_run_options,
 )
-from ..process.recording import Missing
+from ..process.recording import Missing, check_record_only
 from ..program.restart import Restart
 from ..recording.parts import Parts
-from ..recording.recorder import check_columns
 from .child import Child, Job
 from .judgement import be_strict, judge
 from .kept import keep_recording, plc_part, recorded_aside
@@ -211,12 +211,11 @@ class Cell:
     ) -> None:
         """Refuse what is wrong before anything starts."""
         for program in programs:
-            if program is not None and not program.exists():
-                raise CncError(901001, "file not found", Place(str(program)))
+            if program is not None:
+                need_program(program)
         if len(programs) > 1:
             refuse_for_several(options)
-        else:
-            check_columns(setups_of(self.config)[0].cell, options.record_only)
+        check_record_only(self.config, options.record_only)
         if options.answers:
             read_answers(options.answers)
         Restart.of(*options.checked().place)

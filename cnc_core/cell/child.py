@@ -153,6 +153,7 @@ class Job:
     name: str
     started: float
     stalled: bool = False
+    out_of_time: bool = False  # the CNC has not kept --max-wall itself
     parts: Parts | None = None  # of the recording
 
     @property

@@ -8,12 +8,14 @@ from typing import Any
 from ..errors import CncError, Place
 from .child import Child, Job
 from .result import RunResult
-
-OUT_OF_TIME = 905025
+from .supervision import OUT_OF_TIME
 
 
 def judge(result: RunResult, job: Job, cnc: dict[str, Any]) -> None:
     """The end of the run as the user should see it."""
+    if job.out_of_time:
+        _judge_time(result)
+        return
     if job.stalled:
         result.end = "error"
         result.errors.append(CncError(905024).as_json())
@@ -43,6 +45,18 @@ def judge(result: RunResult, job: Job, cnc: dict[str, Any]) -> None:
         result.end = "aborted"
         who, child = ("CNC", job.cnc) if not cnc else ("PLC", job.plc)
         result.errors.append(_died(who, child))
+
+
+def _judge_time(result: RunResult) -> None:
+    """The launcher has ended a CNC that did not look at its time."""
+    result.end = "error"
+    if not any(error["code"] == OUT_OF_TIME for error in result.errors):
+        waits = [
+            f"waits for {one['what']}; {one['who']}" for one in result.waiting
+        ]
+        why = "; ".join(waits) or "the CNC is still busy"
+        text = f"the time of --max-wall is over: {why}"
+        result.errors.append(CncError(OUT_OF_TIME, text).as_json())
 
 
 def _died(who: str, child: Child) -> dict[str, Any]:

@@ -49,8 +49,6 @@ def programs_of(
 def refuse_for_several(options: RunOptions) -> None:
     """CncError: a choice that is of one channel, in a cell with several."""
     for name, chosen in (
-        ("--record", options.record),
-        ("--record-only", options.record_only),
         ("--start-line", options.start_line),
         ("--start-marker", options.start_marker),
     ):
@@ -59,3 +57,14 @@ def refuse_for_several(options: RunOptions) -> None:
                 902001,
                 f"{name} is for cells with one channel; this one has several",
             )
+    refuse_mcap(options.record)
+
+
+def refuse_mcap(target: Path | None) -> None:
+    """CncError: an export that shows one channel, for a cell with several."""
+    if target is not None and target.suffix == ".mcap":
+        raise CncError(
+            902001,
+            f"recording {target}: .mcap is for cells with one channel; this one"
+            " has several; record .parquet",
+        )

@@ -23,13 +23,14 @@ from plc_client.runner import PlcRunner, Tasks
 from plc_client.task import refuse_cell_start
 
 from ..config import load_config
-from ..errors import CncError, Place
+from ..errors import CncError
+from ..files import need_program
 from ..process.options import CncOptions, RunOptions, names_of
-from ..process.recording import Missing
+from ..process.recording import Missing, check_record_only
 from ..recording.parts import Parts
-from ..recording.recorder import check_columns
 from .child import Child
 from .kept import plc_part
+from .programs import Programs, programs_of, refuse_mcap
 from .worker import worker_for_start
 
 _START_S = 30.0
@@ -41,7 +42,7 @@ class _Machine:
 
     def __init__(
         self,
-        program: Path,
+        programs: tuple[Path | None, ...],
         config: Path | None,
         dialect: str | None,
         service: str | None,
@@ -59,7 +60,7 @@ class _Machine:
             record_only=only,
         )
         options = CncOptions(
-            program,
+            programs[0],
             self.name,
             chosen.checked(),
             config=config,
@@ -67,6 +68,7 @@ class _Machine:
             samples=self.parts.cnc if self.parts else None,
             once=True,
             terminal=False,
+            more=programs[1:],
         )
         self.child = Child.of_cnc(options, self.folder, worker_for_start())
 
@@ -108,7 +110,7 @@ class _Machine:
 
 
 def start_plc(
-    program: str | Path,
+    program: Programs,
     tasks: Tasks,
     *,
     config: str | Path | None = None,
@@ -123,6 +125,7 @@ def start_plc(
     """A ``PlcRunner`` beside the real CNC in a process of its own, in lockstep:
     nothing runs until ``step()``.
 
+    ``program``: a list of them for a cell with several channels.
     ``tasks``: task classes (they may be local to a function) or files.
     ``close()`` ends the CNC; its report is then in ``cnc_report``.
     ``autostart`` FALSE: the program stands ready, the PLC starts it.
@@ -133,16 +136,17 @@ def start_plc(
     CncError: no such file, the CNC did not start.
     """
     refuse_cell_start()
-    program = Path(program).resolve()
-    if not program.is_file():
-        raise CncError(901001, "file not found", Place(str(program)))
     cell = load_config(config)
+    file = Path(config).resolve() if config is not None else None
+    programs = _found(programs_of(cell, program, file))
     known = {**cell.simulated_inputs, **(inputs or {})}
     only = names_of(record_only)
-    check_columns(cell, only)
+    check_record_only(cell, only)
+    if len(programs) > 1:
+        refuse_mcap(Path(record) if record else None)
     machine = _Machine(
-        program,
-        Path(config).resolve() if config is not None else None,
+        programs,
+        file,
         dialect,
         service,
         autostart,
@@ -166,3 +170,12 @@ def start_plc(
     except BaseException:
         machine.end({})
         raise
+
+
+def _found(programs: tuple[Path | None, ...]) -> tuple[Path | None, ...]:
+    """Whole paths; CncError: no such file, or none that is a program."""
+    whole = tuple(path and path.resolve() for path in programs)
+    for path in whole:
+        if path is not None:
+            need_program(path)
+    return whole

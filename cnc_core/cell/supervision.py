@@ -12,6 +12,7 @@ from hli.errors import HliError
 from .child import Job
 
 POLL_S = 0.005
+OUT_OF_TIME = 905025  # --max-time, --max-wall
 
 
 GRACE_S = 3.5  # after one side ended: how long the other may take to notice
@@ -39,6 +40,7 @@ def supervise(
     end = time.monotonic() + max_wall + BACKSTOP_S if max_wall else math.inf
     if job.plc is None:
         supervise_alone(job, end, look)
+        job.out_of_time = time.monotonic() >= end
         return
     while not (job.cnc.ended and job.plc.ended) and time.monotonic() < end:
         time.sleep(POLL_S)
@@ -47,8 +49,34 @@ def supervise(
             alone_since = alone_since or time.monotonic()
             # a PLC that ended well (status 0) leaves the CNC to finish;
             # anything else ends the run
-            if time.monotonic() - alone_since > GRACE_S:
+            if time.monotonic() - alone_since > GRACE_S or _is_over(job):
                 return
+    job.out_of_time = time.monotonic() >= end
+
+
+def _is_over(job: Job) -> bool:
+    """Nothing comes of waiting for the other side."""
+    return _time_is_up(job) or _plc_never_came(job)
+
+
+def _plc_never_came(job: Job) -> bool:
+    """The PLC has failed before it attached: the CNC waits for it in vain."""
+    assert job.plc is not None
+    if not job.plc.process.poll():
+        return False
+    try:
+        with segment.attach(job.name) as view:
+            return not view.root.sidecar.plc.pid
+    except HliError:  # the CNC is just starting, or has ended
+        return False
+
+
+def _time_is_up(job: Job) -> bool:
+    """Whether the CNC has ended the run for its time."""
+    if not job.cnc.ended:
+        return False
+    errors = job.cnc.report().get("errors", ())
+    return any(error["code"] == OUT_OF_TIME for error in errors)
 
 
 def supervise_alone(job: Job, end: float, look: Callable[[str], None]) -> None:

@@ -319,6 +319,7 @@ def cnc(
 
     Example: hli-cosim cnc part.nc --name my-cell
     """
+    from ..cell.programs import refuse_mcap  # noqa: PLC0415
     from ..config import load_config, setups_of  # noqa: PLC0415
     from ..process.__main__ import run_cnc  # noqa: PLC0415
 
@@ -326,8 +327,8 @@ def cnc(
     cell = load_config(config)
     programs = _programs(files or [], config)
     file = next(path for path in programs if path is not None)
-    if len(programs) > 1 and options.record:
-        raise CncError(902001, "--record is for cells with one channel")
+    if len(programs) > 1:
+        refuse_mcap(options.record)
     chosen = CncOptions(
         programs[0],
         name,

@@ -9,6 +9,7 @@ import typer
 from .console import (
     app,
     emit,
+    err,
     out,
 )
 from .options import Json, Symbols
@@ -39,6 +40,8 @@ def _order(
         return
     for line in value_lines(answer.get("values", {})):
         out.print(line)
+    for text in answer.get("warnings", ()):
+        err.print(f"warning: {text}", soft_wrap=True, highlight=False)
     for line in value_lines(answer["forced"]) if do != "read" else ():
         out.print(f"forced: {line}")
     if do != "read" and not answer["forced"]:

@@ -28,6 +28,7 @@ from .options import (
     OPTIONS,
     Config,
     File,
+    Files,
     Json,
     PlaceOptions,
     ReadOptions,
@@ -74,6 +75,9 @@ def open_program(
     programmed: bool = False,
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
+    from ..config import setups_of  # noqa: PLC0415
+    from ..config.exchange import axes_of, places_of  # noqa: PLC0415
+    from ..frontend.axes import OpenAxes  # noqa: PLC0415
     from ..program import Program  # noqa: PLC0415
     from ..program.restart import Restart  # noqa: PLC0415
 
@@ -91,6 +95,7 @@ def open_program(
         answers=options.answers,
         restart=Restart.of(*place),
         signals=signals,
+        axes=OpenAxes(axes_of(setups_of(cell)), places_of(setup)),
     )
     if options.dialect is None:
         say_dialect(program.dialect)
@@ -265,8 +270,8 @@ PictureFile = Annotated[
 @app.command()
 @expanded
 def plan(
-    file: File,
     options: PlaceOptions,
+    files: Files = None,
     lookahead: Annotated[
         int | None,
         typer.Option(
@@ -297,12 +302,71 @@ def plan(
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
 
+    Without --channel the channels of a cell are planned together: a time each,
+    with what it waits for the others, and that of the whole.
+
     Example: hli-cosim plan part.nc --lookahead 190 --samples part.npz
     """
-    from ..planning import (  # noqa: PLC0415
-        check_samples_target,
-        save_samples,
+    from .plan_cell import only_file, plan_cell  # noqa: PLC0415
+
+    file = only_file(files or [], options)
+    if file is None:
+        refused = {
+            "--samples": samples,
+            "--picture": picture,
+            "--record": record,
+            "--lookahead": lookahead,
+            "--no-jerk": no_jerk,
+        }
+        plan_cell(
+            files or [],
+            options,
+            refused,
+            tolerance=tolerance,
+            max_wall=max_wall,
+            as_json=as_json,
+        )
+        return
+    _check_targets(samples, picture)
+    program = open_program(file, options, tolerance=tolerance)
+    recording = _recording(record, program, options, record_only)
+    result = _planned(
+        program,
+        max_wall,
+        recording,
+        window=lookahead,
+        jerk=not no_jerk,
+        keep_samples=bool(samples or picture),
     )
+    say_warnings(program)
+    _save(result, samples, picture)
+    value = result.as_json()
+    if as_json:
+        emit(value)
+        return
+    say_figures(str(file), value)
+    say_causes(result.time_by_cause)
+    for line in say_ratios(result.max_ratio):
+        say_wrapped(line)
+
+
+def _recording(
+    target: Path | None,
+    program: Any,
+    options: PlaceOptions,
+    only: list[str] | None,
+) -> Any:
+    """None: nothing is recorded."""
+    if not target:
+        return None
+    from ..planning.recording import PlanRecording  # noqa: PLC0415
+
+    return PlanRecording(target, program, options.config, tuple(only or ()))
+
+
+def _check_targets(samples: Path | None, picture: Path | None) -> None:
+    """CncError: a file cannot be written."""
+    from ..planning import check_samples_target  # noqa: PLC0415
     from ..recording.parts import check_writable  # noqa: PLC0415
 
     if samples:
@@ -314,36 +378,19 @@ def plan(
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(file, options, tolerance=tolerance)
-    recording = None
-    if record:
-        from ..planning.recording import PlanRecording  # noqa: PLC0415
 
-        only = tuple(record_only or ())
-        recording = PlanRecording(record, program, options.config, only)
-    result = _planned(
-        program,
-        max_wall,
-        recording,
-        window=lookahead,
-        jerk=not no_jerk,
-        keep_samples=bool(samples or picture),
-    )
-    say_warnings(program)
+
+def _save(
+    result: PlanResult, samples: Path | None, picture: Path | None
+) -> None:
+    from ..planning import save_samples  # noqa: PLC0415
+
     if samples and result.samples:
         save_samples(samples, result.samples)
     if picture and result.samples:
         from ..planning.picture import plan_picture  # noqa: PLC0415
 
         plan_picture(picture, result.samples, result.time_by_cause)
-    value = result.as_json()
-    if as_json:
-        emit(value)
-        return
-    say_figures(str(file), value)
-    say_causes(result.time_by_cause)
-    for line in say_ratios(result.max_ratio):
-        say_wrapped(line)
 
 
 def _planned(

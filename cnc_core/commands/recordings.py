@@ -6,7 +6,7 @@ import contextlib
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.table import Table as Rows
@@ -15,10 +15,35 @@ from ..errors import CncError, Place
 from .console import app, emit, one_of, out, say_error
 from .options import Json, StOptions, expanded
 
+if TYPE_CHECKING:
+    from ..recording.reading import Recording
+
 ROWS_ABREAST = 4
 RecordingFile = Annotated[
     Path, typer.Argument(help="a recording: .parquet, .arrow or .npz")
 ]
+OneOfThem = Annotated[
+    str | None,
+    typer.Option("--channel", help="one channel of several, by its name"),
+]
+
+
+def _read(file: Path, channel: str | None) -> Recording:
+    """A recording, or one channel of it."""
+    from ..recording.reading import Recording  # noqa: PLC0415
+
+    recording = Recording(file)
+    return recording.channel(channel) if channel else recording
+
+
+def _need_one(recording: Recording, why: str) -> None:
+    """CncError: what asks for one path, of a recording with several."""
+    if recording.channels:
+        raise CncError(
+            902001,
+            f"{why} asks for one channel: --channel, one of"
+            f" {', '.join(recording.channels)}",
+        )
 
 
 @app.command()
@@ -44,6 +69,7 @@ def inspect(
     rows: Annotated[
         int, typer.Option(min=0, help="show so many of the rows themselves")
     ] = 0,
+    channel: OneOfThem = None,
     as_json: Json = False,
 ) -> None:
     """Show what a recording holds: tables, columns with units, values.
@@ -51,9 +77,10 @@ def inspect(
     Example: hli-cosim inspect run.parquet --at distance=25
     """
     from ..recording import inspect as look  # noqa: PLC0415
-    from ..recording.reading import Recording  # noqa: PLC0415
 
-    recording = Recording(file)
+    recording = _read(file, channel)
+    if at is not None:
+        _need_one(recording, "--at")
     if table is not None:
         one_of("--table", table, recording.tables)
     elif where or rows:
@@ -145,6 +172,7 @@ def compare(
             help="largest difference allowed in this column; repeatable",
         ),
     ] = None,
+    channel: OneOfThem = None,
     as_json: Json = False,
 ) -> None:
     """Tell where two recordings differ first, and how often; exit 1 if they do.
@@ -153,11 +181,14 @@ def compare(
     """
     from ..recording.compare import PLACES  # noqa: PLC0415
     from ..recording.compare import compare as side_by_side  # noqa: PLC0415
-    from ..recording.reading import Recording  # noqa: PLC0415
 
     one_of("--by", by, tuple(PLACES))
     bounds = dict(_tolerance(text) for text in tolerance or ())
-    found = side_by_side(Recording(a), Recording(b), by, bounds)
+    both = _read(a, channel), _read(b, channel)
+    if by != "time":
+        for recording in both:
+            _need_one(recording, f"--by {by}")
+    found = side_by_side(*both, by, bounds)
     if as_json:
         emit(found.as_json())
     else:
@@ -274,6 +305,7 @@ def show(
     target: Annotated[
         Path, typer.Option("-o", "--output", help="picture: .html or .png")
     ],
+    channel: OneOfThem = None,
 ) -> None:
     """Draw a recording: speed, acceleration, jerk, override, symbols, the path.
 
@@ -281,8 +313,7 @@ def show(
     """
     from ..recording import show as drawing  # noqa: PLC0415
     from ..recording.parts import check_writable  # noqa: PLC0415
-    from ..recording.reading import Recording  # noqa: PLC0415
 
     check_writable(target)
-    drawing.show([Recording(file) for file in files], target)
+    drawing.show([_read(file, channel) for file in files], target)
     out.print(str(target), soft_wrap=True)

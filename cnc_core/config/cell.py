@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import (
     Field,
+    PrivateAttr,
     ValidationError,
     field_validator,
     model_validator,
@@ -62,6 +63,7 @@ class CellConfig(ChannelTables):
     channel: ChannelConfig = Field(default_factory=ChannelConfig)
     inputs: dict[str, InputConfig] = Field(default_factory=dict)
     channels: dict[str, ChannelTable] = Field(default_factory=dict)
+    _guests: int = PrivateAttr(default=0)
 
     @field_validator("inputs", mode="before")
     @classmethod
@@ -274,6 +276,18 @@ class CellConfig(ChannelTables):
         return tools
 
     @property
+    def guests(self) -> int:
+        """How many of the axes, the last ones, are places for axes of other
+        channels.
+        """
+        return self._guests
+
+    def with_guests(self, count: int) -> CellConfig:
+        """The same cell, its last ``count`` axes being such places."""
+        self._guests = count
+        return self
+
+    @property
     def axis_names(self) -> tuple[str, ...]:
         self.of_one_channel()
         return tuple(self.axes)
@@ -301,9 +315,21 @@ class CellConfig(ChannelTables):
 
     @property
     def main_axes(self) -> tuple[int, int, int]:
-        """Channel index of X, Y, Z by name; -1 where the machine has none."""
+        """Channel index of X, Y, Z by name; -1 where the machine has none.
+
+        A place for a guest is its index's main axis, where no name has it.
+        """
         names = self.axis_names
-        x, y, z = (names.index(n) if n in names else -1 for n in "XYZ")
+        free = range(len(names) - self.guests, len(names))
+        linear = [axis.kind == "linear" for axis in self.axes.values()]
+        x, y, z = (
+            names.index(name)
+            if name in names
+            else place
+            if place in free and linear[place]
+            else -1
+            for place, name in enumerate("XYZ")
+        )
         return x, y, z
 
     @model_validator(mode="after")
@@ -424,6 +450,7 @@ class CellConfig(ChannelTables):
                 for state, h in self.channel.hscs.items()
             },
             axis_ids=self.axis_ids,
+            guests=self.guests,
             kinematics=self.kinematic_machines,
             kin_id=self.kin_id,
             repeated_blocks_max=self.channel.repeated_blocks_max,

@@ -7,7 +7,7 @@ at the top for all channels.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -39,10 +39,14 @@ class ChannelTable(ChannelConfig, ChannelTables):
     channel has of its own.
 
     ``program``: what it executes where the command line names none, relative to
-    the cell file.
+    the cell file.  ``guest_axes``: logical numbers of axes of other channels
+    that may come into this one; each makes a place behind the channel's own.
     """
 
     axes: dict[str, AxisConfig]
+    guest_axes: list[Annotated[int, Field(ge=1, le=65535)]] = Field(
+        default_factory=list
+    )
     program: str = ""
     dialect: Literal["isg", "iso", "isons", "osai"] | None = None
 

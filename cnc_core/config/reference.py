@@ -104,6 +104,9 @@ program |
     cell file
 dialect |
     dialect of its programs; default: found by the program
+guest_axes |
+    logical numbers of axes of other channels that may come into this one by
+    `#CALL AX`; each makes a place of its kind behind the channel's own axes
 [channel.hscs.STATE]
     STATE is deselect, rough, prefinish or finish: what SysHscSettings calls
     ([cycles](cycles.md)), and V.G.HSCS.

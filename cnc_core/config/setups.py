@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from hli.layout import HLI_SYS_AX_MAXIDX, HLI_SYS_CH_MAXIDX
 
+from .axes import AxisConfig
 from .cell import CellConfig
 from .channel import ChannelConfig
 from .channels import ChannelPlace, ChannelTable
@@ -19,6 +20,7 @@ from .channels import ChannelPlace, ChannelTable
 CHANNELS_MAX = HLI_SYS_CH_MAXIDX + 1
 AXES_MAX = HLI_SYS_AX_MAXIDX + 1
 NAME_LENGTH = 23
+FREE_PLACE = "QFREE"  # with a number: the name of a place without an axis
 # of a machine with one channel: with several each channel has its own
 OF_ONE_CHANNEL = ("axes", "spindles", "kinematics", "probe", "zero_offsets")
 # at the top for all channels; a channel's table replaces or extends it
@@ -37,7 +39,12 @@ class ChannelSetup:
     @property
     def areas(self) -> int:
         """Axis areas that it has in the HLI."""
-        return len(self.cell.axes) + len(self.cell.spindles)
+        return self.own_axes + len(self.cell.spindles)
+
+    @property
+    def own_axes(self) -> int:
+        """Axes that it begins with; places for guests lie behind them."""
+        return len(self.cell.axes) - self.cell.guests
 
 
 def setups_of(cell: CellConfig) -> tuple[ChannelSetup, ...]:
@@ -48,10 +55,10 @@ def setups_of(cell: CellConfig) -> tuple[ChannelSetup, ...]:
         return (ChannelSetup(ChannelPlace(), cell),)
     _check_names(cell)
     found: list[ChannelSetup] = []
-    base = 0
+    base, axes = 0, _axes_by_number(cell)
     for index, (name, table) in enumerate(cell.channels.items()):
         place = ChannelPlace(index, name, base)
-        seen = _seen_by(cell, table, place)
+        seen = _seen_by(cell, table, place, axes)
         found.append(ChannelSetup(place, seen, table.program, table.dialect))
         base += found[-1].areas
     if base > AXES_MAX:
@@ -91,8 +98,43 @@ def _check_names(cell: CellConfig) -> None:
             )
 
 
+def _axes_by_number(cell: CellConfig) -> dict[int, tuple[str, AxisConfig]]:
+    """Channel and table of every axis by its logical number."""
+    found: dict[int, tuple[str, AxisConfig]] = {}
+    base = 0
+    for name, table in cell.channels.items():
+        for i, axis in enumerate(table.axes.values(), base + 1):
+            found.setdefault(axis.id or i, (name, axis))
+        base += len(table.axes) + len(table.spindles)
+    return found
+
+
+def _guests(
+    table: ChannelTable,
+    place: ChannelPlace,
+    axes: dict[int, tuple[str, AxisConfig]],
+) -> dict[str, dict[str, Any]]:
+    """Places for axes of other channels: like the axes that they are for."""
+    found: dict[str, dict[str, Any]] = {}
+    for number in table.guest_axes:
+        home, axis = axes.get(number, ("", None))
+        where = f"channels.{place.name}.guest_axes"
+        if axis is None:
+            raise ValueError(f"{where}: no channel has an axis {number}")
+        if home == place.name or f"{FREE_PLACE}{number}" in found:
+            raise ValueError(f"{where}: axis {number} has a place already")
+        like = axis.model_dump(
+            exclude_unset=True, exclude={"min_mm", "max_mm", "start_mm"}
+        )
+        found[f"{FREE_PLACE}{number}"] = like | {"id": number}
+    return found
+
+
 def _seen_by(
-    cell: CellConfig, table: ChannelTable, place: ChannelPlace
+    cell: CellConfig,
+    table: ChannelTable,
+    place: ChannelPlace,
+    axes: dict[int, tuple[str, AxisConfig]],
 ) -> CellConfig:
     """The cell as one of its channels sees it."""
     own = table.model_dump(exclude_unset=True, by_alias=True)
@@ -116,8 +158,10 @@ def _seen_by(
     values["channel"] = top.get("channel", {}) | parameters
     for i, axis in enumerate(values["axes"].values(), 1):
         axis.setdefault("id", place.axis_base + i)
+    guests = _guests(table, place, axes)
+    values["axes"] = values["axes"] | guests
     try:
-        return type(cell).model_validate(values)
+        return type(cell).model_validate(values).with_guests(len(guests))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(["channels", place.name, *map(str, first["loc"])])
@@ -130,8 +174,10 @@ def _check_axes(found: list[ChannelSetup]) -> None:
     owners: dict[int, str] = {}
     for setup in found:
         cell = setup.cell
-        names = [*cell.axis_names, *cell.spindles]
-        numbers = [*cell.axis_ids, *(s.id for s in cell.spindles.values())]
+        own = setup.own_axes
+        names = [*cell.axis_names[:own], *cell.spindles]
+        spindles = [spindle.id for spindle in cell.spindles.values()]
+        numbers = [*cell.axis_ids[:own], *spindles]
         for name, number in zip(names, numbers, strict=True):
             owner = owners.get(number)
             if owner is not None:

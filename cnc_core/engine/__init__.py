@@ -144,7 +144,7 @@ def _engine_config(
         getattr(config, target)[0 : len(names)] = list(
             cell.axis_values(key) * (jerk or target != "j_max")
         )
-    config.axis_count = len(names)
+    config.axis_count, config.guest_count = len(names), cell.guests
     config.main = list(cell.main_axes)
     config.window = window or cell.channel.window
     known = (
@@ -219,6 +219,7 @@ class Engine:
         place: ChannelPlace = ChannelPlace(),  # noqa: B008 - a constant
     ) -> None:
         self.axes = len(cell.axes)
+        self.started = False  # threads drive it
         config = _engine_config(cell, window, clock, service, place, jerk)
         self._segment = segment  # C works on its memory
         pointer = segment.pointer(0) if segment else ffi.NULL
@@ -495,6 +496,7 @@ class Engine:
     def start(self, fifo: bool = True) -> bool:
         """Start the real-time threads; True if GEO runs with SCHED_FIFO."""
         result = lib.engine_start(self._handle, int(fifo))
+        self.started = result >= 0
         if result < 0:
             raise OSError("the engine's threads could not be started")
         return bool(fifo and result == 0)
@@ -521,6 +523,7 @@ class Engine:
     def stop(self) -> None:
         """Stop the real-time threads."""
         lib.engine_stop(self._handle)
+        self.started = False
 
     def serve_start(self) -> None:
         """Start the immediate look-ahead service."""

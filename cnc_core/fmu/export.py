@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -140,8 +141,10 @@ def _guid(sources: Sequence[Path], variables: Sequence[Variable]) -> str:
 
 def compiled(folder: Path, model: Model, fmi: int) -> Path:
     """The shim as a shared library; CncError with the compiler's words."""
-    compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
+    # CC may hold arguments, as "ccache gcc" does
+    found = shutil.which("cc") or shutil.which("gcc") or ""
+    compiler = shlex.split(os.environ.get("CC") or found)
+    if not compiler:
         raise CncError(
             902001, "an FMU needs a C compiler: install gcc or clang"
         )
@@ -154,7 +157,7 @@ def compiled(folder: Path, model: Model, fmi: int) -> Path:
     sources = [str(folder / name) for name in PARTS] + [
         str(folder / f"fmi{fmi}.c")
     ]
-    command = [compiler, *FLAGS, *STRICT, "-o", str(out), *sources, "-lm"]
+    command = [*compiler, *FLAGS, *STRICT, "-o", str(out), *sources, "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise CncError(902001, f"the shim does not compile: {done.stderr}")

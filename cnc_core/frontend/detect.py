@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from cnc_core.errors import CncError
+from cnc_core.errors import CncError, Place
 from cnc_core.files import open_regular
 
 DEFAULT_DIALECT = "isg"
@@ -15,6 +15,14 @@ EXTENSIONS = (
     | {".isons": "isons", ".osai": "osai", ".hsm": "osai"}
 )
 OWN_EXTENSIONS = (".isons", ".osai")  # of one dialect only
+# kinds of files that are taken for programs by mistake
+_PLC = "a PLC program; give it by --plc, behind the NC program"
+_RECORDING = "a recording; hli-cosim inspect looks into it"
+OTHER_KINDS = (
+    dict.fromkeys((".py", ".st"), _PLC)
+    | {".toml": "a cell file; give it by --config, behind the NC program"}
+    | dict.fromkeys((".npz", ".parquet", ".mcap"), _RECORDING)
+)
 SNIFFED_BYTES = 65536
 _COMMENT = re.compile(r"\([^()\n]*\)|;[^\n]*")
 # signs of one dialect that a program of the other cannot contain
@@ -48,7 +56,14 @@ def detect(path: Path) -> str:
 
     An extension of one dialect only decides. Else signs of a single dialect in
     the first 64 KiB decide. Else the extension does.
+
+    CncError 901010: the extension is that of a PLC program, a cell file or a
+    recording.
     """
+    kind = OTHER_KINDS.get(path.suffix.lower())
+    if kind and path.exists():
+        text = f"no NC program but {kind}"
+        raise CncError(901010, text, Place(str(path)))
     by_name = EXTENSIONS.get(path.suffix.lower(), DEFAULT_DIALECT)
     if path.suffix.lower() in OWN_EXTENSIONS:
         return by_name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol, TypeVar
 
 from ..units import FloatArray
@@ -134,6 +134,8 @@ class ProgramMachine:
     ``kinematics``: transformations by number.  ``kin_id``: the first one.
     ``dialects``: settings of single dialects (see ``settings``).
     ``axis_ids``: logical axis numbers.  Empty: 1, 2, ..
+    ``guests``: how many of the axes, the last ones, are places without an axis,
+    where axes of other channels may come.
     ``repeated_blocks_max``: with motions, executed again, where no machine
     answers.  0: any number.
     """
@@ -158,7 +160,18 @@ class ProgramMachine:
     kin_id: int | None = None
     dialects: tuple[object, ...] = ()
     axis_ids: tuple[int, ...] = ()
+    guests: int = 0
     repeated_blocks_max: int = 0
+
+    def copy(self) -> ProgramMachine:
+        """The same, with values of the axes that may change apart."""
+        low_high = self.limits
+        return replace(
+            self,
+            velocity=_copied(self.velocity),
+            acceleration=_copied(self.acceleration),
+            limits=low_high and (low_high[0].copy(), low_high[1].copy()),
+        )
 
     @property
     def programs(self) -> tuple[str, ...]:
@@ -178,3 +191,7 @@ class ProgramMachine:
             if isinstance(found, kind):
                 return found
         return kind()
+
+
+def _copied(values: FloatArray | None) -> FloatArray | None:
+    return None if values is None else values.copy()

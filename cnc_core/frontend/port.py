@@ -14,6 +14,7 @@ import numpy as np
 
 from ..files import Quota
 from ..units import FloatArray
+from .axes import ChannelAxes
 from .machine import External
 from .operator import Answer, Operator, Question
 from .signals import ChannelSignals
@@ -57,6 +58,7 @@ class Wait(Enum):
     PLC = "plc"  # the PLC has answered
     OPERATOR = "operator"  # the operator has answered
     PROBE = "probe"  # the measuring event has happened
+    AXES = "axes"  # the exchange of axes that was asked for is done
     SIGNAL = "signal"  # another channel has sent what was waited for
     CYCLE = "cycle"  # the machine and the PLC have had another cycle
     # the axes have been stopped where they were, what was handed out is left
@@ -93,6 +95,11 @@ class ChannelPort(Protocol):
     @property
     def signals(self) -> ChannelSignals | None:
         """Signals of the other channels; None: there are none."""
+        ...
+
+    @property
+    def axes(self) -> ChannelAxes | None:
+        """Axes that the channel may exchange; None: there are none."""
         ...
 
     def moved(self, position: FloatArray) -> None:
@@ -194,8 +201,10 @@ class OfflinePort:
         skip_levels: int = 0,
         operator: Operator | None = None,
         signals: ChannelSignals | None = None,
+        axes: ChannelAxes | None = None,
     ) -> None:
         self.signals = signals
+        self.axes = axes
         self.operator = operator or Operator()
         self._position = np.array(position, dtype=np.float64)
         self._skip_levels = skip_levels

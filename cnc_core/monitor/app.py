@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import os
 import time
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
@@ -26,6 +27,7 @@ from hli.export import json_layout
 from hli.segment import NAME_RULE
 from hli.units import members_told
 
+from ..observing.cores import keep_off
 from ..observing.plc import RefusedError
 from .hub import Hub, finite
 from .pages import Gate, Page
@@ -71,6 +73,7 @@ class Monitor:
     def __init__(self, served: Served) -> None:
         self._served = served
         self._files = page_files()
+        self._cores = os.sched_getaffinity(0)
         self._hubs: dict[str, tuple[Hub, asyncio.Task[None]]] = {}
         self._pages: dict[str, tuple[Page, Hub]] = {}
         self._open = 0
@@ -119,8 +122,15 @@ class Monitor:
             if len(self._hubs) >= HUBS_MAX:
                 raise RefusedError("too many cells are open")
             hub = Hub(name, self._served.source, keep=self._served.keep)
+            hub.on_life = self._keep_off
             self._hubs[name] = hub, asyncio.create_task(hub.run())
         return self._hubs[name][0]
+
+    def _keep_off(self) -> None:
+        """Leave the processors of pinned CNCs alone."""
+        hubs = [hub for hub, _ in self._hubs.values()]
+        watched = [h.observer.pid for h in hubs if h.observer.sight]
+        keep_off(watched, self._cores)
 
     def _end(self, name: str) -> None:
         _, task = self._hubs.pop(name)

@@ -8,6 +8,7 @@ import json
 import math
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 from hli.symbol import Symbol, SymbolError
@@ -47,9 +48,13 @@ class Hub:
         self.observer = Observer(name, self.events)
         self.desk = Desk(name, self.events, keep=keep)
         self.desk.cell_s = self._cell_s
+        self.on_life: Callable[[], object] = lambda: (
+            None
+        )  # another CNC is there
         self.pages = 0
         self.idle_since = time.monotonic()
         self.taken = 0.0  # when the newest sample was taken
+        self._cycle = (0, 0.0)  # the last one, and when it was new
         self.route: Route | None = None
         self.route_number = 0
         self._source = source
@@ -100,6 +105,10 @@ class Hub:
             self._life = self.observer.life
             self._trail.clear()
             self._said = 0
+            self._cycle = 0, self.taken
+            self.on_life()
+        if sight.cycle != self._cycle[0]:
+            self._cycle = sight.cycle, self.taken
         sample = sight.sample()
         last = self._trail[-1] if self._trail else None
         if last is None or sample[1:] != last[1:]:
@@ -203,6 +212,7 @@ class Hub:
             return found
         found |= {
             "age_ms": round((now - self.taken) * 1e3, 1),
+            "cycle_age_ms": round((now - self._cycle[1]) * 1e3, 1),
             "motion": sight.motion(),
             "axes": sight.positions(),
         }

@@ -25,6 +25,8 @@ HELLO_S = 5.0
 WAITING_MAX = 32  # streams that have not said the token yet
 SEND_S = 5.0  # a page that takes no frame for so long is left
 MESSAGES_A_SECOND = 20
+TOO_MANY = f"not shown: a page gets {SYMBOLS_MAX} symbols"
+TOO_LONG = f"not shown: a path has at most {PATH_MAX} characters"
 WRONG_TOKEN, TOO_MUCH, TOO_SLOW = 4401, 4429, 4408
 
 
@@ -36,6 +38,7 @@ class Page:
         self.id = secrets.token_urlsafe(9)
         client = socket.client.host if socket.client else "?"
         self.who = f"page {self.id[:4]} at {client}"
+        self._wanted: list[str] = []
         self._symbols: dict[str, Symbol | None] = {}
         self._problems: dict[str, str] = {}
         self._life = 0
@@ -87,9 +90,13 @@ class Page:
                 self._scope, self._samples = scope, []
 
     async def _subscribe(self, wanted: list[str]) -> None:
+        self._wanted = wanted
         found: dict[str, Symbol | None] = {}
-        self._problems = {}
-        for path in wanted:
+        self._problems = dict.fromkeys(wanted[SYMBOLS_MAX:], TOO_MANY)
+        for path in wanted[:SYMBOLS_MAX]:
+            if len(path) > PATH_MAX:
+                self._problems[path] = TOO_LONG
+                continue
             try:
                 found[path] = await self._hub.symbol(path)
             except RefusedError as error:
@@ -138,8 +145,9 @@ class Page:
         if self._life != hub.observer.life and hub.observer.sight:
             # the memory of the new CNC is another one
             self._trail = -1
-            await self._subscribe([*self._symbols, *self._problems])
+            await self._subscribe(self._wanted)
         found = hub.frame()
+        found["sent_ms"] = round(time.monotonic() * 1e3, 1)
         fresh = self._trail < 0
         begin = hub.trail_end - FIRST_TRAIL * 5 if fresh else self._trail
         found["trail"] = hub.trail(max(0, begin))
@@ -164,11 +172,10 @@ class Page:
 
 
 def _paths(value: Any) -> list[str]:
-    """Symbol paths that a page names: not too many, not too long."""
+    """Symbol paths that a page names, each once."""
     if not isinstance(value, list):
         return []
-    found = [p for p in value if isinstance(p, str) and len(p) <= PATH_MAX]
-    return found[:SYMBOLS_MAX]
+    return [*dict.fromkeys(p for p in value if isinstance(p, str))]
 
 
 def plain(value: Any) -> Any:

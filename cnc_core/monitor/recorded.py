@@ -36,18 +36,45 @@ class Recorded:
 
     def __init__(self, paths: list[Path]) -> None:
         self._paths = {path.name: path for path in paths}
+        self._channels: dict[Path, tuple[int, tuple[str, ...]]] = {}
 
     def names(self) -> list[str]:
-        """What may be opened now: a run may still be writing its own."""
-        return [name for name, path in self._paths.items() if path.exists()]
+        """What may be opened now: a run may still be writing its own.
+
+        Of a cell with several channels: each of them, ``FILE CHANNEL``.
+        """
+        return [
+            name
+            for file, path in self._paths.items()
+            if path.exists()
+            for name in self._names_in(file, path)
+        ]
+
+    def _names_in(self, file: str, path: Path) -> list[str]:
+        """Looked up again when the file has changed."""
+        changed = path.stat().st_mtime_ns
+        known = self._channels.get(path)
+        if known is None or known[0] != changed:
+            try:
+                found = Recording(path).channels
+            except (CncError, OSError, ValueError, KeyError):
+                found = ()  # whoever opens it is told
+            known = self._channels[path] = changed, found
+        return [f"{file} {name}" for name in known[1]] or [file]
 
     def shown(self, name: str) -> dict[str, Any]:
         """One recording.  RefusedError: not served, or not readable."""
-        path = self._paths.get(name)
+        path, channel = self._paths.get(name), ""
+        if path is None:
+            file, _, channel = name.rpartition(" ")
+            path = self._paths.get(file)
         if path is None:
             raise RefusedError(f"recording {name[:64]!r} is not served here")
         try:
-            return shown(Recording(path))
+            recording = Recording(path)
+            if channel or recording.channels:
+                recording = recording.channel(channel or recording.channels[0])
+            return shown(recording)
         except (CncError, OSError, ValueError, KeyError) as error:
             raise RefusedError(str(error)) from None
 
@@ -68,7 +95,9 @@ def shown(recording: Recording) -> dict[str, Any]:
             columns[name] = [value * MM for value in columns[name]]
     program = recording.meta.get("program", {})
     return {
-        "name": recording.path.name,
+        "name": " ".join(
+            filter(None, (recording.path.name, recording.meta.get("channel")))
+        ),
         "complete": recording.complete,
         "rows": n,
         "axes": axes,

@@ -119,6 +119,13 @@ class Feeder:
             elif item is Wait.CYCLE:
                 self.engine.expect_cycle()
                 return
+            elif item is Wait.AXES:
+                raise CncError(
+                    900003,
+                    "axis exchange: one channel is planned, and nobody else"
+                    " moves the axes; plan all channels of the cell, or run it",
+                    self.program.reader.place_now,
+                )
 
     def look(self) -> None:
         """Show somebody how far it is."""

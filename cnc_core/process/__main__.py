@@ -17,6 +17,7 @@ from hli.errors import HliError
 from hli.interrupts import take_interrupts
 
 from ..errors import CncError, Place
+from ..files import need_program
 from .cnc_process import CncProcess
 from .options import CncOptions
 
@@ -39,6 +40,8 @@ def run_cnc(options: CncOptions) -> int:
     for file in options.programs:
         if file is not None and not file.is_file():
             raise CncError(901001, "file not found", Place(str(file)))
+        if file is not None:
+            need_program(file)
     process = CncProcess(options)
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN or number in ASKED:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,9 +20,12 @@ from .. import frontend
 from ..config import ChannelSetup
 from ..engine import Engine, Event
 from ..engine.external import BLOCK_BYTES
+from ..engine.placed import PlacedAxis, put_axes
 from ..errors import CncError
 from ..frontend.operator import Operator
 from ..program.restart import Restart
+from ..recording.schema import AXES_PLACED
+from .axes import AxesOf, AxisBoard
 from .identity import CLOCKS, SERVICES, fill_channel
 from .live_port import LivePort
 from .modes import READY, SELECTED, ModeControl
@@ -56,6 +59,8 @@ class Shared:
 
     ``tell``, ``say``: a line of the cell's life, a line for the user.
     ``scratch``: folder of the process.  ``signals``: None: there is one channel.
+    ``axes``: None: they stay where they are.
+    ``axis_names``: those of all channels.
     """
 
     options: CncOptions
@@ -66,6 +71,8 @@ class Shared:
     say: Callable[[str], None]
     scratch: Path
     signals: SignalBoard | None = None
+    axes: AxisBoard | None = None
+    axis_names: frozenset[str] = frozenset()
 
     @property
     def realtime(self) -> bool:
@@ -115,7 +122,12 @@ class ChannelRun:
             record_rows=RECORD_ROWS if options.samples else 0,
             place=setup.place,
         )
-        self.recorder = recorder_for(self.engine, self.cell, options)
+        self.recorder = recorder_for(
+            self.engine, setup, options, self.file, shared.axis_names
+        )
+        self.axes = AxesOf(shared.axes, index) if shared.axes else None
+        if shared.axes:
+            shared.axes.join(index, self._put_axes, self._stand)
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
         self.engine.stand_by()
@@ -132,6 +144,13 @@ class ChannelRun:
     def dialect(self) -> str | None:
         """As the command line or the cell names it; None: found by the file."""
         return self.options.run.dialect or self.setup.dialect
+
+    def _put_axes(self, axes: Mapping[int, PlacedAxis]) -> None:
+        """What stands at places of the channel from now on."""
+        if self.recorder and axes:
+            placed = (f"{at}={axis.number}" for at, axis in axes.items())
+            self.recorder.event(AXES_PLACED, " ".join(placed))
+        put_axes(self.engine, axes)
 
     def _watch_waits(self, root: Any) -> None:
         """Who tells what the run waits for."""
@@ -188,6 +207,8 @@ class ChannelRun:
         if realtime:
             self.engine.stop()
         self.collect_program()
+        if self.axes:
+            self.axes.begins()
         self.engine.begin_program()
         self.end, self.ended_at = "aborted", 0.0
         self.engine.set_error(0)
@@ -246,9 +267,12 @@ class ChannelRun:
             block, slots = shown
             self.engine.show_commands(block * BLOCK_BYTES, slots)
         port.manual_data = path == self._scratch
-        port.signals = self.signals
+        port.signals, port.axes = self.signals, self.axes
         port.ended = self.modes.end_beside_dialog
         return port
+
+    def _stand(self) -> list[float]:
+        return list(self.engine.state.position)[: self.engine.axes]
 
     def _heard(self, kind: str, text: str) -> None:
         """What the program says."""
@@ -363,6 +387,8 @@ class ChannelRun:
         self.scene.phase = ENDED
         if self.signals:
             self.signals.ends()
+        if self.axes:
+            self.axes.ends()
         error = self.preparation.error if self.preparation else None
         if self.watchdog:
             error, self.watchdog = self.watchdog, None

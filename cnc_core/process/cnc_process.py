@@ -20,11 +20,13 @@ from ..config import load_config, setups_of
 from ..engine import Event
 from ..engine.group import EngineGroup
 from ..frontend.operator import Operator, read_answers
+from .axes import AxisBoard
 from .channel_run import ChannelRun, Shared
 from .identity import fill_cell, scratch_folder
 from .operator_desk import OperatorDesk
 from .options import CncOptions
 from .plc_life import PlcLife
+from .recording import axes_of
 from .report import joined_report, worst_end
 from .signals import SignalBoard
 from .waiting import TimeLimits, Waiting
@@ -51,6 +53,7 @@ class CncProcess:
         self.cell = load_config(options.config)
         self.setups = setups_of(self.cell)
         self.stop_signal = 0
+        self.out_of_time = False  # of --max-time or --max-wall
         # wall time of the first cycle and, at the end, what the cycles took
         self.driving_since = 0.0
         self.wall_time_s = 0.0
@@ -92,6 +95,8 @@ class CncProcess:
             self._say,
             folder,
             self.board,
+            AxisBoard(self.setups, self.board),
+            frozenset(axes_of(self.setups)),
         )
         services = {
             options.run.service or setup.cell.channel.service
@@ -177,7 +182,11 @@ class CncProcess:
         self.engine.set_phase(layout.HLI_PHASE_SHUTDOWN)
         self.segment.unlink()
         deadline = time.monotonic() + 2.0
-        while self.plc.alive and time.monotonic() < deadline:
+        while (
+            self.plc.alive
+            and not self.out_of_time
+            and time.monotonic() < deadline
+        ):
             time.sleep(0.002)
 
     # ---------------------------------------------------------------- the PLC's life
@@ -234,6 +243,7 @@ class CncProcess:
         error = self.limits.spent(self.engine, self._waits_now, self._moves)
         if error is None:
             return True
+        self.out_of_time = True
         self._keep_waits()
         self.channels[0].said.errors.append(error)
         for channel in self.channels:
@@ -267,7 +277,10 @@ class CncProcess:
         ):
             if self._released():
                 break
+            if not self._in_time():
+                return False
             self.plc.look()
+            self._look_at_waits()
             time.sleep(0.0005)
         if self.options.run.clock == "realtime":
             return not self._plc_lost()

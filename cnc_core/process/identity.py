@@ -63,14 +63,15 @@ def fill_channel(
     channel.bahn_state.prog_name_r = _cut(program, 259)
     channel.bahn_state.file_offset_r = -1
     channel.bahn_mc_control.insert_cmd.state_r.distance_of_next_stop = -1.0
-    for i, (name, axis) in enumerate(cell.axes.items()):
+    own = len(cell.axes) - cell.guests
+    for i, (name, axis) in enumerate(list(cell.axes.items())[:own]):
         number = axis.id or i + 1
         kind = ROTARY if axis.kind == "rotary" else LINEAR
         coord = channel.bahn_state.coord_r[i]
         coord.log_axis_nr_r, coord.axis_type_r = number, kind
         coord.name = coord.axis_name_r.zeichen = name.encode()
         _fill_axis(root.axis[place.axis_base + i], number, kind)
-    behind = place.axis_base + len(cell.axes)
+    behind = place.axis_base + own
     for i, spindle in enumerate(cell.spindles.values(), behind):
         _fill_axis(root.axis[i], spindle.id, SPINDLE)
 

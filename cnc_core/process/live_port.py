@@ -14,6 +14,7 @@ from ..files import RunFolder
 from ..frontend.machine import External
 from ..frontend.operator import Answer, Operator, Question
 from ..frontend.port import MESSAGES_KEPT, ExternalValue, RtOp, keep
+from .axes import AxesOf
 from .options import OUT_FOLDER
 from .signals import SignalsOf
 
@@ -32,6 +33,7 @@ class LivePort:
     answers = True
     manual_data = False
     signals: SignalsOf | None = None
+    axes: AxesOf | None = None
 
     def __init__(
         self,

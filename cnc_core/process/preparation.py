@@ -47,6 +47,7 @@ class Preparation:
         tolerance: float | None = None,
         held: Callable[[bool], None] = lambda _: None,
     ) -> None:
+        """The program begins as soon as the channel has its own axes."""
         position = np.array(list(engine.state.position)[: engine.axes])
         self.port = port or LivePort(position)
         self.port.latched = position.copy()
@@ -63,24 +64,44 @@ class Preparation:
             self._stopped
         ) = False
         self._batch, self._first = BlockBatch.empty(), 0
-        self._awaits_signal = False
+        # what the program waits for from cycle to cycle
+        self._awaited: Callable[[], bool] | None = None
         self._main_reader: Restartable | None = None
         self._cell = cell
         self.pause = Pause(self, lambda: held(True), lambda: held(False))
-        try:
-            self.program: Program | None = Program(
+        self.program: Program | None = None
+
+        def make() -> Program:
+            return Program(
                 path,
                 cell,
                 dialect,
                 self.port,
                 lenient=lenient,
-                start=position,
+                start=self.port.latched.copy(),
                 restart=restart,
                 tolerance=tolerance,
             )
+
+        self._make = make
+        try:
+            if not self._begin():
+                self._awaited = self._begin
         except CncError as error:
-            self.program = None
             self._end(error)
+
+    def _begin(self) -> bool:
+        """Open the program; False: another channel still has an axis of this
+        one.
+        """
+        axes = self.port.axes
+        if axes is not None and not axes.came():
+            return False
+        if self._awaited is not None:
+            self.engine.resync()
+        self.port.latched = self._live()[0]
+        self.program = self._make()
+        return True
 
     def pump(self) -> None:
         """Push rows until the ring is full, the program waits, or it ends.
@@ -139,7 +160,7 @@ class Preparation:
             return self._push()
         if self.pause.pushed_all():
             return True
-        if self._awaits_signal and not self._signal_came():
+        if self._awaited is not None and not self._goes_on(self._awaited):
             return False
         assert self.program is not None
         item = self.program.read()
@@ -166,8 +187,10 @@ class Preparation:
             self.waiting = True
             self.engine.expect_drain()
         elif item is Wait.SIGNAL:
-            self._awaits_signal = True
-            return self._signal_came()
+            assert self.port.signals is not None
+            return self._goes_on(self.port.signals.came)
+        elif item is Wait.AXES:
+            return self._goes_on(self._axes_came)
         elif item is Wait.CYCLE:
             self.engine.expect_cycle()
             return False
@@ -181,16 +204,26 @@ class Preparation:
             )
         return True
 
-    def _signal_came(self) -> bool:
-        """Whether the awaited signal has come; else the next look is in the next
-        cycle.
+    def _goes_on(self, came: Callable[[], bool]) -> bool:
+        """Whether the program has what it waits for; else the next look is in
+        the next cycle.
         """
-        assert self.port.signals is not None
-        if self.port.signals.came():
-            self._awaits_signal = False
+        self._awaited = None if came() else came
+        if self._awaited is None:
             return True
         self.engine.expect_cycle()
         return False
+
+    def _axes_came(self) -> bool:
+        """The axes of an exchange; the path goes on from where they stand."""
+        assert self.port.axes is not None
+        assert self.program is not None
+        if not self.port.axes.came():
+            return False
+        self.engine.resync()
+        self._latch()
+        self.program.axes_exchanged()
+        return True
 
     @property
     def _pausable(self) -> bool:

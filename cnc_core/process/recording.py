@@ -5,33 +5,69 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..config import CellConfig, load_config
+from ..config import CellConfig, ChannelSetup, load_config, setups_of
 from ..engine import Engine
 from ..recording.account import account, as_bytes
-from ..recording.parts import Parts
+from ..recording.parts import Parts, part_of_channel
 from ..recording.recorder import Recorder, check_columns
 from .options import CncOptions
 
 
 def recorder_for(
-    engine: Engine, cell: CellConfig, options: CncOptions
+    engine: Engine,
+    setup: ChannelSetup,
+    options: CncOptions,
+    file: Path | None,
+    axes: Collection[str],
 ) -> Recorder | None:
-    """Who records this process, if anything is to be recorded."""
+    """Who records this channel, if anything is to be recorded.
+
+    ``file``: its program.  ``axes``: those of all channels.
+    """
     if options.samples is None:
         return None
-    assert options.file is not None
-    about = account(options.file, cell, options.run.clock, options.config)
+    cell, place = setup.cell, setup.place
+    about = account(file, cell, options.run.clock, options.config, place)
     return Recorder(
         engine,
-        options.samples,
+        part_of_channel(options.samples, place.index),
         cell,
         as_bytes(about),
-        options.run.record_only,
+        columns_of_channel(options.run.record_only, cell, axes),
     )
+
+
+def columns_of_channel(
+    only: tuple[str, ...], cell: CellConfig, axes: Collection[str]
+) -> tuple[str, ...]:
+    """What is recorded of a channel: axes of others are not meant for it."""
+    foreign = set(axes) - set(cell.axis_names)
+    own = len(cell.axes) - cell.guests
+    guests: tuple[str, ...] = ()
+    if any(name.rpartition(".")[2] in axes for name in only):
+        guests = cell.axis_names[own:]  # any axis may come
+    left = guests + tuple(
+        name for name in only if name.rpartition(".")[2] not in foreign
+    )
+    return left or (("cycle",) if only else ())
+
+
+def check_record_only(config: CellConfig, only: tuple[str, ...]) -> None:
+    """CncError 902001 for a name that is no table and no column of a channel."""
+    setups = setups_of(config)
+    axes = axes_of(setups)
+    for setup in setups:
+        check_columns(setup.cell, columns_of_channel(only, setup.cell, axes))
+
+
+def axes_of(setups: Iterable[ChannelSetup]) -> set[str]:
+    """The names of the axes of all channels."""
+    return {name for setup in setups for name in setup.cell.axis_names}
 
 
 def missing_rows(recorder: Recorder | None) -> dict[str, Any]:
@@ -86,7 +122,7 @@ class SoleRecording:
     def __init__(
         self, target: Path, config: Path | None, only: tuple[str, ...]
     ) -> None:
-        check_columns(load_config(config), only)
+        check_record_only(load_config(config), only)
         self._parts = Parts(target)
         self._folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         self._report = self._folder / "cnc.json"

@@ -47,6 +47,7 @@ BY_CHANNEL = (
     "requests",
     "time_by_cause",
     "blocks",
+    "techno_functions",
     "dialect",
     *TEXTS,
 )
@@ -114,12 +115,13 @@ def joined_report(reports: list[dict[str, Any]], end: str) -> dict[str, Any]:
         "aborted_by_plc": any(one["aborted_by_plc"] for one in reports),
         "fault": next((one["fault"] for one in reports if one["fault"]), 0),
     }
-    for key in SUMS:
+    for key in (*SUMS, "record_lost"):
         joined[key] = sum(one[key] for one in reports)
     joined["requests"] = {
         mode: sum(one["requests"][mode] for one in reports)
         for mode in first["requests"]
     }
+    joined["recording"] = _missing([one["recording"] for one in reports])
     for key in TEXTS:
         joined[key] = [
             _of_channel(text, one["name"], key)
@@ -127,6 +129,19 @@ def joined_report(reports: list[dict[str, Any]], end: str) -> dict[str, Any]:
             for text in one[key]
         ]
     return joined
+
+
+def _missing(parts: list[dict[str, Any]]) -> dict[str, Any]:
+    """What is missing in the parts of all channels."""
+    told = [part for part in parts if part]
+    if not told:
+        return {}
+    lost: dict[str, int] = {}
+    for part in told:
+        for table, count in part["lost"].items():
+            lost[table] = lost.get(table, 0) + count
+    problem = next((part["problem"] for part in told if part["problem"]), "")
+    return {"lost": lost, "problem": problem}
 
 
 def _of_channel(text: Any, name: str, key: str) -> Any:

@@ -36,6 +36,7 @@ MOTION = (
 
 PROGRAM_WAITS = "what its program waits for"
 SENDS = "the program of the other channel, by #SIGNAL"
+GIVES = "the program of the other channel, by #PUT AX or its end"
 
 ASKS = (
     "the end of its loop without motion, lines {} to {}",
@@ -151,9 +152,10 @@ class RunScene:
         place, text = self._place(stands)
         awaited = self._awaited()
         if awaited:
+            who = GIVES if awaited.startswith("axis") else SENDS
             found = [
-                (awaited, SENDS) if what == PROGRAM_WAITS else (what, who)
-                for what, who in found
+                (awaited, who) if what == PROGRAM_WAITS else (what, other)
+                for what, other in found
             ]
         elif text:
             named = f"what its program waits for ({text})"

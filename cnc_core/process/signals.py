@@ -17,6 +17,18 @@ EVENTS_MAX = 150  # P-STUP-00119 without a value
 FIRST_TOKEN = 2.0**40  # of a command on the path; programs' own are below
 
 
+@dataclass(frozen=True)
+class AxisWait:
+    """A channel waits for axes.
+
+    ``holders``: channels that have them; ``said``: which, for people.
+    """
+
+    place: Place
+    holders: Callable[[], list[int]]
+    said: Callable[[], str]
+
+
 @dataclass
 class _Sent:
     """A signal on its way; ``receiver`` None: a broadcast; ``left`` None: it
@@ -44,7 +56,7 @@ class SignalBoard:
         self.names, self._plc = names, plc
         self.all_begun = False
         self._sent: list[_Sent] = []
-        self._waits: dict[int, Wanted] = {}
+        self._waits: dict[int, Wanted | AxisWait] = {}
         self._later: dict[float, tuple[int, Signal]] = {}
         self._next_token = FIRST_TOKEN
         self._running: set[int] = set()
@@ -116,23 +128,42 @@ class SignalBoard:
 
     def came(self, index: int) -> bool:
         wanted = self._waits[index]
+        assert isinstance(wanted, Wanted)
         found = self._matching(index, wanted)
         if found is None:
-            if self.all_begun:
-                self._look_for_deadlock()
-            doom = self._doomed.pop(index, None)
-            if doom is None:
-                return False
-            del self._waits[index]
-            raise doom
-        del self._waits[index]
-        self._doomed.pop(index, None)
+            return self._goes_on(index)
+        self._over(index)
         for one in found:
             if one.left is not None:
                 one.left -= 1
         self._sent = [one for one in self._sent if one.left != 0]
         wanted.take({k: v for one in found for k, v in one.values.items()})
         return True
+
+    def _goes_on(self, index: int) -> bool:
+        """What it waits for is not there: False; CncError: nor can it come."""
+        if self.all_begun:
+            self._look_for_deadlock()
+        doom = self._doomed.pop(index, None)
+        if doom is None:
+            return False
+        del self._waits[index]
+        raise doom
+
+    def _over(self, index: int) -> None:
+        self._waits.pop(index, None)
+        self._doomed.pop(index, None)
+
+    def axes_missing(self, index: int, wait: AxisWait) -> bool:
+        """A channel waits for axes: False; CncError: the channels wait for each
+        other.
+        """
+        self._waits[index] = wait
+        return self._goes_on(index)
+
+    def axes_came(self, index: int) -> None:
+        """It waits no more."""
+        self._over(index)
 
     def _matching(self, index: int, wanted: Wanted) -> list[_Sent] | None:
         """The signals that end a wait, first come first served; None: not all
@@ -161,6 +192,8 @@ class SignalBoard:
         wanted = self._waits.get(index)
         if wanted is None:
             return ""
+        if isinstance(wanted, AxisWait):
+            return wanted.said()
         names = [self.names[one - 1] for one in wanted.senders]
         whose = " and ".join(f"channel {name}" for name in names)
         return f"signal {wanted.number} of {whose or 'any channel'}"
@@ -172,7 +205,7 @@ class SignalBoard:
         stuck = {
             index
             for index, wanted in self._waits.items()
-            if index not in paths and self._matching(index, wanted) is None
+            if index not in paths and self._in_vain(index, wanted)
         }
         while free := {one for one in stuck if self._hopes(one, stuck)}:
             stuck -= free
@@ -185,9 +218,16 @@ class SignalBoard:
                 index, CncError(907056, f"nobody can go on: {said}", place)
             )
 
+    def _in_vain(self, index: int, wanted: Wanted | AxisWait) -> bool:
+        if isinstance(wanted, AxisWait):
+            return bool(wanted.holders())
+        return self._matching(index, wanted) is None
+
     def _hopes(self, index: int, stuck: set[int]) -> bool:
         """Whether somebody who does not wait in vain may send what is missing."""
         wanted = self._waits[index]
+        if isinstance(wanted, AxisWait):
+            return not stuck & set(wanted.holders())
         missing = [
             sender - 1
             for sender in wanted.senders

@@ -100,7 +100,7 @@ class PlcSight:
         if not self.attached:
             return f"no PLC is attached: {self.missing}"
         if self.silent_s > 1.0:
-            return f"the PLC has made no scan for {self.silent_s:.1f} s"
+            return "no task of the PLC has returned since"
         return ""
 
 

@@ -20,7 +20,8 @@ from .stands import Reason
 
 LOOK_S = 0.25  # between two looks, wall time
 NO_LIMIT = 1 << 62  # cycles
-FIRST_GAP_S, LAST_GAP_S = 10.0, 60.0  # between two lines, wall time
+GAP_S, LAST_GAP_S = 4.0, 60.0  # between two lines, wall time
+EARLY_LINES = 5  # behind them the gap doubles from line to line
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,12 @@ class Scene:
     key: object = None
 
 
+def gap_s(told: int) -> float:
+    """Wall time from one line to the next, when so many have been told."""
+    doubled = min(max(told - EARLY_LINES, 0), 4)
+    return min(GAP_S * 2.0**doubled, LAST_GAP_S)
+
+
 class StandWatch:
     """Tells of waits that last.
 
@@ -97,7 +104,7 @@ class StandWatch:
         self._cell_s, self._wall_s = patience
         self._key: object = None
         self._since = self._next_look = time.monotonic()
-        self._told_at, self._gap = 0.0, FIRST_GAP_S
+        self._told_at, self._told = 0.0, 0
         self.last: list[Waiting] = []  # as of the last look
 
     def look(self) -> None:
@@ -118,12 +125,12 @@ class StandWatch:
         cell_s = scene.cell_s or 0.0
         lasts = cell_s >= self._cell_s or now - self._since >= self._wall_s
         if self._told_at:
-            if now - self._told_at < self._gap:
+            if now - self._told_at < gap_s(self._told):
                 return
-            self._gap = min(2.0 * self._gap, LAST_GAP_S)
         elif not lasts:
             return
         self._told_at = now
+        self._told += 1
         for waiting in self.last:
             self._say(str(waiting))
 
@@ -140,7 +147,7 @@ class StandWatch:
             key = (scene.place, tuple(what for what, _ in scene.reasons))
         if key != self._key:
             self._key, self._since = key, now
-            self._told_at, self._gap = 0.0, FIRST_GAP_S
+            self._told_at, self._told = 0.0, 0
         return scene
 
     def _waiting(self, scene: Scene, now: float) -> list[Waiting]:

@@ -19,7 +19,7 @@ from .. import frontend
 from ..blocks import FILTER, NC_BLOCK, BlockBatch
 from ..config import CellConfig
 from ..errors import ERRORS, CncError, Place
-from ..files import open_regular
+from ..frontend.axes import ChannelAxes
 from ..frontend.front_end import FrontEnd, Restartable
 from ..frontend.machine import ProgramMachine
 from ..frontend.operator import Operator, read_answers
@@ -47,7 +47,9 @@ from ..geometry.stages.rotary_lines import RotaryLines
 from ..geometry.stages.smoothing import Smoothing
 from ..geometry.stages.spline import Spline
 from ..geometry.stages.stage import DropZeroLength, Pipeline, RefusedRow, Stage
+from .exchange import Exchange, alone
 from .gathered import Gathered
+from .places import source_place, whole_blocks
 from .restart import Passed, Restart, SearchingPort, way_to
 from .stages import FILTERS, contour_machine, smoothing_machine
 
@@ -66,33 +68,6 @@ class Approach:
     rest: BlockBatch
 
 
-def source_place(path: Path, line: int) -> Place:
-    """Place of a line of a program file, with its text."""
-    text = ""
-    try:
-        with open_regular(path) as file:
-            for number, raw in enumerate(file, 1):
-                if number == line:
-                    text = raw.decode("latin-1").rstrip("\r\n")
-                    break
-    except (CncError, OSError):
-        pass
-    return Place(str(path), line, 1, text)
-
-
-def _whole_blocks(refused: RefusedRow) -> BlockBatch:
-    """The rows ahead of a refused one, without those of its own block."""
-    rows, keep = refused.ahead.rows, len(refused.ahead.rows)
-    name, wanted = (
-        ("count", refused.count)
-        if refused.count
-        else ("line", refused.error.place.line)
-    )
-    while keep and rows[name][keep - 1] == wanted:
-        keep -= 1
-    return BlockBatch(rows[:keep], refused.ahead.pool)
-
-
 class Program:
     """Rows of one program file, after all stages.
 
@@ -102,8 +77,8 @@ class Program:
     commands and undefined M functions are warnings. ``programmed``: rows as
     they are ahead of the kinematics, which is followed for its errors only.
     ``answers``: file with answers to the program's dialogs, if no ``port`` is
-    given. ``signals``: of the other channels, likewise.  ``reader``: makes the
-    front end, in place of that of the dialect.
+    given. ``signals``: of the other channels, ``axes`` of the cell, likewise.
+    ``reader``: makes the front end, in place of that of the dialect.
     ``restart``: where to take the program up; everything before is executed
     without motion, where the dialect can be taken up. ``tolerance``: mm by which the path may leave
     the contour where the program says nothing about it.
@@ -125,12 +100,17 @@ class Program:
         restart: Restart | None = None,
         reader: Callable[[ProgramMachine], FrontEnd] | None = None,
         signals: ChannelSignals | None = None,
+        axes: ChannelAxes | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
         operator = Operator(read_answers(answers)) if answers else None
         self.port = port or OfflinePort(
-            machine.start, cell.skip_mask, operator, signals
+            machine.start,
+            cell.skip_mask,
+            operator,
+            signals,
+            axes or alone(cell),
         )
         self.dialect = dialect or frontend.detect(self.path)
         self._start, self._restart = machine.start, restart
@@ -167,12 +147,13 @@ class Program:
             tolerance = cell.channel.tolerance_mm
         contour = self._contour_stages(machine, tolerance, programmed)
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
-        axes = self._axis_stages(machine, programmed)
+        stages = self._axis_stages(machine, programmed)
+        self._exchange = Exchange(cell, self.port, self.limits)
         self.pipeline = Pipeline(
             [
                 self.profiles,
                 self.frames,
-                ProgrammedView(axes) if programmed else axes,
+                ProgrammedView(stages) if programmed else stages,
             ]
         )
 
@@ -509,6 +490,8 @@ class Program:
 
     def _wait(self, item: Wait) -> BlockBatch | Wait | None:
         """A wait, behind what the stages hold as far as it asks for that."""
+        if item is Wait.AXES:
+            return self._behind_held(item)
         if item is Wait.STOPPED and self.port.answers:
             self.pipeline.drain()  # it will not be driven
         elif item in (Wait.DRAINED, Wait.STOPPED, Wait.SIGNAL) or (
@@ -543,7 +526,17 @@ class Program:
         assert item is not None
         self._next = None
         self.port.moved(self.limits.last)
+        if item is Wait.AXES and not self.port.answers:
+            self.axes_exchanged()
         return item
+
+    def axes_exchanged(self) -> None:
+        """Other axes stand at the channel's places: the path goes on from
+        where they stand, within their limits.
+        """
+        position = self._exchange.limit(self.limits.last)
+        self.port.moved(position)
+        self.pipeline.resync(position)
 
     def begin_stop(self, position: npt.NDArray[np.float64]) -> None:
         """The axes have been stopped at ``position``: what the program has for
@@ -585,7 +578,7 @@ class Program:
                 self.reader.collect_once(refused.error)
                 return unstaged
             self._next = refused.error
-            return _whole_blocks(refused)
+            return whole_blocks(refused)
 
     def batches(self) -> Iterator[BlockBatch]:
         """All rows of a program that nobody drives: stops, M functions and

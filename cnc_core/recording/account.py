@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from ..config import CellConfig
+from ..config import CellConfig, ChannelPlace
 from .schema import VERSION, units_of
 
 TEXT_BYTES = 1 << 20  # longer texts are known by their hash alone
@@ -18,9 +18,13 @@ PACKAGES = ("hli-cosim", "numpy", "pyarrow")
 
 
 def account(
-    program: Path, cell: CellConfig, clock: str, config: Path | None
+    program: Path | None,
+    cell: CellConfig,
+    clock: str,
+    config: Path | None,
+    channel: ChannelPlace = ChannelPlace(),  # noqa: B008 - a constant
 ) -> dict[str, Any]:
-    """The account of a run that begins."""
+    """The account of a run that begins, of one of its channels."""
     axes = {
         name: {
             "kind": axis.kind,
@@ -31,18 +35,30 @@ def account(
         for name, axis in cell.axes.items()
     }
     starts = zip(cell.axis_names, cell.axis_values("start_mm"), strict=True)
+    place = {
+        "index": channel.index,
+        "name": channel.name,
+        "numbers": axes_at_places(cell),
+    }
     return {
+        **({"channel": place} if channel.name else {}),
         "version": VERSION,
         "columns": units_of(cell),
         "clock": clock,
         "cycle_s": cell.cycle_s,
         "axes": axes,
         "start": {name: float(value) for name, value in starts},
-        "program": document(program),
+        "program": document(program) if program else {},
         "cell": document(config) if config else {},
         "versions": versions(),
         "created": datetime.datetime.now(datetime.UTC).isoformat(),
     }
+
+
+def axes_at_places(cell: CellConfig) -> list[int]:
+    """Logical numbers of a channel's axes by their places, 0: for a guest."""
+    own = len(cell.axes) - cell.guests
+    return [*cell.axis_ids[:own], *[0] * cell.guests]
 
 
 def document(path: Path) -> dict[str, Any]:

@@ -13,11 +13,17 @@ from pathlib import Path
 from hli._sync import lib as sync
 
 from ..errors import CncError
+from .channels import ChannelsSource
 from .source import ArrowSource, JoinedSource, Source
 from .targets import check_kind, write_target
 
 OWNER = "owner"
 CNC, PLC = "cnc.arrow", "plc.arrow"
+
+
+def part_of_channel(first: Path, index: int) -> Path:
+    """The part of a channel beside that of the first one."""
+    return first.with_name(f"cnc-{index}.arrow") if index else first
 
 
 def folder_of(target: Path) -> Path:
@@ -132,6 +138,7 @@ class Parts:
             source = source_of_parts(self.folder)
             source.meta |= end | {"complete": True}
             write_target(source, self.target)
+            rows = source.rows("cycles")
         except OSError as error:
             why = error.strerror or str(error)
             raise CncError(
@@ -140,7 +147,7 @@ class Parts:
                 f" what was recorded is in {self.folder}",
             ) from None
         self.drop()
-        return source.rows("cycles")
+        return rows
 
     def _nothing(self, why: str) -> CncError:
         return CncError(
@@ -159,12 +166,26 @@ def is_folder_of_parts(folder: Path) -> bool:
 
 def source_of_parts(folder: Path, live: bool = False) -> JoinedSource:
     """What the folder holds."""
-    sources: list[Source] = [
-        ArrowSource(folder / name, live)
-        for name in (CNC, PLC)
-        if (folder / name).exists()
-    ]
+    sources: list[Source] = []
+    if (folder / CNC).exists():
+        sources.append(_of_cnc(folder, live))
+    if (folder / PLC).exists():
+        sources.append(ArrowSource(folder / PLC, live))
     return JoinedSource(sources)
+
+
+def _of_cnc(folder: Path, live: bool) -> Source:
+    """The CNC's part, or those of its channels as far as they have begun."""
+    first = ArrowSource(folder / CNC, live)
+    if "channel" not in first.meta:
+        return first
+    found, index = [first], 1
+    while (part := part_of_channel(folder / CNC, index)).exists():
+        source = ArrowSource(part, live)
+        if source.meta:
+            found.append(source)
+        index += 1
+    return ChannelsSource(found)
 
 
 def recover(target: Path) -> Path | None:

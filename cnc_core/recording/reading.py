@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import CncError, Place
+from .channels import OneChannel
 from .parts import (
     folder_of,
     is_folder_of_parts,
@@ -95,10 +96,32 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self.source = _open(self.path)
-        self.meta: dict[str, Any] = self.source.meta
-        self.complete: bool = self.source.complete
-        self.tables: tuple[str, ...] = tuple(self.source.tables)
+        self._take(_open(self.path))
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels; empty: it is of a cell with one channel, or one
+        channel of several.
+        """
+        return tuple(one["name"] for one in self.meta.get("channels", ()))
+
+    def channel(self, name: str) -> Recording:
+        """One channel of several as if it had been alone; CncError 902001 names
+        the channels that there are.
+        """
+        if name not in self.channels:
+            known = ", ".join(self.channels) or "it has one channel"
+            raise CncError(902001, f"{self.path}: no channel {name!r}: {known}")
+        found = Recording.__new__(Recording)
+        found.path = self.path
+        found._take(OneChannel(self.source, name))
+        return found
+
+    def _take(self, source: Source) -> None:
+        self.source = source
+        self.meta: dict[str, Any] = source.meta
+        self.complete: bool = source.complete
+        self.tables: tuple[str, ...] = tuple(source.tables)
 
     def table(self, name: str) -> Table:
         """A table by name; KeyError names the tables that there are."""

@@ -83,7 +83,7 @@ class Answers:
 
     def __init__(self, areas: Any, recording: Recording) -> None:
         self._areas, self._recording = areas, recording
-        self._contour: RecordedContour | None = None
+        self._contours: dict[int, RecordedContour] = {}
         self._base = areas.root._address
         channels = areas.gpCh[: areas.gNrCh]
         self._units = [_Unit(c, self._words) for c in channels]
@@ -160,14 +160,16 @@ class Answers:
             self._queue.answer(slot, blocks, blocks[:0], facts)
 
     def _blocks(self, channel: int, start: float, length: float) -> Rows:
-        if self._contour is None:
-            self._contour = RecordedContour(self._recording)
+        contour = self._contour(channel)
         if length == 0.0:
             self.log_requests += 1
-            return self._contour.blocks[:0]
+            return contour.blocks[:0]
         known = self._units[channel].state.max_dist_prog_start
-        epoch = self._state.epoch
-        found = self._contour.answer(start, length, epoch, known)
+        # only the first channel shows how often its distance was reset
+        epoch = self._state.epoch if channel == 0 else 1
+        found = contour.answer(start, length, epoch, known)
+        if channel:
+            return found
         facts = self._facts
         facts.start_position, facts.length = start, length
         facts.mode = layout.HLI_AHEAD_MODE_CONTOUR
@@ -175,6 +177,15 @@ class Answers:
         for name, value in self._facts_of(found).items():
             setattr(facts, name, value)
         return found
+
+    def _contour(self, channel: int) -> RecordedContour:
+        """The recorded contour of a channel."""
+        if channel not in self._contours:
+            recording = self._recording
+            if recording.channels:
+                recording = recording.channel(recording.channels[channel])
+            self._contours[channel] = RecordedContour(recording)
+        return self._contours[channel]
 
     def _facts_of(self, blocks: Rows) -> dict[str, Any]:
         empty = layout.HLI_AHEAD_EMPTY_NOT_KNOWN

@@ -417,6 +417,8 @@ def _same(a: Any, b: Any) -> bool:
 
 def _line_at(recording: Recording, cycle: int) -> int:
     """The line of the NC program in this cycle."""
+    if recording.channels:  # of the first one
+        recording = recording.channel(recording.channels[0])
     cycles = recording.cycles
     if "line" not in cycles.columns or not len(cycles):
         return 0

@@ -21,6 +21,8 @@ TABLES = (
     "events",
 )
 AXES = "axes"  # stands for one column an axis
+AXES_PLACED = "axes"
+"""Kind of an event: axis exchange, ``place=logical number``, 0: none."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,9 @@ COLUMNS: dict[str, dict[str, Column]] = {
     "events": {
         **_TIME,
         "kind": Column(
-            "string", "", "start, end, error, warning, message, mode, overrun"
+            "string",
+            "",
+            "start, end, error, warning, message, mode, overrun, axes",
         ),
         "code": Column("int64", "", "number of an error, 0: none"),
         **_LINE,
@@ -183,5 +187,7 @@ _NONE = Column("double", "", "")
 
 def is_wall(table: str, column: str) -> bool:
     """Whether a column depends on the wall clock."""
+    if table == "cycles":  # of several channels: CHANNEL.column
+        column = column.rpartition(".")[2]
     known = COLUMNS.get(table, {}).get(column)
     return known is not None and known.wall

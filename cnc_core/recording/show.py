@@ -77,6 +77,7 @@ def scene_of(recordings: Sequence[Recording]) -> Scene:
 
     CncError: one of them holds no cycles.
     """
+    recordings = [one for each in recordings for one in _channels_of(each)]
     for recording in recordings:
         if "cycles" not in recording.tables:
             raise CncError(
@@ -87,20 +88,41 @@ def scene_of(recordings: Sequence[Recording]) -> Scene:
     symbols = Panel("PLC symbols", "")
     marks: list[Mark] = []
     path: list[dict[str, Any]] = []
+    seen: set[Path] = set()
     for recording in recordings:
-        label = "" if len(recordings) == 1 else f" {recording.path.stem}"
+        label = "" if len(recordings) == 1 else f" {_label(recording)}"
         _add_cycles(panels, recording, label)
-        _add_symbols(symbols, recording, label)
+        if recording.path not in seen:  # all channels have the PLC's
+            _add_symbols(symbols, recording, label)
+        seen.add(recording.path)
         marks += _marks(recording)
         path.append(_path(recording))
     shown = [*panels.values(), symbols]
     program = recordings[0].meta.get("program", {}).get("text", "")
     return Scene(
-        [recording.path.name for recording in recordings],
+        [_title(recording) for recording in recordings],
         [panel for panel in shown if panel.curves],
         marks,
         path,
         program.splitlines()[:20_000],
+    )
+
+
+def _channels_of(recording: Recording) -> list[Recording]:
+    """The recording, or each of its channels."""
+    names = recording.channels
+    return [recording.channel(name) for name in names] or [recording]
+
+
+def _label(recording: Recording) -> str:
+    return " ".join(
+        filter(None, (recording.path.stem, recording.meta.get("channel")))
+    )
+
+
+def _title(recording: Recording) -> str:
+    return " ".join(
+        filter(None, (recording.path.name, recording.meta.get("channel")))
     )
 
 

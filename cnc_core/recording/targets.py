@@ -25,6 +25,7 @@ from .source import Source, rechunked
 STREAM_ROWS = 65_536  # rows of a batch; a list counts them in 32 bits
 GROUP_ROWS = 131_072  # rows of a row group
 ZSTD_LEVEL = 1
+PATH_COLUMNS = ("s", "v", "block")  # of each channel
 
 
 def write_target(source: Source, target: Path) -> None:
@@ -69,9 +70,10 @@ def _in_order(chunks: Iterator[Any]) -> Iterator[Any]:
 
     held = list(chunks)
     if held:
-        keys = ("cycle", "kind", "text")
-        yield pa.concat_tables(held).sort_by(
-            [(key, "ascending") for key in keys]
+        keys = ("cycle", "channel", "kind", "text")
+        whole = pa.concat_tables(held)
+        yield whole.sort_by(
+            [(key, "ascending") for key in keys if key in whole.column_names]
         )
 
 
@@ -150,7 +152,12 @@ def _wide(schema: Any, table: str, chunk: Any) -> Any:
 def _start_row(source: Source) -> dict[str, Any]:
     """Where the axes stood before the first cycle, as ``plan --samples`` has it."""
     start = source.meta.get("start", {})
-    return {"t": 0.0, **start, "s": 0.0, "v": 0.0, "block": 0.0}
+    names = [
+        f"{one['name']}.{column}"
+        for one in source.meta.get("channels", ())
+        for column in PATH_COLUMNS
+    ]
+    return {"t": 0.0, **start, **dict.fromkeys(names or PATH_COLUMNS, 0.0)}
 
 
 def _export_chunks(source: Source) -> Iterator[dict[str, Any]]:
@@ -174,7 +181,9 @@ def _write_npz(source: Source, aside: Path) -> None:
     axes = list(source.meta.get("start", {}))
     count = sum(len(part["t"]) for part in _export_chunks(source))
     with zipfile.ZipFile(aside, "w", zipfile.ZIP_STORED) as file:
-        for name in ("t", "s", "v", "block"):
+        for name in _start_row(source):
+            if name in axes:
+                continue
             _put(
                 file,
                 name,

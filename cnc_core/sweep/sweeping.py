@@ -5,9 +5,11 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import os
+import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from ..config import load_config
 from ..errors import CncError, Place
 from .ledger import LEDGER, Ledger
 from .local import Hands
@@ -39,6 +41,7 @@ def sweep(
     """
     file, folder = Path(study_file).resolve(), Path(out).resolve()
     study = Study.read(file)
+    _check_cells(study, file.parent)
     runs = points(study)
     print_ = fingerprint(file, list(files_of(study, file.parent)))
     with _locked(folder), contextlib.closing(Ledger(folder)) as ledger:
@@ -53,6 +56,18 @@ def sweep(
             done += 1
             tick(done, len(runs))
         return write_table(folder, runs, ledger.rows())
+
+
+def _check_cells(study: Study, folder: Path) -> None:
+    """ConfigError: a cell with several channels, of which no run would come."""
+    for name in study.cells:
+        if name and (folder / name).is_file():
+            with contextlib.suppress(
+                tomllib.TOMLDecodeError
+            ):  # told by its run
+                table = tomllib.loads((folder / name).read_text())
+                if table.get("channels"):
+                    load_config(folder / name).of_one_channel()
 
 
 def _made(

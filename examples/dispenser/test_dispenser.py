@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from dispenser_process import HERE, compare, errors_mm
 
 from plc_client.mock import line, log_off, log_on, log_param
 
 
+@pytest.mark.ci
 def test_bead_ends_with_and_without_look_ahead(tmp_path: Path) -> None:
     """Within one scan at full speed instead of millimetres."""
     errors = errors_mm(compare(tmp_path))

@@ -13,6 +13,7 @@ from laser_process import HERE, compare, worst
 from plc_client.mock import arc, line
 
 
+@pytest.mark.ci
 def test_energy_per_length_with_and_without_look_ahead(tmp_path: Path) -> None:
     """Same part, same laser: the deviation falls to less than a third."""
     percent = worst(compare(tmp_path))

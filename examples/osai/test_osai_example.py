@@ -8,6 +8,7 @@ The optimizer's program runs.
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from cnc_core import Cell
 from cnc_core.config import load_config
@@ -20,6 +21,7 @@ HERE = Path(__file__).parent
 RADIUS_MM, LENGTH_MM = 40.0, 100.0
 
 
+@pytest.mark.ci
 def test_the_tip_follows_the_dome(tmp_path: Path) -> None:
     """The driven tip lies on the dome, and polynomial elements are seen ahead.
 

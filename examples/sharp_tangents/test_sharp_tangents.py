@@ -8,11 +8,13 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import pytest
 from tangents_process import HERE, compare
 
 from plc_client.mock import line
 
 
+@pytest.mark.ci
 def test_overshoot_with_and_without_look_ahead(tmp_path: Path) -> None:
     """Less than half the overshoot, less than half the speed beyond the corner."""
     found = compare(tmp_path)

@@ -4,11 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from erosion_process import HERE, compare
 
 from plc_client.mock import line
 
 
+@pytest.mark.ci
 def test_sets_with_and_without_look_ahead(tmp_path: Path) -> None:
     """A tenth of the wrong wall, and changes where they should lie.
 

@@ -24,6 +24,15 @@ ERROR_NO_REACTION = 4
 ERROR_CNC = 5
 """The CNC went into its error state while the block waited."""
 
+ERROR_TEXTS = {
+    ERROR_INPUT: "an input is not usable",
+    ERROR_NOT_PRESENT: "the CNC is told that there is no PLC",
+    ERROR_NO_ACCEPTANCE: "the CNC did not take it in time",
+    ERROR_NO_REACTION: "the CNC took it, and did not do it in time",
+    ERROR_CNC: "the CNC went into its error state",
+}
+"""What ``error_id`` of a block says, in words."""
+
 TIMEOUT_S = 5.0
 
 

@@ -77,6 +77,7 @@ def cell(
     process.communicate(timeout=60)
 
 
+@pytest.mark.ci
 def test_ps_lists_the_cell(cli: Cli, cell: str) -> None:
     """Name, processes, clock, program and state."""
     (found,) = [c for c in cli("ps", "--json").json if c["name"] == cell]
@@ -141,6 +142,7 @@ def test_a_name_that_is_taken(cli: Cli, cell: str, program: Write) -> None:
     assert cell in cli("ps").out
 
 
+@pytest.mark.ci
 def test_the_cnc_tells_of_its_plc(program: Write) -> None:
     """Attached, started, completed, lost, came back: each with its times."""
     name = f"t{os.getpid()}-told"

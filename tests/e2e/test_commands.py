@@ -185,6 +185,7 @@ def test_benchmarks_print_their_object(cli: Cli, name: str) -> None:
         assert all(v > 0 for v in value["lines_per_s"].values())
 
 
+@pytest.mark.ci
 def test_demo_writes_its_picture(cli: Cli, tmp_path: Path) -> None:
     """Both modes are used, the override was lowered, picture and recording are there."""
     value = cli("demo", "--seconds", 3, "--out", tmp_path / "d", "--json").json

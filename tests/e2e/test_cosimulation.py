@@ -37,6 +37,7 @@ def long_program(blocks: int) -> str:
     return "\n".join([*lines, "M30", ""])
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("plc", [Follow, FollowByHand])
 def test_mode_2_finds_every_element_once(
     cell: Cell, program: Write, plc: type
@@ -154,6 +155,7 @@ def wait_for_children(pid: int, count: int) -> list[int]:
     raise AssertionError("the two processes did not start")
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("victim", [0, 1])
 @pytest.mark.parametrize("delay", [0.05, 0.6])
 def test_a_killed_side_ends_the_run(
@@ -183,6 +185,7 @@ def test_a_killed_side_ends_the_run(
     assert record.exists()
 
 
+@pytest.mark.ci
 def test_interrupt_ends_both_sides_and_keeps_the_recording(
     program: Write, tmp_path: Path
 ) -> None:
@@ -203,6 +206,7 @@ def test_interrupt_ends_both_sides_and_keeps_the_recording(
         assert len(columns["t"]) > 10
 
 
+@pytest.mark.ci
 def test_a_second_cnc_on_one_name_is_refused(program: Write) -> None:
     """`cnc` on a name in use ends at once with an error that names the owner."""
     path, name = program(T1), f"hli-test-{os.getpid()}"
@@ -242,6 +246,7 @@ def test_a_second_cnc_on_one_name_is_refused(program: Write) -> None:
         ("G1 X200000 F10\n", 1, None),
     ],
 )
+@pytest.mark.ci_cases
 def test_bad_programs_give_a_numbered_error_with_place(
     cli: Cli, program: Write, text: str, line: int, column: int | None
 ) -> None:

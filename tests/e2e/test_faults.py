@@ -39,6 +39,17 @@ def test_faults_end_the_run_and_leave_nothing(tmp_path: Path) -> None:
     clean(tmp_path)
 
 
+def test_faults_mix_nothing_up_between_channels(tmp_path: Path) -> None:
+    """A PLC that is restarted or stopped sees each channel's functions once, in
+    order and in that channel, as often as the CNC has put them out.
+    """
+    rng = random.Random(5)
+    for what, when in (("RESTART", "M pending"), ("STOP", "request pending")):
+        fault = Fault("plc", what, when, "lockstep")
+        one(fault, tmp_path, rng, channels=3)
+    clean(tmp_path, channels=3)
+
+
 def owner_of(name: str) -> int:
     """Process id in the segment's head, 0 while the name is free."""
     try:

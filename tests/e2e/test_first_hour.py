@@ -122,6 +122,7 @@ with Cell() as cell:
 """
 
 
+@pytest.mark.ci
 def test_a_class_below_a_run_is_found(program: Write) -> None:
     """A script runs one cell, then defines a task and runs that."""
     program(PART)
@@ -156,7 +157,7 @@ def test_a_wrong_method_is_told_with_its_line(
     )
     with pytest.raises(PlcError) as error:
         load_tasks(str(path))
-    assert f"{path}:5: {right}" in str(error.value)
+    assert str(error.value).startswith(f"{path}:5: TypeError: {right}")
 
 
 @pytest.mark.parametrize(
@@ -210,3 +211,104 @@ def test_cnc_tells_errors_before_a_plc_comes(program: Write) -> None:
         assert "N20 FOO" in cnc.stderr.readline()
         assert "waiting for a PLC" in cnc.stderr.readline()
         cnc.terminate()
+
+
+def test_a_missing_axis_is_one_error(cli: Cli, program: Write) -> None:
+    """However often the program names it; the text says where to add it."""
+    path = program("N10 G1 X1 W2 F900\nN20 W3\nN30 W4 A5\nM30\n")
+    for dialect in ("isg", "iso"):
+        wrong = cli("check", path, "--dialect", dialect, "--json").json
+        told = [(e["line"], e["text"]) for e in wrong["errors"]]
+        assert told[0][0] == 1
+        assert "W is no axis of the cell; [axes]" in told[0][1]
+        assert len([text for _, text in told if "W is no" in text]) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "right"),
+    [
+        ("plc.py", "--plc"),
+        ("cell.toml", "--config"),
+        ("run.npz", "hli-cosim inspect"),
+    ],
+)
+def test_a_file_of_another_kind_names_its_option(
+    cli: Cli, program: Write, name: str, right: str
+) -> None:
+    """One error, not one for each line that is no block."""
+    outcome = cli("check", program("import this\n", name))
+    assert outcome.status == 1
+    (told,) = outcome.err.splitlines()
+    assert f"{name}: 901010: no NC program but" in told
+    assert right in told
+
+
+LOOP = """from plc_client import task
+@task(interval=0.001)
+class Loop:
+    def setup(self, hli):
+        while True: pass
+    def cyclic(self): pass
+"""
+
+
+@pytest.mark.ci
+def test_a_setup_that_hangs_names_its_line(cli: Cli, program: Write) -> None:
+    """While it hangs, and the time of --max-wall ends the run with its reason."""
+    plc = program(LOOP, "plc.py")
+    run = cli("run", program(PART), "--plc", plc, "--max-wall", 5)
+    assert run.status == 1
+    assert "plc.py:5: setup() of Loop has not returned for" in run.err
+    assert "it is at: while True: pass" in run.err
+    last = run.err.splitlines()[-1]
+    assert last.startswith("905025: ")
+    assert "--max-wall" in last
+    assert "waits for a scan of the PLC" in last
+
+
+@pytest.mark.ci
+def test_a_plc_that_waits_for_its_cnc_says_so(program: Write) -> None:
+    """Again and again, with the command that starts one."""
+    plc = program(LOOP, "plc.py")
+    name = f"first-hour-{plc.parent.name}"
+    with subprocess.Popen(
+        command("plc", plc, "--name", name), stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        assert name in process.stderr.readline()
+        for _ in range(2):
+            line = process.stderr.readline()
+            assert line.startswith("waits for a CNC for")
+            assert line.endswith(f"hli-cosim cnc FILE --name {name}\n")
+        process.terminate()
+
+
+WRONG_PLC = {
+    "trap.st": (
+        "PROGRAM Main\nVAR i : INT; z : INT; END_VAR\ni := i + 1;\n"
+        "IF i > 3 THEN\n  z := i / z;\nEND_IF\nEND_PROGRAM\n",
+        5,
+        "division of 4 by zero",
+    ),
+    "no_hli.py": (
+        "from plc_client import task\n\n@task()\nclass A:\n"
+        "    def setup(self): pass\n    def cyclic(self): pass\n",
+        5,
+        "write def setup(self, hli)",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_PLC)
+def test_an_error_of_the_plc_is_told_at_its_own_place(
+    cli: Cli, program: Write, name: str
+) -> None:
+    """File and line of the user's text, not of what found it."""
+    text, line, told = WRONG_PLC[name]
+    path = program(PART)
+    plc = path.parent / name
+    plc.write_text(text)
+    (error,) = cli("run", path, "--plc", plc, "--json").json["errors"]
+    assert (error["file"], error["line"]) == (str(plc), line)
+    assert told in error["text"]
+    assert str(plc) not in error["text"]

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from cnc_core import Cell
 from support.command_line import command
@@ -69,6 +70,7 @@ def test_lenient_on_the_command_line(cli, program) -> None:
         assert "907041" in done.err
 
 
+@pytest.mark.ci
 def test_an_endless_program_can_be_interrupted(tmp_path: Path) -> None:
     """Ctrl-C ends a CNC whose program computes for ever."""
     (tmp_path / "a.nc").write_text("$DO\nP1=1\n$ENDDO\n")

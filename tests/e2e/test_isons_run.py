@@ -98,6 +98,7 @@ ERROR 5
 """
 
 
+@pytest.mark.ci
 def test_t31_the_axes_stop_where_they_are(cli: Cli, program: Write) -> None:
     """T-31: G101 when the input trips at 40; the program goes on from there.
     Without it the error path at 100.
@@ -207,6 +208,7 @@ PATHS += [
 ]
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("path", PATHS)
 def test_a_pause_with_macros(cli: Cli, program: Write, path: str) -> None:
     """HOLD: M_PAUSE parks; ACTIVE: M_GOPAUSE, back at VRIPOSO, then the rest of
@@ -260,6 +262,7 @@ def test_a_pause_with_macros(cli: Cli, program: Write, path: str) -> None:
     assert driven[-1] == pytest.approx(plain[-1])
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("mode", "parked", "states"),
     [(3, False, [3, 4, 13, 5, 11, 4]), (4, False, [3, 4, 13, 4])],
@@ -293,6 +296,7 @@ def test_pause_modes(
     assert (np.load(recorded)["pos"][:, 2].max() > 0) == parked
 
 
+@pytest.mark.ci
 def test_t27_events_reach_the_plc_where_the_path_passes_them(
     cli: Cli, program: Write
 ) -> None:
@@ -318,6 +322,7 @@ def test_t27_events_reach_the_plc_where_the_path_passes_them(
     assert seen[1::2] == pytest.approx([1000 * first, 1000 * second], abs=200.0)
 
 
+@pytest.mark.ci
 def test_a_retrace_ends_with_its_macro(cli: Cli, program: Write) -> None:
     """M_GORETRACE: outputs come as soon as the path is driven forward again,
     $_X7 is 3; it moves nothing.
@@ -353,6 +358,7 @@ def test_a_retrace_ends_with_its_macro(cli: Cli, program: Write) -> None:
     )
 
 
+@pytest.mark.ci
 def test_run_and_plan_count_the_same_blocks(cli: Cli, program: Write) -> None:
     """Blocks are those behind the filters, each once, though the smoothing drives it in pieces."""
     points = "".join(f"G1X{3 * i}Y{i % 2}\n" for i in range(12))

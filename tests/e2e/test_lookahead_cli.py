@@ -48,6 +48,7 @@ def as_rows(response: list[dict[str, Any]]) -> list[tuple[float, ...]]:
     return [tuple(round(b[k], 6) for k in keys) for b in response]
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("at", ["start", "end"])
 def test_t1_by_index(cli: Cli, program: Callable[..., Path], at: str) -> None:
     """Index 0 gives all eight entries, before any motion and after the end alike."""
@@ -63,6 +64,7 @@ def test_t1_by_index(cli: Cli, program: Callable[..., Path], at: str) -> None:
     }
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("index", "first"), [(5, 5), (7, 7), (5.9, 5), (8, 8), (-1, 8), (1e300, 8)]
 )
@@ -76,6 +78,7 @@ def test_t1_from_an_index_on(
     assert as_rows(answer["response"]) == EXPECTED[first:]
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("at", ["start", "end"])
 @pytest.mark.parametrize(
     ("start", "length", "numbers"),
@@ -236,6 +239,7 @@ def contour(seed: int) -> tuple[str, list[dict[str, float]]]:
     return "\n".join([*lines, "M30", ""]), elements
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(6), 2))
 def test_random_contours_by_index_and_distance(
     cli: Cli, program: Callable[..., Path], seed: int

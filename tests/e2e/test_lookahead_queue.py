@@ -11,6 +11,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from cnc_core import Cell
 from plc_client import connect
 from plc_client.blocks import ContourQueue
@@ -35,6 +37,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
+@pytest.mark.ci
 def test_two_tasks_ask_at_once_and_every_run_is_the_same(
     program: Write,
 ) -> None:

@@ -63,6 +63,7 @@ def test_each_run_has_folder_and_environment_of_its_time(
         assert found == [str(folder), name]
 
 
+@pytest.mark.ci
 def test_a_dead_worker_is_replaced(part: Path) -> None:
     """A run after its end completes as before."""
     with Cell() as cell:

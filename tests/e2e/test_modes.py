@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from support.command_line import Outcome
 from support.paths import PLC_PROGRAMS
 
@@ -76,6 +78,7 @@ def test_a_program_aborted_by_the_plc(cli: Cli, program: Write) -> None:
     assert [e["code"] for e in outcome.json["errors"]] == [905023]
 
 
+@pytest.mark.ci
 def test_runs_with_modes_are_the_same_every_time(
     cli: Cli, program: Write
 ) -> None:

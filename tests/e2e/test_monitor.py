@@ -279,6 +279,24 @@ def test_the_keys_of_the_panel(page: Shown) -> None:
         assert what in events
 
 
+def test_a_start_that_fails_says_why(page: Shown) -> None:
+    """A program that is not there: the panel has the CNC's words at once."""
+    tab = page.tab
+    pressed(tab, "abort")
+    pressed(tab, "reset")
+    tab.js("document.querySelector('#start-program').value = 'missing.nc'")
+    tab.click("#do-start")
+    state = "document.querySelector('#panel-state').innerText"
+    tab.until(f"/start: .*missing.nc not found/.test({state})")
+    tab.until(f"/start: error .error 4: the CNC took it/.test({state})")
+    assert "missing.nc not found" in tab.text("#event-rows")
+    pressed(tab, "reset")
+    tab.js("document.querySelector('#start-program').value = 'part.nc'")
+    pressed(tab, "start")
+    told(tab, "automatic, active")
+    tab.js("document.querySelector('#start-program').value = ''")
+
+
 def test_the_scope_stops_at_its_edge_and_is_saved(page: Shown) -> None:
     """A trigger stops it behind the edge; the cursor reads a row; CSV has all."""
     tab = page.tab

@@ -19,6 +19,7 @@ from support.command_line import Outcome
 Cli = Callable[..., Outcome]
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("kind", ["python", "st"])
 def test_its_test_passes_at_once(kind: str, tmp_path: Path) -> None:
     """From any working folder, beside a project with settings of its own."""

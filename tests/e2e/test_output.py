@@ -50,6 +50,7 @@ def test_numbers_have_four_digits(value: float, text: str) -> None:
     ],
     ids=["plan", "blocks", "run", "index", "distance"],
 )
+@pytest.mark.ci_cases
 def test_tables_are_for_people(
     cli: Cli, program: Write, arguments: tuple[str, ...]
 ) -> None:
@@ -70,6 +71,7 @@ def test_bench_tables_are_for_people(cli: Cli) -> None:
     assert re.search(r"cycle +p50 .* ns", outcome.out)
 
 
+@pytest.mark.ci
 def test_a_run_tells_tasks_and_watched_symbols(
     cli: Cli, program: Write
 ) -> None:
@@ -105,6 +107,7 @@ def test_an_error_comes_last_and_without_zeros(
     assert driven.err.splitlines()[-1].strip() == "N20 T7 D7"
 
 
+@pytest.mark.ci
 def test_every_command_explains_itself_in_80_columns() -> None:
     """Its help, with an example, at the width of a plain terminal."""
     names = [name for name, _ in commands(typer.main.get_command(app))]

@@ -60,6 +60,7 @@ def test_stepping_the_real_cnc_to_cycle_time_distance(
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "freerun", "realtime"])
+@pytest.mark.ci_cases
 def test_same_program_in_every_clock(program: Write, clock: str) -> None:
     """The PLC program of the unit test runs unchanged as a process and sees the same contour."""
     with Cell(clock=clock) as cell:

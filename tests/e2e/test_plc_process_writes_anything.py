@@ -14,6 +14,7 @@ from support.paths import PLC_PROGRAMS, TESTS
 HOSTILE = PLC_PROGRAMS / "writes_anything.py"
 
 
+@pytest.mark.ci
 def test_scribbling_plc_changes_no_sample(
     cli: Callable[..., Outcome],
     program: Callable[..., Path],

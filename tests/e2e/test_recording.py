@@ -59,6 +59,7 @@ def tables_of(path: Path) -> dict[str, dict[str, list[object]]]:
     }
 
 
+@pytest.mark.ci
 def test_a_lockstep_run_recorded_twice_is_the_same(
     program: Write, tmp_path: Path
 ) -> None:
@@ -82,6 +83,7 @@ def test_a_lockstep_run_recorded_twice_is_the_same(
     assert plc["scan"] == list(range(1, len(plc["scan"]) + 1))
 
 
+@pytest.mark.ci
 def test_derivatives_are_those_of_the_speed(
     program: Write, tmp_path: Path
 ) -> None:
@@ -99,6 +101,7 @@ def test_derivatives_are_those_of_the_speed(
     assert cycles.units["X"] == "mm"
 
 
+@pytest.mark.ci
 def test_real_time_is_recorded_behind_the_ring(
     program: Write, tmp_path: Path
 ) -> None:
@@ -116,6 +119,7 @@ def test_real_time_is_recorded_behind_the_ring(
     assert cycle[-1] > 16_384
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )
@@ -141,6 +145,7 @@ def test_a_signal_keeps_the_recording(
     assert len(recording.cycles) > 100
 
 
+@pytest.mark.ci
 def test_a_killed_launcher_leaves_what_was_recorded(
     program: Write, tmp_path: Path
 ) -> None:
@@ -199,6 +204,7 @@ def test_columns_are_chosen(program: Write, cli: Cli, tmp_path: Path) -> None:
     assert not os.path.exists(tmp_path / "b.arrow.parts")
 
 
+@pytest.mark.ci
 def test_a_run_goes_on_where_nothing_can_be_recorded(
     program: Write, cli: Cli, tmp_path: Path
 ) -> None:

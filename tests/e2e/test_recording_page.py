@@ -73,6 +73,7 @@ def dom_of(page: Path) -> str:
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+@pytest.mark.ci
 def test_the_page_draws_what_was_recorded(recording: Path, cli: Cli) -> None:
     """Curves with their names and units, functions as marks, limits, the path,
     the program with the line beside the cursor.
@@ -119,6 +120,7 @@ def test_the_page_needs_no_network(recording: Path, cli: Cli) -> None:
     assert text.count("</script>") == 1
 
 
+@pytest.mark.ci
 def test_the_picture_is_drawn(recording: Path, cli: Cli) -> None:
     """A PNG of one run, and of two over each other."""
     picture = recording.with_suffix(".png")

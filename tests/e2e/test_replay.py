@@ -77,6 +77,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(("plc", "program", "cell"), few(CASES, 2))
+@pytest.mark.ci_cases
 def test_the_same_plc_writes_the_same(
     plc: str, program: str, cell: str, tmp_path: Path
 ) -> None:
@@ -103,6 +104,7 @@ def changed(tmp_path: Path, old: str, new: str) -> Path:
     return path
 
 
+@pytest.mark.ci
 def test_another_value_is_told(recorded: Path, tmp_path: Path) -> None:
     """61 % where 60 % was written: the scan, its line, member and both values."""
     found = again(recorded, changed(tmp_path, "60.0 if", "61.0 if"))
@@ -120,6 +122,7 @@ def test_another_value_is_told(recorded: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("holder", few(["gpVEGlobal", "gpVECh[0]"], 1))
+@pytest.mark.ci
 def test_an_external_variable_is_told_from_its_first_scan(
     recorded: Path, tmp_path: Path, holder: str
 ) -> None:

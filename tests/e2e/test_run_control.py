@@ -73,6 +73,7 @@ def test_single_block_stands_before_every_motion_block(
     assert all(v == 0 for _, _, v in stops)
 
 
+@pytest.mark.ci
 def test_m01_stops_only_when_enabled(
     cell: Cell, program: Write, tmp_path: Path
 ) -> None:
@@ -97,6 +98,7 @@ def test_m01_stops_only_when_enabled(
         ].min() == pytest.approx(100.0)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("mode", "speed"), [(0, 150.0), (1, 75.0), (2, 75.0), (3, 75.0)]
 )

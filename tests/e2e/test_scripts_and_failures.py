@@ -45,6 +45,7 @@ print(result.end, result.requests["mode2"] > 10)
 """
 
 
+@pytest.mark.ci
 def test_a_script_may_hold_the_task_and_the_run(
     program: Write, tmp_path: Path
 ) -> None:
@@ -129,6 +130,7 @@ def test_plan_of_a_program_without_motion(
     assert result.json["path_deviation_mm"] == 0.0
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     "arc",
     ["G03 X1 Y0 Z100 R1000000", "G03 X1 Y0 Z1000 R10000000", "G02 X0 I5000 Z7"],
@@ -160,6 +162,7 @@ def test_cnc_without_a_program_ends_at_once(cli: Cli, name: str) -> None:
     assert "901001" in outcome.err
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("arguments", "number"),
     [
@@ -232,6 +235,7 @@ def test_file_names_are_no_markup(
         assert cli("plan", name).status == 0
 
 
+@pytest.mark.ci
 def test_files_lists_only_what_the_program_wrote(
     cli: Cli, program: Write, tmp_path: Path
 ) -> None:
@@ -257,6 +261,7 @@ def test_prints_of_the_plc_program_are_seen(cli: Cli, program: Write) -> None:
     assert outcome.json["end"] == "completed"
 
 
+@pytest.mark.ci
 def test_sigterm_keeps_the_recording(program: Write, tmp_path: Path) -> None:
     """SIGTERM of the launcher ends both sides and finishes the recording."""
     record = tmp_path / "r.npz"
@@ -337,6 +342,7 @@ PATIENT = (
 
 
 @pytest.mark.parametrize("clock", ["realtime", "freerun", "lockstep"])
+@pytest.mark.ci_cases
 def test_a_client_without_a_scan_is_not_waited_for(
     program: Write, clock: str
 ) -> None:

@@ -73,6 +73,7 @@ def run(
         ),
     ],
 )
+@pytest.mark.ci_cases
 def test_a_mistake_is_told_with_its_mend(
     program: Write, options: dict[str, Any], said: str
 ) -> None:

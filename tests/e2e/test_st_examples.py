@@ -106,6 +106,7 @@ def _watched(name: str, side: int) -> dict[str, Any]:
     "name",
     [name if name in PLAIN else as_long(name) for name in PAIRS],
 )
+@pytest.mark.ci_cases
 def test_twins_of_the_examples_do_the_same_in_every_scan(name: str) -> None:
     """What they show and command is the same, scan by scan, in lockstep."""
     python, twin = _watched(name, 0), _watched(name, 1)

@@ -61,6 +61,7 @@ def expected_order(functions: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 @pytest.mark.parametrize("seed", few(range(4), 1))
+@pytest.mark.ci
 def test_no_function_is_lost_doubled_or_out_of_order(
     program: Write, tmp_path: Path, seed: int
 ) -> None:

@@ -97,6 +97,7 @@ def test_a_function_of_a_subprogram_names_its_file(program: Write) -> None:
         (MOVES, "single_block=True", "continue in single block", "continue"),
     ],
 )
+@pytest.mark.ci_cases
 def test_what_the_plc_holds(
     program: Write, text: str, ch: str, what: str, who: str
 ) -> None:
@@ -174,6 +175,7 @@ def test_the_line_comes_while_the_run_stands(cli: Cli, program: Write) -> None:
 
 
 @pytest.mark.parametrize("rest", [[], ["--json"]])
+@pytest.mark.ci_cases
 def test_ctrl_c_tells_where_it_stood(program: Write, rest: list[str]) -> None:
     """One line with the wait and what was written, status 130, nothing left."""
     arguments = [
@@ -253,6 +255,7 @@ def test_ctrl_c_while_the_worker_starts() -> None:
 
 
 @pytest.mark.parametrize("name", ["cycle", "handshake"])
+@pytest.mark.ci_cases
 def test_ctrl_c_ends_a_benchmark(name: str) -> None:
     """One line and status 130: no crash of its threads, no traceback of its
     processes.

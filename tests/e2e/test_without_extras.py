@@ -50,6 +50,7 @@ def no_extras(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("no_extras")
+@pytest.mark.ci
 def test_the_demo_runs_without_a_picture(cli: Cli, tmp_path: Path) -> None:
     """And names the extra."""
     outcome = cli("demo", "--seconds", "1")

@@ -53,6 +53,7 @@ def _run(
 @pytest.mark.parametrize(
     ("seed", "options"), few([(0, ""), (1, "n"), (2, "f"), (3, "nc")], 1)
 )
+@pytest.mark.ci
 def test_a_rehearsal_changes_nothing(
     tmp_path: Path, seed: int, options: str
 ) -> None:

@@ -14,6 +14,7 @@ from cnc_core.config import CellConfig, parse_config, setups_of
 from cnc_core.engine import Event
 from cnc_core.engine.group import EngineGroup
 from cnc_core.frontend.operator import Operator
+from cnc_core.process.axes import AxisBoard
 from cnc_core.process.channel_run import ChannelRun, Shared
 from cnc_core.process.identity import fill_cell
 from cnc_core.process.operator_desk import OperatorDesk
@@ -43,6 +44,7 @@ class Channels:
         config: str | CellConfig = THREE,
         suffix: str = "nc",
         start: bool = True,
+        samples: Path | None = None,
         **run: Any,
     ) -> None:
         cell = parse_config(config) if isinstance(config, str) else config
@@ -58,11 +60,13 @@ class Channels:
         options = CncOptions(
             files[0],
             name,
-            RunOptions(clock="freerun", **run),
+            RunOptions(**{"clock": "freerun", **run}),
             more=(*files[1:],),
+            samples=samples,
         )
         self.root = self.segment.root
-        fill_cell(self.root, cell.cycle_s, "freerun", "cyclic")
+        clock = options.run.clock
+        fill_cell(self.root, cell.cycle_s, clock, "cyclic")
         self.told: list[str] = []
         self.plc = False  # whether a PLC could start a program
         names = [setup.place.name for setup in setups]
@@ -76,6 +80,7 @@ class Channels:
             self.told.append,
             folder,
             self.board,
+            AxisBoard(setups, self.board),
         )
         self.channels = [ChannelRun(setup, shared) for setup in setups]
         self.group = EngineGroup([one.engine for one in self.channels])

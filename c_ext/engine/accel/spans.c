@@ -17,6 +17,7 @@
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
 #include "rows/nc_block.h"
+#include "maths/plain.h"
 
 typedef struct builder {
     struct engine *engine;
@@ -55,7 +56,7 @@ static void arc_knot(const engine_config *cfg,
                      struct knot *knot) {
     double w = piece->sweep / piece->whole,
            angle = piece->angle0 + w * (piece->from + piece->dir * s),
-           c = cos(angle), n = sin(angle);
+           c = plain_cos(angle), n = plain_sin(angle);
     double speed = piece->sweep * piece->dir > 0 ? piece->plane_speed
                                                  : -piece->plane_speed,
            bend = piece->radius * w * w;
@@ -88,7 +89,7 @@ static void arc_strip(struct builder *builder,
     arc_knot(&builder->engine->cfg, builder->piece, from, &last);
     double step = builder->piece->dir * builder->piece->sweep
                   / builder->piece->whole * (to - from) / count,
-           c = cos(step), z = sin(step);
+           c = plain_cos(step), z = plain_sin(step);
     next = last;
     for (int k = 1; k <= count; k++) {
         next.s = k == count ? to : from + (to - from) * k / count;

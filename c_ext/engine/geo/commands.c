@@ -42,7 +42,10 @@ static uint32_t level_override(struct orders *orders,
 static bool axes_released(struct engine *engine) {
     bool released = true;
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        HLI_AXIS *ax = &engine->hli.axis[i];
+        HLI_AXIS *ax = engine->hli.axis[i];
+        if (!ax) {
+            continue;
+        }
         bool present = flag(&ax->head.plc_present_w);
         released &=
             level_bool(&ax->lr_mc_control.release_feedhold, present, true);
@@ -68,7 +71,10 @@ static void show_axis_override(struct orders *orders,
 static bool axes_held(struct engine *engine) {
     uint32_t held = 0;
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        HLI_AXIS *ax = &engine->hli.axis[i];
+        HLI_AXIS *ax = engine->hli.axis[i];
+        if (!ax) {
+            continue;
+        }
         bool present = flag(&ax->head.plc_present_w);
         show_axis_override(&engine->orders, ax, present);
         if (level_bool(&ax->ipo_mc_control.feedhold, present, false)) {

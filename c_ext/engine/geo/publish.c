@@ -29,16 +29,35 @@ static void publish_axis(struct engine *engine, int i) {
                                              : geo->position[i];
     int32_t now = dint(geo->position[i] * TENTH_UM);
     uint16_t state = geo->v > 0 ? 3 : 1;
-    HLI_LR_STATE *lr = &engine->hli.axis[i].lr_state;
     show_u32(&coord->cmd_position_r, (uint32_t)dint(target * TENTH_UM));
     show_u32(&coord->act_position_r, (uint32_t)now);
     show_u32(&coord->current_position_r, (uint32_t)now);
     show_u32(&coord->acs_position_r, (uint32_t)now);
     show_u16(&coord->state_r, state);
+    if (!engine->hli.axis[i]) {
+        return;
+    }
+    HLI_LR_STATE *lr = &engine->hli.axis[i]->lr_state;
     show_u32(&lr->end_position_acs_r, (uint32_t)dint(target * TENTH_UM));
     show_u32(&lr->active_position_acs_r, (uint32_t)now);
     show_u32(&lr->current_position_acs_r, (uint32_t)now);
     show_u16(&lr->axis_state_r, state);
+}
+
+/* Which axes stand at the channel's places. */
+static void publish_axes(struct engine *engine) {
+    if (!ATOMIC_GET(engine->program.axes_changed)) {
+        return;
+    }
+    ATOMIC_SET(engine->program.axes_changed, 0);
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        HLI_COORD *coord = &engine->hli.channel->bahn_state.coord_r[i];
+        const engine_axis *axis = &engine->program.axes[i];
+        show_u16(&coord->log_axis_nr_r, axis->number);
+        show_u16(&coord->axis_type_r, axis->type);
+        memcpy(coord->name, axis->name, sizeof axis->name);
+        memcpy(coord->axis_name_r.zeichen, axis->name, sizeof axis->name);
+    }
 }
 
 static void publish_next_stop(struct engine *engine) {
@@ -191,6 +210,7 @@ void publish_cell(struct engine *engine) {
 
 /* Showing it twice is showing it once. */
 static void show_channel(struct engine *engine) {
+    publish_axes(engine);
     publish_bahn(engine);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         publish_axis(engine, i);

@@ -67,6 +67,22 @@ void record_cycle(struct engine *engine) {
     record_put(&recording->samples);
 }
 
+void record_standing(struct engine *engine, uint64_t cycle) {
+    struct record_ring *ring = &engine->recording.samples;
+    if (!ring->rows || !ATOMIC_GET(ring->head)) {
+        return;
+    }
+    const struct engine_sample *last = record_last(ring);
+    struct engine_sample *sample = record_next(ring);
+    if (!sample) {
+        return;
+    }
+    memcpy(sample, last, ring->bytes);
+    sample->cycle = cycle;
+    sample->speed = sample->acceleration = sample->jerk = 0.0;
+    record_put(ring);
+}
+
 void record_rehearse(struct engine *engine) {
     struct engine_sample *sample = record_room(&engine->recording.samples);
     if (sample) {

@@ -11,6 +11,7 @@
 #include "engine/geo/commands.h"
 #include "engine/geo/external.h"
 #include "engine/state/state.h"
+#include "maths/plain.h"
 
 #define DEGREES (180.0 / M_PI)
 #define MAIL (2u * ENGINE_RT_CYCLES)
@@ -161,12 +162,13 @@ static double sine(double degrees) {
     double turns = rint(fmod(degrees, 360.0) / 90.0);
     double rest = (fmod(degrees, 360.0) - 90.0 * turns) / DEGREES;
     int quadrant = (int)turns & 3;
-    double value = quadrant & 1 ? cos(rest) : sin(rest);
+    double value = quadrant & 1 ? plain_cos(rest) : plain_sin(rest);
     return (quadrant > 1 ? -value : value) + 0.0;
 }
 
 static double cosine(double degrees) {
-    return fabs(degrees) < 1e6 ? sine(degrees + 90.0) : cos(degrees / DEGREES);
+    return fabs(degrees) < 1e6 ? sine(degrees + 90.0)
+                               : plain_cos(degrees / DEGREES);
 }
 
 /* Beyond what a whole number holds there is no result. */
@@ -191,11 +193,11 @@ static double unary(int kind, double x) {
     case ENGINE_RT_SQRT:
         return sqrt(x);
     case ENGINE_RT_EXP:
-        return exp(x);
+        return plain_exp(x);
     case ENGINE_RT_LN:
-        return log(x);
+        return plain_log(x);
     case ENGINE_RT_DEXP:
-        return pow(10.0, x);
+        return plain_pow(10.0, x);
     case ENGINE_RT_LOG:
         return log10(x);
     case ENGINE_RT_INT:
@@ -217,13 +219,13 @@ static double unary(int kind, double x) {
     case ENGINE_RT_COT:
         return cosine(x) / sine(x);
     case ENGINE_RT_ASIN:
-        return asin(x) * DEGREES;
+        return plain_asin(x) * DEGREES;
     case ENGINE_RT_ACOS:
-        return acos(x) * DEGREES;
+        return plain_acos(x) * DEGREES;
     case ENGINE_RT_ATAN:
-        return atan(x) * DEGREES;
+        return plain_atan(x) * DEGREES;
     case ENGINE_RT_ACOT:
-        return 90.0 - atan(x) * DEGREES;
+        return 90.0 - plain_atan(x) * DEGREES;
     case ENGINE_RT_INV:
         return -round(x) - 1.0;
     default:
@@ -266,9 +268,9 @@ static double binary(int kind, double a, double b) {
     case ENGINE_RT_MOD:
         return fmod(a, b);
     case ENGINE_RT_POWER:
-        return pow(a, b);
+        return plain_pow(a, b);
     case ENGINE_RT_ATAN2:
-        return atan2(a, b) * DEGREES;
+        return plain_atan2(a, b) * DEGREES;
     case ENGINE_RT_MIN:
         return b < a ? b : a;
     default:

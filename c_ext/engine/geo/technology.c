@@ -222,8 +222,7 @@ static uint32_t free_late_slot(const struct technology_state *technology) {
 
 /* Spindle functions go to the spindle's axis area. */
 static void output_spindle(struct engine *engine, struct piece *piece) {
-    HLI_AXIS *axis =
-        engine->hli.segment ? &engine->hli.axis[engine->cfg.axis_count] : NULL;
+    HLI_AXIS *axis = engine->hli.segment ? engine->hli.spindle : NULL;
     bool present = axis && !engine->technology.suppressed
                    && load_u8_acquire(&axis->head.plc_present_w);
     uint32_t i = free_spindle_slot(&engine->technology);
@@ -337,7 +336,7 @@ static void look_at_spindle(struct engine *engine) {
     if (!engine->cfg.spindle_count || !engine->technology.spindle_open[0]) {
         return;
     }
-    HLI_AXIS *axis = &engine->hli.axis[engine->cfg.axis_count];
+    HLI_AXIS *axis = engine->hli.spindle;
     for (uint32_t i = 0; i <= HLI_TU_AX_STD_SYNC_MAXIDX; i++) {
         if (look_at_unit(engine,
                          (TECHNO_UNIT_CH *)&axis->techno_unit_std_sync[i],
@@ -467,7 +466,7 @@ static void techno_clear_units(struct engine *engine) {
     store_u16_relaxed(&engine->hli.channel->used_units_std_sync_r, 0);
     store_u16_relaxed(&engine->hli.channel->used_units_late_sync_r, 0);
     for (uint32_t k = 0; k < engine->cfg.spindle_count; k++) {
-        HLI_AXIS *axis = &engine->hli.axis[engine->cfg.axis_count + (int)k];
+        HLI_AXIS *axis = &engine->hli.spindle[k];
         for (uint32_t i = 0; i <= HLI_TU_AX_STD_SYNC_MAXIDX; i++) {
             store_u8_release(&axis->techno_unit_std_sync[i].please_rw, 0);
         }

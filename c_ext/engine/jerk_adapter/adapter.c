@@ -58,21 +58,31 @@ static jerk_planner *spare(const struct engine *engine) {
     return jerk_new(&config, 2 * config.window_knots);
 }
 
+/* More jerk than that is not seen in a cycle. */
+static void bound_jerk(engine_config *cfg) {
+    for (int i = 0; i < cfg->axis_count; i++) {
+        cfg->j_max[i] =
+            fmin(cfg->j_max[i], JERK_SEEN * cfg->a_max[i] / cfg->cycle_s);
+    }
+}
+
+static int laws_for(const jerk_config *config) {
+    return config->window_knots + 128 + jerk_laws_kept();
+}
+
+static uint32_t phases_for(int laws) {
+    return 2 * (uint32_t)laws + 1024;
+}
+
 bool jerk_adapter_new(struct engine *engine) {
     if (!jerk_adapter_wanted(&engine->cfg)) {
         return true;
     }
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
-        engine->cfg.j_max[i] =
-            fmin(engine->cfg.j_max[i],
-                 JERK_SEEN * engine->cfg.a_max[i] / engine->cfg.cycle_s);
-    }
+    bound_jerk(&engine->cfg);
     jerk_config c = config_of(&engine->cfg);
-    engine->jerk_adapter.laws_max = c.window_knots + 128 + jerk_laws_kept();
-    if (engine->commit.tail_max
-        < 2 * (uint32_t)engine->jerk_adapter.laws_max + 1024) {
-        engine->commit.tail_max =
-            2 * (uint32_t)engine->jerk_adapter.laws_max + 1024;
+    engine->jerk_adapter.laws_max = laws_for(&c);
+    if (engine->commit.tail_max < phases_for(engine->jerk_adapter.laws_max)) {
+        engine->commit.tail_max = phases_for(engine->jerk_adapter.laws_max);
     }
     engine->jerk_adapter.planner = jerk_new(&c, 2 * c.window_knots);
     engine->jerk_adapter.laws =
@@ -83,6 +93,54 @@ bool jerk_adapter_new(struct engine *engine) {
     }
     return engine->jerk_adapter.planner && engine->jerk_adapter.laws
            && engine->commit.tails[0].place && engine->commit.tails[1].place;
+}
+
+static bool grow(void **memory, size_t count, size_t size) {
+    void *more = realloc(*memory, count * size);
+    *memory = more ? more : *memory;
+    return more != NULL;
+}
+
+/* Room for longer plans; what the tails hold stays. */
+static bool grow_room(struct engine *engine, int laws) {
+    struct jerk_adapter *adapter = &engine->jerk_adapter;
+    struct tail *tails = engine->commit.tails;
+    if (laws <= adapter->laws_max) {
+        return true;
+    }
+    uint32_t phases = phases_for(laws);
+    bool longer = phases > engine->commit.tail_max;
+    bool grown = grow((void **)&adapter->laws, (size_t)laws, sizeof(jerk_law));
+    for (int i = 0; grown && i < 2; i++) {
+        grown = grow((void **)&tails[i].place, (size_t)laws, sizeof(uint32_t))
+                && (!longer
+                    || grow((void **)&tails[i].phases, phases, sizeof(phase)));
+    }
+    if (grown) {
+        adapter->laws_max = laws;
+        engine->commit.tail_max = longer ? phases : engine->commit.tail_max;
+    }
+    return grown;
+}
+
+bool jerk_adapter_renew(struct engine *engine) {
+    if (!engine->jerk_adapter.planner) {
+        return true;
+    }
+    bound_jerk(&engine->cfg);
+    jerk_config config = config_of(&engine->cfg);
+    jerk_planner *planner = jerk_new(&config, 2 * config.window_knots);
+    if (!planner || !grow_room(engine, laws_for(&config))) {
+        jerk_free(planner);
+        return false;
+    }
+    jerk_free(engine->jerk_adapter.planner);
+    engine->jerk_adapter.planner = planner;
+    for (int i = 0; i < 2; i++) {
+        engine->commit.tails[i].edition = 0;
+    }
+    engine->jerk_adapter.restart = true;
+    return true;
 }
 
 void jerk_adapter_free(struct engine *engine) {

@@ -9,6 +9,9 @@
 bool jerk_adapter_wanted(const engine_config *cfg);
 bool jerk_adapter_new(struct engine *engine);
 void jerk_adapter_free(struct engine *engine);
+/* The axes have other limits: a planner for these. The path stands, no thread
+ * runs. False: no memory. */
+bool jerk_adapter_renew(struct engine *engine);
 
 extern const struct planner_ops jerk_limited_planner;
 #endif

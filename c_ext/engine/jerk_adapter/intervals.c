@@ -9,6 +9,7 @@
 #include "engine/state/state.h"
 #include "jerk/state/api.h"
 #include "rows/nc_block.h"
+#include "maths/plain.h"
 
 static void derivatives(const struct engine *engine,
                         const struct piece *piece,
@@ -27,8 +28,8 @@ static void derivatives(const struct engine *engine,
     double w = piece->sweep / piece->whole,
            angle = piece->angle0 + w * (piece->from + piece->dir * s),
            r = piece->radius * w * w;
-    d2[piece->axis1] = -r * cos(angle);
-    d2[piece->axis2] = -r * sin(angle);
+    d2[piece->axis1] = -r * plain_cos(angle);
+    d2[piece->axis2] = -r * plain_sin(angle);
     d3[piece->axis1] = -w * w * d1[piece->axis1];
     d3[piece->axis2] = -w * w * d1[piece->axis2];
 }

@@ -7,6 +7,7 @@
 #include "engine/state/tuning.h"
 #include "hli/sync.h"
 #include "rows/nc_block.h"
+#include "maths/plain.h"
 
 static void set_plane(engine_config *cfg,
                       struct piece *piece,
@@ -30,7 +31,7 @@ static void build_arc(engine_config *cfg,
     double d1 = piece->start[piece->axis1] - piece->centre[0],
            d2 = piece->start[piece->axis2] - piece->centre[1];
     piece->radius = hypot(d1, d2);
-    piece->angle0 = atan2(d2, d1);
+    piece->angle0 = plain_atan2(d2, d1);
     piece->sweep = row->angle;
     piece->plane_speed = fabs(piece->sweep) * piece->radius / piece->length;
     piece->curvature = piece->plane_speed * piece->plane_speed / piece->radius;
@@ -161,10 +162,10 @@ static void whole_position(const struct engine *engine,
     if (piece->kind == PIECE_ARC) {
         double angle = piece->angle0 + piece->sweep * (u / piece->whole);
         q[piece->axis1] =
-            piece->centre[0] + piece->radius * cos(angle)
+            piece->centre[0] + piece->radius * plain_cos(angle)
             + piece->slope[piece->axis1]
                   * (u - piece->whole); /* slope: short_motions.c */
-        q[piece->axis2] = piece->centre[1] + piece->radius * sin(angle)
+        q[piece->axis2] = piece->centre[1] + piece->radius * plain_sin(angle)
                           + piece->slope[piece->axis2] * (u - piece->whole);
     }
 }
@@ -260,8 +261,8 @@ void piece_tangent(const struct engine *engine,
             + piece->sweep * ((piece->from + piece->dir * s) / piece->whole);
         double speed = piece->sweep * piece->dir > 0 ? piece->plane_speed
                                                      : -piece->plane_speed;
-        u[piece->axis1] -= speed * sin(angle);
-        u[piece->axis2] += speed * cos(angle);
+        u[piece->axis1] -= speed * plain_sin(angle);
+        u[piece->axis2] += speed * plain_cos(angle);
     }
 }
 
@@ -271,5 +272,5 @@ double angle_between(const double *a, const double *b) {
         minus += (a[i] - b[i]) * (a[i] - b[i]);
         plus += (a[i] + b[i]) * (a[i] + b[i]);
     }
-    return 2.0 * atan2(sqrt(minus), sqrt(plus));
+    return 2.0 * plain_atan2(sqrt(minus), sqrt(plus));
 }

@@ -83,7 +83,7 @@ void offer_again(struct engine *engine) {
          LATE_UNITS,
          TECHNO_BIT_LATE);
     if (engine->cfg.spindle_count) {
-        HLI_AXIS *axis = &engine->hli.axis[engine->cfg.axis_count];
+        HLI_AXIS *axis = engine->hli.spindle;
         look(engine,
              (TECHNO_UNIT_CH *)axis->techno_unit_std_sync,
              engine->technology.spindle_slots[0],

@@ -72,6 +72,21 @@ bool prediction_new(struct engine *engine) {
            != NULL;
 }
 
+bool prediction_renew(struct engine *engine) {
+    struct prediction *prediction = engine->prediction;
+    if (!prediction || !prediction->search.scratch) {
+        return true;
+    }
+    jerk_planner *scratch = engine->planner->spare(engine);
+    if (!scratch) {
+        return false;
+    }
+    jerk_free(prediction->search.scratch);
+    prediction->search.scratch = scratch;
+    prediction->search.next.v = 0.0; /* what was foreseen does not hold */
+    return true;
+}
+
 void prediction_begin_program(struct engine *engine) {
     if (engine->prediction) {
         memcpy(engine->prediction->times,

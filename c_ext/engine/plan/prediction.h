@@ -34,6 +34,8 @@ void prediction_begin_program(struct engine *engine);
 
 /* #CHANNEL SET [ESA_TIMEi]; any other index: not of this function. */
 void prediction_time(struct engine *engine, int index, double seconds);
+/* As jerk_adapter_renew(). */
+bool prediction_renew(struct engine *engine);
 void prediction_free(struct engine *engine);
 
 /* Behind a turn of the planner. */

@@ -96,9 +96,10 @@ typedef struct engine_config {
     double j_max[NC_AXES];
     double start[NC_AXES];
     int32_t axis_count;
-    int32_t main[3];    /* channel index of X, Y, Z; -1 if absent */
-    uint32_t window;    /* look-ahead blocks N */
-    uint32_t functions; /* ENGINE_FCT_... */
+    int32_t guest_count; /* the last of them are places without an axis */
+    int32_t main[3];     /* channel index of X, Y, Z; -1 if absent */
+    uint32_t window;     /* look-ahead blocks N */
+    uint32_t functions;  /* ENGINE_FCT_... */
     double esa_time[ENGINE_ESA_TIMES]; /* P-CHAN-00324, s; 0: none */
     uint32_t log_max;                  /* P-CHAN-00658 */
     uint32_t fb_storage_size;          /* P-STUP-00033, bytes; 0 = none */
@@ -113,6 +114,16 @@ typedef struct engine_config {
         spindle_count; /* their axis areas follow those of the channel's axes */
     uint32_t spindle_id[ENGINE_SPINDLES];
 } engine_config;
+
+/* The axis that stands at a place of the channel. */
+typedef struct engine_axis {
+    double v_max, a_max, j_max; /* mm/s, mm/s2, mm/s3 */
+    double position;            /* mm */
+    int32_t area;    /* index of its axis area; -1: there is no axis */
+    uint16_t number; /* logical axis number; 0: there is no axis */
+    uint16_t type;   /* as in the HLI */
+    char name[16];
+} engine_axis;
 
 #define ENGINE_RT_CYCLES 16
 #define ENGINE_RT_OPS 512  /* of one real-time cycle */
@@ -349,6 +360,13 @@ int engine_set_synch(struct engine *engine,
 int engine_set_spindle_synch(struct engine *engine,
                              uint32_t what,
                              uint32_t synch);
+
+/* Axis exchange: what stands at a place from now on. The channel stands and has
+ * executed everything; no thread of it runs. 0, or -1: no such place, no
+ * memory. */
+int engine_set_axis(struct engine *engine,
+                    int32_t place,
+                    const engine_axis *axis);
 
 /* A program starts where the axes stand; no thread may run. Until then the
  * engine only serves and publishes. */

@@ -40,6 +40,11 @@ void *record_next(struct record_ring *ring) {
     return row;
 }
 
+const void *record_last(const struct record_ring *ring) {
+    int64_t at = ring->at > 0 ? ring->at : ring->size;
+    return ring->rows + (size_t)(at - 1) * ring->bytes;
+}
+
 void record_put(struct record_ring *ring) {
     ring->at = ring->at + 1 < ring->size ? ring->at + 1 : 0;
     ATOMIC_SET(ring->head, ring->head + 1);

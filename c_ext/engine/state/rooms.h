@@ -15,7 +15,9 @@ typedef struct engine_group {
 typedef struct shared_areas {
     HLI_SEGMENT *segment;
     HLI_CHANNEL *channel;
-    HLI_AXIS *axis; /* of the channel: its axes, behind them its spindles */
+    HLI_AXIS
+    *axis[NC_AXES];    /* of the axis at each place; NULL: none is there */
+    HLI_AXIS *spindle; /* the first of the channel's spindles */
     HLI_AHEAD *ahead;
     HLI_SIDECAR *side;
 } shared_areas;
@@ -145,6 +147,8 @@ typedef struct program_state {
     int active, abort;
     int name_changed;
     char name[260];
+    int axes_changed; /* the places of the channel show other axes */
+    engine_axis axes[NC_AXES];
 } program_state;
 
 /* ---- run: what is driven next */

@@ -9,6 +9,7 @@
 #include "engine/store/marked_log.h"
 #include "engine/store/piece_push.h"
 #include "rows/nc_block.h"
+#include "maths/plain.h"
 
 #define TURN (2.0 * M_PI)
 #define ROUNDING_TURNS 1e-9
@@ -57,8 +58,8 @@ static void arc_directions(const engine_config *cfg,
         axis2 = cfg->main[planes[row->plane - 17][1]];
     line_directions(start, row, to);
     double d1 = start[axis1] - row->center[0],
-           d2 = start[axis2] - row->center[1], c = cos(row->angle),
-           s = sin(row->angle);
+           d2 = start[axis2] - row->center[1], c = plain_cos(row->angle),
+           s = plain_sin(row->angle);
     to->in[axis1] = -row->angle * d2;
     to->in[axis2] = row->angle * d1;
     to->out[axis1] = -row->angle * (d1 * s + d2 * c);

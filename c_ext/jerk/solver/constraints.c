@@ -4,6 +4,7 @@
 #include <string.h>
 #include "jerk/solver/constraints.h"
 #include "jerk/state/state.h"
+#include "maths/plain.h"
 
 /* Index of a row's coefficient for stage k. */
 static inline double *lane(vec *v, int k) {
@@ -313,7 +314,7 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
     for (int k = 1; k < grid->count; k++) {
         problem->weight[k] =
             0.5 * (grid->seg[k - 1].length + grid->seg[k].length)
-            * pow(fmax(problem->guess[k] / top, SLOWEST), -SLOW_GAINS);
+            * plain_pow(fmax(problem->guess[k] / top, SLOWEST), -SLOW_GAINS);
         sum += problem->weight[k] * problem->guess[k];
     }
     for (int k = 1; k < grid->count; k++) {

@@ -1,5 +1,6 @@
 /* Points, tangents, intersections of offset elements. */
 #include "stages/compensation/intersect.h"
+#include "maths/plain.h"
 
 #include <math.h>
 
@@ -7,8 +8,8 @@
 #define REVERSAL 1e-9
 
 double offset_turn(const double from[2], const double to[2]) {
-    return atan2(from[0] * to[1] - from[1] * to[0],
-                 from[0] * to[0] + from[1] * to[1]);
+    return plain_atan2(from[0] * to[1] - from[1] * to[0],
+                       from[0] * to[0] + from[1] * to[1]);
 }
 
 void offset_point(const double point[2],
@@ -35,8 +36,8 @@ int offset_is_outer(const struct corner *corner) {
  * terms stay of one size when the turn vanishes, so tangential joins come out
  * exactly. */
 int offset_meet(const struct corner *corner, double out[2]) {
-    double sine = sin(0.5 * corner->turn);
-    double cosine = cos(0.5 * corner->turn);
+    double sine = plain_sin(0.5 * corner->turn);
+    double cosine = plain_cos(0.5 * corner->turn);
     double sum = corner->curvature[0] + corner->curvature[1];
     double difference = corner->curvature[0] - corner->curvature[1];
     double quadratic =
@@ -108,7 +109,7 @@ int offset_tangent_arc(const double from[2],
     if (fabs(half) > OFFSET_PI - 1e-3) {
         return 0;
     }
-    double radius = 0.5 * width / sin(half);
+    double radius = 0.5 * width / plain_sin(half);
     offset_point(at_end ? to : from, t, radius, row->center);
     row->type = NC_CIRCULAR;
     row->radius = fabs(radius);

@@ -5,6 +5,7 @@
 
 #include "stages/compensation/state.h"
 #include "stages/square.h"
+#include "maths/plain.h"
 
 const int OFFSET_PLANE_AXES[3][3] = {
     {0, 1, 2},
@@ -240,7 +241,7 @@ static int corner_with_lines(nc_offset *offset,
     offset_point(corner->point, corner->t[0], corner->distance, end);
     offset_point(corner->point, corner->t[1], corner->distance, start);
     double reach = fabs(corner->distance)
-                   * tan(0.5 * fmin(fabs(corner->turn), 0.5 * OFFSET_PI));
+                   * plain_tan(0.5 * fmin(fabs(corner->turn), 0.5 * OFFSET_PI));
     for (int i = 0; i < 2; i++) {
         x[0][i] = end[i] + reach * corner->t[0][i];
         x[1][i] = start[i] - reach * corner->t[1][i];

@@ -12,6 +12,7 @@
 #include "stages/contouring/tuning.h"
 #include "curve/curve.h"
 #include "stages/square.h"
+#include "maths/plain.h"
 
 typedef struct ends {
     double p0[NC_AXES];
@@ -387,7 +388,7 @@ static double turn_between(const nc_contour_config *cfg,
         minus += square(before[axis] - behind[axis]);
         plus += square(before[axis] + behind[axis]);
     }
-    return 2.0 * atan2(sqrt(minus), sqrt(plus));
+    return 2.0 * plain_atan2(sqrt(minus), sqrt(plus));
 }
 
 static bool tracks_bend(const nc_contour_config *cfg,

@@ -3,6 +3,7 @@
 #include <string.h>
 #include "stages/contouring/leg.h"
 #include "stages/square.h"
+#include "maths/plain.h"
 
 bool is_main(const nc_contour_config *cfg, int axis) {
     return axis == cfg->main_axis[0] || axis == cfg->main_axis[1]
@@ -30,7 +31,7 @@ void leg_set(const nc_contour_config *cfg,
     double e1 = start[leg->axis1] - row->center[0];
     double e2 = start[leg->axis2] - row->center[1];
     leg->radius = hypot(e1, e2);
-    leg->angle0 = atan2(e2, e1);
+    leg->angle0 = plain_atan2(e2, e1);
 }
 
 /* Position and derivatives by path length, s from the block's present start. */
@@ -52,8 +53,8 @@ void leg_at(const nc_contour_config *cfg,
     }
     double rate = leg->row.angle / leg->length;
     double angle = leg->angle0 + leg->row.angle * share;
-    double x = leg->radius * cos(angle);
-    double y = leg->radius * sin(angle);
+    double x = leg->radius * plain_cos(angle);
+    double y = leg->radius * plain_sin(angle);
     position[leg->axis1] = leg->centre[0] + x;
     position[leg->axis2] = leg->centre[1] + y;
     d1[leg->axis1] = -rate * y;
@@ -122,8 +123,8 @@ double leg_distance(const nc_contour_config *cfg,
                     const double *position) {
     double at[NC_AXES], d1[NC_AXES], d2[NC_AXES], s;
     if (leg->row.type == NC_CIRCULAR) {
-        double along = atan2(position[leg->axis2] - leg->centre[1],
-                             position[leg->axis1] - leg->centre[0])
+        double along = plain_atan2(position[leg->axis2] - leg->centre[1],
+                                   position[leg->axis1] - leg->centre[0])
                        - leg->angle0;
         double turn = fmod(leg->row.angle > 0 ? along : -along, 4.0 * QUARTER);
         if (turn < 0) {

@@ -9,13 +9,14 @@
 #include "stages/smoothing/emit.h"
 #include "stages/smoothing/state.h"
 #include "stages/square.h"
+#include "maths/plain.h"
 
 #define REACH (7.0 / 64.0)
 
 /* Distance from the corner at which a blend begins that uses up the tolerance.
  */
 double corner_distance(const nc_smooth *smooth, double turn) {
-    return smooth->tol / (REACH * 2.0 * sin(0.5 * turn));
+    return smooth->tol / (REACH * 2.0 * plain_sin(0.5 * turn));
 }
 
 static void direction(const struct node *from,

@@ -2,6 +2,7 @@
  */
 #include "stages/smoothing/knots.h"
 #include "stages/smoothing/state.h"
+#include "maths/plain.h"
 
 /* Span lengths wanted at the nodes, grown away from the small ones. */
 static void node_sizes(nc_smooth *smooth, int end, double *size) {
@@ -40,16 +41,17 @@ static void ramp(struct knot_maker *knot_maker,
         double left =
             growth == 0.0
                 ? (length - at) / size
-                : log((size + growth * length) / (size + growth * at)) / growth;
+                : plain_log((size + growth * length) / (size + growth * at))
+                      / growth;
         if (left < knot_maker->remainder) {
             knot_maker->remainder -= left;
             return;
         }
-        at = growth == 0.0
-                 ? at + knot_maker->remainder * size
-                 : ((size + growth * at) * exp(growth * knot_maker->remainder)
-                    - size)
-                       / growth;
+        at = growth == 0.0 ? at + knot_maker->remainder * size
+                           : ((size + growth * at)
+                                  * plain_exp(growth * knot_maker->remainder)
+                              - size)
+                                 / growth;
         knot_maker->tau[knot_maker->count++] = t + at;
         knot_maker->remainder = 1.0;
         knot_maker->passed = 0;

@@ -7,6 +7,7 @@
 #include "stages/smoothing/state.h"
 #include "stages/smoothing/window.h"
 #include "stages/square.h"
+#include "maths/plain.h"
 
 static double turn_at(const nc_smooth *smooth,
                       const struct node *before,
@@ -22,7 +23,7 @@ static double turn_at(const nc_smooth *smooth,
         minus += square(into - out);
         plus += square(into + out);
     }
-    return 2.0 * atan2(sqrt(minus), sqrt(plus));
+    return 2.0 * plain_atan2(sqrt(minus), sqrt(plus));
 }
 
 /* The main axes turn back although others go on: their speed, by which the path

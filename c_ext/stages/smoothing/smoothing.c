@@ -7,6 +7,7 @@
 #include "stages/smoothing/sections.h"
 #include "stages/smoothing/smoothing.h"
 #include "stages/smoothing/state.h"
+#include "maths/plain.h"
 
 void nc_smooth_free(nc_smooth *smooth) {
     if (!smooth) {
@@ -221,7 +222,7 @@ static double arc_chords(const nc_smooth *smooth, const nc_block *row) {
     double radius = hypot(smooth->last[axes[0]] - row->center[0],
                           smooth->last[axes[1]] - row->center[1]);
     double sagitta = SAGITTA * smooth->tol;
-    double step = 2.0 * acos(fmax(1.0 - sagitta / radius, 0.5));
+    double step = 2.0 * plain_acos(fmax(1.0 - sagitta / radius, 0.5));
     return ceil(fabs(row->angle) / step);
 }
 
@@ -237,7 +238,7 @@ static void arc_points(nc_smooth *smooth, const nc_block *row) {
     double e1 = from[a1] - row->center[0];
     double e2 = from[a2] - row->center[1];
     double radius = hypot(e1, e2);
-    double angle0 = atan2(e2, e1);
+    double angle0 = plain_atan2(e2, e1);
     double count = arc_chords(smooth, row);
     for (double k = 1.0; k <= count; k++) {
         double share = k / count;
@@ -248,8 +249,8 @@ static void arc_points(nc_smooth *smooth, const nc_block *row) {
                 + share * (row->end[axis] * smooth->scale[axis] - from[axis]);
         }
         if (k < count) {
-            smooth->last[a1] = row->center[0] + radius * cos(angle);
-            smooth->last[a2] = row->center[1] + radius * sin(angle);
+            smooth->last[a1] = row->center[0] + radius * plain_cos(angle);
+            smooth->last[a2] = row->center[1] + radius * plain_sin(angle);
         }
         smooth->programmed = d0 + share * row->length;
         if (scaled_distance(smooth, last_node(smooth)->position, smooth->last)

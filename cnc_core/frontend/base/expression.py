@@ -15,6 +15,7 @@ import math
 from collections.abc import Callable
 from typing import Protocol
 
+from cnc_core import plain
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 
 NESTING_MAX = 40
@@ -69,7 +70,7 @@ def _quadrant(degrees: float) -> tuple[int, float]:
 
 def _sin(degrees: float) -> float:
     quadrant, rest = _quadrant(degrees)
-    value = math.cos(rest) if quadrant % 2 else math.sin(rest)
+    value = plain.cos(rest) if quadrant % 2 else plain.sin(rest)
     return (-value if quadrant > 1 else value) + 0.0
 
 
@@ -77,7 +78,7 @@ def _cos(degrees: float) -> float:
     return (
         _sin(degrees + 90.0)
         if abs(degrees) < 1e6
-        else math.cos(math.radians(degrees))
+        else plain.cos(math.radians(degrees))
     )
 
 
@@ -102,15 +103,15 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "COS": _cos,
     "TAN": lambda x: _sin(x) / _cos(x),
     "COT": lambda x: _cos(x) / _sin(x),
-    "ASIN": lambda x: math.degrees(math.asin(x)),
-    "ACOS": lambda x: math.degrees(math.acos(x)),
-    "ATAN": lambda x: math.degrees(math.atan(x)),
-    "ACOT": lambda x: 90.0 - math.degrees(math.atan(x)),
+    "ASIN": lambda x: math.degrees(plain.asin(x)),
+    "ACOS": lambda x: math.degrees(plain.acos(x)),
+    "ATAN": lambda x: math.degrees(plain.atan(x)),
+    "ACOT": lambda x: 90.0 - math.degrees(plain.atan(x)),
     "INV": lambda x: float(~_int(x)),
     "NOT": lambda x: float(not x),
 }
 FUNCTIONS_OF_TWO: dict[str, Callable[[float, float], float]] = {
-    "ATAN2": lambda y, x: math.degrees(math.atan2(y, x)),
+    "ATAN2": lambda y, x: math.degrees(plain.atan2(y, x)),
     "MIN": min,
     "MAX": max,
 }

@@ -49,6 +49,10 @@ def digits(text: str) -> bool:
     return text.isascii() and text.isdigit()
 
 
+NO_AXIS = " is no axis of the cell; [axes] of the cell file adds one"
+"""End of the text about an axis that is missing."""
+
+
 def fail(code: int, text: str, offset: int) -> CncError:
     """An error at an offset of the block's text.
 

@@ -20,6 +20,7 @@ from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base import scanner
 from cnc_core.frontend.base.block_text import BlockText
 from cnc_core.frontend.base.flow import START, Flow, Mark, ProgramFile
+from cnc_core.frontend.base.lexer import NO_AXIS
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.source import Source
 
@@ -465,6 +466,8 @@ class BlockReader(ABC):
 
 def _key_of(error: CncError) -> Key:
     place = error.place
+    if error.text.endswith(NO_AXIS):  # once, however often it is written
+        return (error.code, error.text, 0)
     return (error.code, place.file, place.line, place.column, error.text)
 
 

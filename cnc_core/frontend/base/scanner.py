@@ -4,6 +4,7 @@ of the front ends to the extension.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -114,13 +115,20 @@ class Modal:
             rules.centre_ratio,
         )
         m.axes = len(machine.axes)
-        for i, name in enumerate(machine.axes):
+        for i in range(m.axes):
             m.rotary[i] = machine.rotary[i]
             m.pos[i] = float(machine.start[i])
-            if name.upper() in AXIS_LETTERS and len(name) == 1:
-                m.letter_axis[ord(name.upper()) - ord("A")] = i
+        self.name_axes(machine.axes)
         for i, axis in enumerate(machine.main):
             m.main_axis[i] = axis
+
+    def name_axes(self, names: Sequence[str]) -> None:
+        """What the axes are called from here on; empty: it has no name."""
+        for place in range(len(self._modal.letter_axis)):
+            self._modal.letter_axis[place] = -1
+        for i, name in enumerate(names):
+            if len(name) == 1 and name.upper() in AXIS_LETTERS:
+                self._modal.letter_axis[ord(name.upper()) - ord("A")] = i
 
     @property
     def line(self) -> int:

@@ -90,10 +90,7 @@ class IsgFrontEnd(ProgramLevels):
         )
         self.system = System(self.state)
         self.executor = Executor(self.state)
-        self._axes = {
-            name.upper(): machine.axes.index(name)
-            for name in sorted(machine.axes, key=len, reverse=True)
-        }
+        self._axes = self.state.axis_places.names
         self._searcher = Searcher(self.state, lambda: self._skip_mask)
         self.control = Control(self.state, self._searcher)
         self.control.line_behind = lambda: self.modal.line + self._lines_left
@@ -232,10 +229,11 @@ class IsgFrontEnd(ProgramLevels):
         if not self._port.answers or not calls_cycles(path, self.flow.folders):
             return
         port = DryPort(state.machine.start, self._skip_mask)
+        port.axes = self._port.axes.alone() if self._port.axes else None
         static = copy.deepcopy(state.store.static)
         dry = IsgFrontEnd(
             path,
-            state.machine,
+            state.machine.copy(),
             port,
             collect=True,
             lenient=state.lenient,

@@ -202,6 +202,17 @@ TANGFEED; SET TANGFEED
 TIME; TIMER
     dwell; `START\|STOP\|READ\|CLEAR [SYN ID=1]`, ms of machine time as it was
     when the last wait came true
+CALL AX; AX REQUEST
+    `[FAST] [name,number,index]..`: axes come into the channel, at the places
+    that the indices say ([channels](../channels.md)); the block stands alone
+    and waits until everything before it is executed; options for offsets and
+    NAM, NBR, IDX are refused
+PUT AX; AX RELEASE
+    `[name,..]`, `ALL`, `NBR [number,..]`: axes leave the channel; an axis that
+    is not there is no error
+SET AX; AX DEF
+    `[name,number,index]..`: these axes alone; others leave the channel.
+    `#AX DEF DEFAULT`: the axes of the cell file
 WAIT; SIGNAL; SIGNAL REMOVE
     `[SYN] [ID COUNT P CH AHEAD]` between [channels](../channels.md); in a cell
     with one a wait for a signal that has not been sent is error 907052,
@@ -247,7 +258,7 @@ TRANSFORM; MCS TO WCS; WCS TO MCS; KIN TCP; TRAFO STACK; TRAFO PCS; CYL; FACE; C
     coordinates and kinematics
 CHANNEL INTERFACE; SIGNAL READ; SYNC IN; SYNC OUT; WAIT FOR; WAIT INDP; RT
     several channels, waits
-ANG; CONTROL AREA; AX; CALL AX; PUT AX; SET AX; ACHSE; ACHSTAUSCH; ENABLE AX LINK; DISABLE AX LINK
+ANG; CONTROL AREA; AX; SET AX LINK; ACHSE; ACHSTAUSCH; ENABLE AX LINK; DISABLE AX LINK
 GANTRY; GEAR LINK; CAXTRACK ON; DIST CTRL; EXTCOMP; OTC; VOLCOMP; MAIN SPINDLE; TURN; EDM
     axes, couplings, compensations
 GET ACTPOS; GET MANUAL OFFSETS; GET WCS POSLIMIT; MEAS

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from cnc_core import plain
 from cnc_core.frontend.base import expression
 from cnc_core.frontend.base.expression import ExpressionParser, finite
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
@@ -60,7 +61,7 @@ class Expressions(ExpressionParser):
         "FIX": lambda x: float(math.floor(x)),
         "FUP": lambda x: float(math.ceil(x)),
     }
-    functions_of_two = {"ATAN": lambda y, x: math.degrees(math.atan2(y, x))}
+    functions_of_two = {"ATAN": lambda y, x: math.degrees(plain.atan2(y, x))}
     constants: dict[str, float] = {}
     word_operators = (
         "AND",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from cnc_core.frontend.base.expression import round_half_away
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+from cnc_core.frontend.base.lexer import NO_AXIS, Kind, TokenStream, fail
 from cnc_core.frontend.iso import codes
 from cnc_core.frontend.iso.expressions import Expressions
 from cnc_core.frontend.iso.parameters import Key, Parameters
@@ -147,7 +147,7 @@ class WordParser:
         if letter in codes.AXIS_LETTERS and letter not in self._axes:
             raise fail(
                 900001,
-                f"unknown word {letter}: the machine has no such axis",
+                f"unknown word {letter}: {letter}{NO_AXIS}",
                 offset,
             )
         self._once(letter, offset)

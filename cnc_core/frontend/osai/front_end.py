@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.blocks import STANDSTILL, BlockBatch, M, S, T
 from cnc_core.blocks.profile_columns import (
     CONTROL_POINTS,
@@ -553,8 +554,10 @@ class OsaiFrontEnd(BlockReader):
         last = (
             chunk.values[-1]
             if len(chunk.values)
-            else chunk.coef[-1]
-            @ chunk.span[-1] ** np.arange(chunk.coef.shape[2])
+            else plain.product(
+                chunk.coef[-1],
+                plain.powers(chunk.span[-1], np.arange(chunk.coef.shape[2])),
+            )
         )
         for i, axis in enumerate(spec.axes):
             position[axis.channel] = last[i]

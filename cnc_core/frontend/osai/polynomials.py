@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.blocks.profile_columns import PASS, SMOOTH, STOP, ProfileChunk
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.lexer import fail
@@ -213,16 +214,18 @@ class PolynomialProfile(Profile):
                 coef[i, 0] = (
                     self.spec.start[self.spec.axes[i].channel] / self.factor[i]
                 )
-        reach = (np.abs(coef) * group.span ** np.arange(coef.shape[1])).max(
-            axis=1
-        )
+        reach = (
+            np.abs(coef) * plain.powers(group.span, np.arange(coef.shape[1]))
+        ).max(axis=1)
         if not reach.max() <= REACH_MAX:
             name = self.columns[int(reach.argmax())]
             raise CncError(
                 900012, f"{name}: the polynomial runs out of range", group.place
             )
         self._check_continuity(coef, group)
-        self._end = coef @ group.span ** np.arange(coef.shape[1])
+        self._end = plain.product(
+            coef, plain.powers(group.span, np.arange(coef.shape[1]))
+        )
         self._done.append((group, coef * self.factor[:, None]))
 
     def _check_continuity(self, coef: FloatArray, group: Group) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 
+from cnc_core import plain
 from cnc_core.frontend.base import expression
 from cnc_core.frontend.base.expression import ExpressionParser
 from cnc_core.frontend.base.lexer import Kind, Token, TokenStream, fail
@@ -88,9 +89,9 @@ class Formulas(ExpressionParser):
         "SIN": expression.FUNCTIONS["SIN"],
         "COS": expression.FUNCTIONS["COS"],
         "TAN": expression.FUNCTIONS["TAN"],
-        "ARS": lambda x: math.degrees(math.asin(x)),
-        "ARC": lambda x: math.degrees(math.acos(x)),
-        "ART": lambda x: math.degrees(math.atan(x)),
+        "ARS": lambda x: math.degrees(plain.asin(x)),
+        "ARC": lambda x: math.degrees(plain.acos(x)),
+        "ART": lambda x: math.degrees(plain.atan(x)),
         "SQR": math.sqrt,
         "ABS": abs,
         "INT": lambda x: float(math.trunc(x)),

@@ -26,6 +26,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.blocks.profile_columns import (
     BLEND,
     PASS,
@@ -53,12 +54,12 @@ def radius_of(turn: float, deviation: float) -> float:
     """Radius of the circle that leaves a corner with this turn (rad) by
     ``deviation``.
     """
-    return float(deviation / (1.0 / np.cos(turn / 2.0) - 1.0))
+    return float(deviation / (1.0 / plain.cosines(turn / 2.0) - 1.0))
 
 
 def tangent_length(turn: float, deviation: float) -> float:
     """Distance from the corner at which that circle begins."""
-    return float(radius_of(turn, deviation) * np.tan(turn / 2.0))
+    return float(radius_of(turn, deviation) * plain.tan(turn / 2.0))
 
 
 def gentle_handle(turn: float) -> float:
@@ -79,7 +80,7 @@ def gentle_reach(turn: float, deviation: float) -> float:
     return float(
         16.0
         * deviation
-        / ((16.0 - 5.0 * gentle_handle(turn)) * np.sin(turn / 2.0))
+        / ((16.0 - 5.0 * gentle_handle(turn)) * plain.sines(turn / 2.0))
     )
 
 
@@ -90,7 +91,7 @@ def gentle_bend(turn: float) -> tuple[float, float]:
     """
     handle, reach = gentle_handle(turn), gentle_reach(turn, 1.0)
     a = np.array([1.0, 0.0])
-    b = np.array([np.cos(turn), np.sin(turn)])
+    b = np.array([plain.cosines(turn), plain.sines(turn)])
     start = np.array([-a * reach, a, 0.0 * a])
     end = np.array([b * reach, b, 0.0 * b])
     coef = joining(start, end, [0, 1], handle * reach)
@@ -106,7 +107,9 @@ def gentle_bend(turn: float) -> tuple[float, float]:
     third = d3 - (d3 * t).sum(axis=1)[:, None] * t
     bend = np.linalg.norm(across, axis=1) / speed[:, 0] ** 2
     change = np.linalg.norm(
-        third / speed**3 - 3.0 * gain * across / speed**4, axis=1
+        third / plain.powers(speed, 3)
+        - 3.0 * gain * across / plain.powers(speed, 4),
+        axis=1,
     )
     size = np.hypot(change, bend**2)
     return float(bend.max()), float(size.max())
@@ -120,7 +123,11 @@ def needed_deviation(
     """
     bend, change = gentle_bend(round(turn, 3))
     for_bend = bend * speed**2 / acceleration if acceleration > 0.0 else 0.0
-    for_change = float(np.sqrt(change * speed**3 / jerk)) if jerk > 0.0 else 0.0
+    for_change = (
+        float(np.sqrt(change * speed * speed * speed / jerk))
+        if jerk > 0.0
+        else 0.0
+    )
     return max(for_bend, for_change, LEAST)
 
 
@@ -133,14 +140,14 @@ def overlapped_deviation(turn: float, speed: float, jerk: float) -> float:
     3 reach / T.  Its jerk is 6 reach / T^3 of either side, in turns below 120
     degrees more of both together.
     """
-    both = max(1.0, 2.0 * float(np.cos(turn / 2.0)))
-    reach = float((speed / 3.0) ** 1.5 * np.sqrt(6.0 * both / jerk))
-    return max(0.25 * reach * float(np.sin(turn / 2.0)), LEAST)
+    both = max(1.0, 2.0 * float(plain.cosines(turn / 2.0)))
+    reach = float(speed / 3.0 * np.sqrt(2.0 * speed * both / jerk))
+    return max(0.25 * reach * float(plain.sines(turn / 2.0)), LEAST)
 
 
 def overlapped_reach(turn: float, deviation: float) -> float:
     """Distance from the corner at which an overlapped stop begins."""
-    return float(4.0 * deviation / np.sin(turn / 2.0))
+    return float(4.0 * deviation / plain.sines(turn / 2.0))
 
 
 def round_handle(turn: float) -> float:
@@ -149,7 +156,7 @@ def round_handle(turn: float) -> float:
     """
     return (
         float(
-            3.2 * (1.0 - np.tan(turn / 4.0) / np.sin(turn / 2.0)),
+            3.2 * (1.0 - plain.tan(turn / 4.0) / plain.sines(turn / 2.0)),
         )
         if turn > 1e-6
         else 1.6
@@ -164,7 +171,7 @@ def evaluated(coef: FloatArray, u: float, orders: int = 3) -> FloatArray:
     out, c = [], coef
     for _ in range(orders):
         out.append(
-            c @ u ** np.arange(c.shape[1])
+            plain.product(c, plain.powers(u, np.arange(c.shape[1])))
             if c.shape[1]
             else np.zeros(len(coef))
         )
@@ -344,7 +351,7 @@ class Blends:
             sides.append(
                 (
                     t,
-                    (d2 - (d2 @ t) * t) / max(speed, 1e-300) ** 2,
+                    (d2 - plain.dot(d2, t) * t) / max(speed, 1e-300) ** 2,
                 )
             )
         (t1, k1), (t2, k2) = sides
@@ -355,9 +362,9 @@ class Blends:
     def _turn(self, a: FloatArray, b: FloatArray) -> float:
         x, y = a[self._linear], b[self._linear]
         return float(
-            np.arctan2(
+            plain.directions(
                 np.linalg.norm(np.cross(x, y)),
-                x @ y,
+                plain.dot(x, y),
             )
         )
 
@@ -399,8 +406,10 @@ class Blends:
             coef = joining(
                 start, end, self._linear, piece.handle * reach, piece.brake
             )
-        points = np.einsum(
-            "ck,kg->gc", coef, (length * GRID) ** np.arange(6)[:, None]
+        points = plain.summed(
+            "ck,kg->gc",
+            coef,
+            plain.powers(length * GRID, np.arange(6)[:, None]),
         )
         most = piece.deviation * (1.0 + 1e-6)
         near = np.linalg.norm(

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks.profile_columns import SMOOTH, STOP, TANGENT, ProfileSpec
 from cnc_core.units import FloatArray
 
@@ -82,10 +83,10 @@ class Intervals:
     def ends(self) -> FloatArray:
         """(n, columns) values at the end."""
         return np.asarray(
-            np.einsum(
+            plain.summed(
                 "nck,nk->nc",
                 self.coef,
-                self.span[:, None] ** np.arange(self.coef.shape[2]),
+                plain.powers(self.span[:, None], np.arange(self.coef.shape[2])),
             )
         )
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks.profile_columns import (
     PASS,
     SMOOTH,
@@ -227,7 +228,7 @@ def turn_angles(v: FloatArray) -> FloatArray:
     """
     a, b = v[:-1], v[1:]
     cross = np.linalg.norm(np.cross(a, b), axis=1)
-    return np.asarray(np.arctan2(cross, (a * b).sum(axis=1)))
+    return np.asarray(plain.directions(cross, (a * b).sum(axis=1)))
 
 
 def automatic_codes(

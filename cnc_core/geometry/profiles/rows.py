@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import (
     EXACT_STOP,
     LINEAR,
@@ -78,7 +79,7 @@ def _quadrature(
             for k in range(slope.shape[2] - 1, -1, -1):
                 d = d * t + slope[:, axis, k, None]
             speed2 += d * d
-    return np.asarray(np.sqrt(speed2) @ (0.5 * WEIGHTS) * size)
+    return np.asarray(plain.product(np.sqrt(speed2), 0.5 * WEIGHTS) * size)
 
 
 def rows_of(
@@ -96,8 +97,8 @@ def rows_of(
     rows["type"] = POLYNOMIAL
     rows["degree"] = degree
     rows["angle"] = span
-    rows["end"][:, :axes] = np.einsum(
-        "nak,nk->na", coef, span[:, None] ** np.arange(order)
+    rows["end"][:, :axes] = plain.summed(
+        "nak,nk->na", coef, plain.powers(span[:, None], np.arange(order))
     )
     begins = coef[1:, :, 0]  # exact points, where evaluation rounds
     ends = rows["end"][:-1, :axes]

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.units import FloatArray
 
 CORE, HALO = 128, 48
@@ -87,13 +88,16 @@ def _solved(windows: list[Window], degree: int) -> FloatArray:
             right[:n, k],
         )
     for i in range(1, longest):
-        factor = before[i] @ np.linalg.inv(middle[i - 1])
-        middle[i] -= factor @ behind[i - 1]
-        right[i] -= factor @ right[i - 1]
-    right[-1] = np.linalg.solve(middle[-1], right[-1])
+        solved = plain.solve(
+            middle[i - 1], np.concatenate([behind[i - 1], right[i - 1]], axis=2)
+        )
+        taken = plain.product(before[i], solved)
+        middle[i] -= taken[..., :size]
+        right[i] -= taken[..., size:]
+    right[-1] = plain.solve(middle[-1], right[-1])
     for i in range(longest - 2, -1, -1):
-        right[i] = np.linalg.solve(
-            middle[i], right[i] - behind[i] @ right[i + 1]
+        right[i] = plain.solve(
+            middle[i], right[i] - plain.product(behind[i], right[i + 1])
         )
     return right
 
@@ -133,7 +137,7 @@ def _quintic(
     """
     h = w.steps
     moved = np.diff(w.points, axis=0)
-    h2, h3 = h * h, h**3
+    h2, h3 = h * h, h * h * h
     middle[:] = 0.0
     # what the interval ahead of a knot adds, then the one behind it
     middle[1:, 0, 0] += 192.0 / h3
@@ -205,7 +209,7 @@ def quintic(
         [p0, d0, 0.5 * c0, a3, a4, a5],
         axis=2,
     )
-    return np.asarray(coef / steps[:, None, None] ** np.arange(6))
+    return np.asarray(coef / plain.powers(steps[:, None, None], np.arange(6)))
 
 
 def cubic(
@@ -230,4 +234,4 @@ def cubic(
         ],
         axis=2,
     )
-    return np.asarray(coef / steps[:, None, None] ** np.arange(6))
+    return np.asarray(coef / plain.powers(steps[:, None, None], np.arange(6)))

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import (
     BY_LENGTH,
     ELEMENT,
@@ -292,10 +293,10 @@ def _curve_speed(
         )
     )
     d1, d2 = (
-        np.einsum(
+        plain.summed(
             "nak,kg->nga",
             c,
-            GRID ** np.arange(c.shape[2])[:, None],
+            plain.powers(GRID, np.arange(c.shape[2])[:, None]),
         )
         for c in (first, derivative(first))
     )
@@ -323,7 +324,7 @@ def _curve_speed(
     with np.errstate(divide="ignore"):
         v = (filter_.velocity / slope).min(axis=2)
         a = np.sqrt((filter_.acceleration / np.abs(bend)).min(axis=2))
-        j = np.cbrt((filter_.jerk / twist).min(axis=2))
+        j = plain.cube_roots((filter_.jerk / twist).min(axis=2))
     return np.minimum(v, a), j
 
 

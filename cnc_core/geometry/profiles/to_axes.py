@@ -16,6 +16,7 @@ from math import comb
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks.profile_columns import PASSED, POINTS, SMOOTH, ProfileSpec
 from cnc_core.kinematics.machine import Kinematics
 from cnc_core.units import FloatArray
@@ -369,8 +370,10 @@ class ToAxes:
     ) -> npt.NDArray[np.bool_]:
         out = np.zeros(len(span), np.bool_)
         for k, share in enumerate(SAMPLES[1:-1], 1):
-            at = np.einsum(
-                "nak,nk->na", coef, (share * span)[:, None] ** np.arange(6)
+            at = plain.summed(
+                "nak,nk->na",
+                coef,
+                plain.powers((share * span)[:, None], np.arange(6)),
             )
             far = np.abs(at - values[:, k]) > self._limits
             out |= far.any(axis=1)
@@ -398,7 +401,7 @@ class ToAxes:
         else:
             speed = self._tip_speed(coef, u)
         return np.asarray(
-            speed.reshape(len(h), len(NODES)) @ (0.5 * WEIGHTS) * h
+            plain.product(speed.reshape(len(h), len(NODES)), 0.5 * WEIGHTS) * h
         )
 
 
@@ -408,5 +411,7 @@ def _from(coef: FloatArray, u: FloatArray) -> FloatArray:
     order = coef.shape[2]
     for k in range(order):
         for m in range(k + 1, order):
-            out[:, :, k] += comb(m, k) * coef[:, :, m] * u[:, None] ** (m - k)
+            out[:, :, k] += (
+                comb(m, k) * coef[:, :, m] * plain.powers(u[:, None], m - k)
+            )
     return out

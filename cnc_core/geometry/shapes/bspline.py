@@ -9,6 +9,7 @@ from math import comb
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.units import FloatArray
 
 
@@ -28,7 +29,8 @@ def spans(
     bezier = _blossoms(points, knots, degree, number)
     length = high - low
     return (
-        _power(bezier) / length[:, None, None] ** np.arange(degree + 1),
+        _power(bezier)
+        / plain.powers(length[:, None, None], np.arange(degree + 1)),
         length,
         number,
     )
@@ -69,4 +71,4 @@ def _power(bezier: FloatArray) -> FloatArray:
             for k in range(n + 1)
         ]
     )
-    return np.asarray(np.einsum("ki,mci->mck", convert, bezier))
+    return np.asarray(plain.summed("ki,mci->mck", convert, bezier))

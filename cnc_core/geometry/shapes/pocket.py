@@ -13,6 +13,8 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
+from cnc_core import plain
+
 # widest cut in tool radii: wider passes leave the outer corners between them
 # uncut
 WIDEST = 1.4
@@ -147,8 +149,8 @@ def placed(
     moves: Iterable[Move], centre: tuple[float, float], degrees: float
 ) -> Iterator[Move]:
     """The moves turned about Z and shifted to the pocket's centre."""
-    c = math.cos(math.radians(degrees))
-    s = math.sin(math.radians(degrees))
+    c = plain.cos(math.radians(degrees))
+    s = plain.sin(math.radians(degrees))
     if degrees % 90.0 == 0.0:
         c = float(round(c))
         s = float(round(s))

@@ -9,6 +9,7 @@ from math import comb
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.units import FloatArray
 
 ORDER = 6  # coefficients per axis at the most
@@ -17,7 +18,7 @@ ORDER = 6  # coefficients per axis at the most
 def normalised(coef: FloatArray, end: FloatArray) -> FloatArray:
     """The same polynomials over a parameter 0..1; ``end`` (n,)."""
     return np.asarray(
-        coef * end[:, None, None] ** np.arange(coef.shape[2]),
+        coef * plain.powers(end[:, None, None], np.arange(coef.shape[2])),
     )
 
 
@@ -45,7 +46,7 @@ def bernstein(coef: FloatArray) -> FloatArray:
             for i in range(degree + 1)
         ]
     )
-    return np.asarray(np.einsum("ij,naj->nai", convert, coef))
+    return np.asarray(plain.summed("ij,naj->nai", convert, coef))
 
 
 def extremes(coef: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -75,8 +76,8 @@ def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
     by Newton from the nearest chords.
     """
     w = np.linspace(0.0, 1.0, grid + 1)
-    points = np.einsum(
-        "nak,kg->nga", coef, w ** np.arange(coef.shape[2])[:, None]
+    points = plain.summed(
+        "nak,kg->nga", coef, plain.powers(w, np.arange(coef.shape[2])[:, None])
     )
     off = points - pos[:, None, :]
     chord = np.diff(points, axis=1)
@@ -140,4 +141,4 @@ def quintics(a: FloatArray, b: FloatArray, length: FloatArray) -> FloatArray:
         -15 * d + 8 * v0 + 7 * v1 + 1.5 * c0 - c1,
         6 * d - 3 * (v0 + v1) - 0.5 * (c0 - c1),
     ], axis=-1)  # fmt: skip
-    return np.asarray(out / h[..., None] ** np.arange(6))
+    return np.asarray(out / plain.powers(h[..., None], np.arange(6)))

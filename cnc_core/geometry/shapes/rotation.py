@@ -11,6 +11,7 @@ import itertools
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.units import FloatArray
 
 SEQUENCES = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
@@ -34,7 +35,7 @@ def sine_cosine(degrees: float) -> tuple[float, float]:
     if turned in EXACT:
         return EXACT[turned]
     radians = float(np.deg2rad(degrees))
-    return float(np.sin(radians)), float(np.cos(radians))
+    return float(plain.sines(radians)), float(plain.cosines(radians))
 
 
 def elementary(axis: str, degrees: float) -> FloatArray:
@@ -64,7 +65,11 @@ def from_angles(
     first, second, third = (
         elementary(axis, by_axis[axis]) for axis in sequence
     )
-    return first @ second @ third if intrinsic else third @ second @ first
+    return (
+        plain.product(plain.product(first, second), third)
+        if intrinsic
+        else plain.product(plain.product(third, second), first)
+    )
 
 
 def from_points(points: FloatArray) -> FloatArray:
@@ -93,13 +98,13 @@ def zyx_angles(matrix: FloatArray) -> tuple[float, float, float]:
     degrees A is 0.
     """
     flat = float(np.hypot(matrix[0, 0], matrix[1, 0]))
-    b = np.arctan2(-matrix[2, 0], flat)
+    b = plain.atan2(-matrix[2, 0], flat)
     if flat > 1e-12:
-        a = np.arctan2(matrix[2, 1], matrix[2, 2])
-        c = np.arctan2(matrix[1, 0], matrix[0, 0])
+        a = plain.atan2(matrix[2, 1], matrix[2, 2])
+        c = plain.atan2(matrix[1, 0], matrix[0, 0])
     else:
         a = 0.0
-        c = np.arctan2(-matrix[0, 1], matrix[1, 1])
+        c = plain.atan2(-matrix[0, 1], matrix[1, 1])
     angles = (a, b, c)
     x, y, z = (float(np.rad2deg(angle)) + 0.0 for angle in angles)
     return x, y, z

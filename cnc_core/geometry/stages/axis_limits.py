@@ -46,7 +46,7 @@ class AxisLimits:
         start: FloatArray,
         place: Callable[[int, int], Place],
     ) -> None:
-        self.names, self.main, self.place = names, main, place
+        self.names, self.main, self.place = list(names), main, place
         self.low, self.high = limits
         self.last = start.copy()
 
@@ -81,6 +81,11 @@ class AxisLimits:
             self.low = values
         else:
             self.high = values
+
+    def set_range(self, place: int, name: str, low: float, high: float) -> None:
+        """Another axis stands at this place."""
+        self.names[place] = name
+        self.low[place], self.high[place] = low, high
 
     def _checked(self, batch: BlockBatch) -> BlockBatch:
         moving = np.flatnonzero(

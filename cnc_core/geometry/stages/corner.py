@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.blocks import (
     CIRCULAR,
     CORNER,
@@ -80,7 +81,7 @@ class _Leg:
             return np.asarray(self.centre + self.radius * d / np.hypot(*d))
         return np.asarray(
             self.start
-            + self.direction * float((point - self.start) @ self.direction)
+            + self.direction * plain.dot(point - self.start, self.direction)
         )
 
     def at_chord(
@@ -93,10 +94,10 @@ class _Leg:
             return np.asarray(corner + back * chord * self.direction)
         if chord >= 2.0 * self.radius:
             return None
-        turn = back * self.sense * 2.0 * math.asin(0.5 * chord / self.radius)
+        turn = back * self.sense * 2.0 * plain.asin(0.5 * chord / self.radius)
         d = corner - self.centre
-        c = math.cos(turn)
-        s = math.sin(turn)
+        c = plain.cos(turn)
+        s = plain.sin(turn)
         return np.asarray(
             self.centre
             + np.array(
@@ -110,15 +111,15 @@ class _Leg:
     def share(self, point: FloatArray) -> float:
         """How far along the block a point of it lies, 0 at the start, 1 at the end."""
         if not self.arc:
-            return float((point - self.start) @ self.direction) / float(
+            return plain.dot(point - self.start, self.direction) / float(
                 np.hypot(*(self.end - self.start))
             )
         a, b = self.start - self.centre, point - self.centre
         turn = (
             self.sense
-            * math.atan2(
+            * plain.atan2(
                 a[0] * b[1] - a[1] * b[0],
-                float(a @ b),
+                plain.dot(a, b),
             )
             % (2.0 * math.pi)
         )
@@ -364,9 +365,9 @@ def _bend(
     a, b = points[0] - centre, points[1] - centre
     sweep = side * (
         side
-        * math.atan2(
+        * plain.atan2(
             a[0] * b[1] - a[1] * b[0],
-            float(a @ b),
+            plain.dot(a, b),
         )
         % (2.0 * math.pi)
     )
@@ -386,9 +387,9 @@ def _shorten(leg: _Leg, share: float) -> None:
 
 
 def _turn(u: FloatArray, v: FloatArray) -> float:
-    return math.atan2(
+    return plain.atan2(
         float(u[0] * v[1] - u[1] * v[0]),
-        float(u @ v),
+        plain.dot(u, v),
     )
 
 
@@ -407,7 +408,7 @@ def _points(
     if code == ROUND:
         return _tangential(legs, size, math.copysign(1.0, turn), corner)
     if code == EDGE:
-        half = math.cos(0.5 * turn)
+        half = plain.cos(0.5 * turn)
         size = 0.5 * size / half if half > 1e-9 else math.inf
     first = legs[0].at_chord(corner, size, -1.0)
     second = legs[1].at_chord(corner, size, 1.0)
@@ -462,7 +463,7 @@ def _line_line(a: Curve, b: Curve) -> list[FloatArray]:
 
 
 def _circle_line(a: Curve, b: Curve) -> list[FloatArray]:
-    along = float((a[0] - b[0]) @ b[1])
+    along = plain.dot(a[0] - b[0], b[1])
     foot = b[0] + along * b[1]
     off = foot - a[0]
     room = a[2] ** 2 - float((off**2).sum())

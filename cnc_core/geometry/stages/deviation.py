@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import (
     CIRCULAR,
     ELEMENT,
@@ -99,7 +100,8 @@ class Chords:
         number = np.cumsum(bent) - 1
         own = coef[number[owner[curved]]]
         points[curved] = (
-            own * share[curved, None, None] ** np.arange(own.shape[2])
+            own
+            * plain.powers(share[curved, None, None], np.arange(own.shape[2]))
         ).sum(axis=2)
         for i in arcs:
             points[owner == i] = self._arc(
@@ -120,13 +122,13 @@ class Chords:
         turn = float(row["angle"]) * share
         points[:, axes[0]] = (
             row["center"][0]
-            + np.cos(turn) * from_centre[0]
-            - np.sin(turn) * from_centre[1]
+            + plain.cosines(turn) * from_centre[0]
+            - plain.sines(turn) * from_centre[1]
         )
         points[:, axes[1]] = (
             row["center"][1]
-            + np.sin(turn) * from_centre[0]
-            + np.cos(turn) * from_centre[1]
+            + plain.sines(turn) * from_centre[0]
+            + plain.cosines(turn) * from_centre[1]
         )
         return np.asarray(points)
 

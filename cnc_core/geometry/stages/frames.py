@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import (
     CIRCULAR,
     COORDINATES,
@@ -50,20 +51,22 @@ class _Turned:
 
     def carry(self, jets: FloatArray) -> FloatArray:
         out = jets.copy()
-        points = jets[:, :, self._main] @ self._rotation.T
+        points = plain.product(jets[:, :, self._main], self._rotation.T)
         points[:, 0] += self._origin
         out[:, :, self._main] = points
         return out
 
     def miss(self, driven: FloatArray, programmed: FloatArray) -> FloatArray:
-        back = (driven[:, self._main] - self._origin) @ self._rotation
+        back = plain.product(
+            driven[:, self._main] - self._origin, self._rotation
+        )
         return np.asarray(
             np.linalg.norm(back - programmed[:, self._main], axis=1)
         )
 
     def coefficients(self, coef: FloatArray) -> None:
         """Turn (axes, order) in place."""
-        points = self._rotation @ coef[self._main]
+        points = plain.product(self._rotation, coef[self._main])
         points[:, 0] += self._origin
         coef[self._main] = points
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import (
     BY_LENGTH,
     BY_PARAMETER,
@@ -361,7 +362,9 @@ class KinematicsStage:
         for name in ("length", "length_min", "angle", "feed"):
             made[name] *= stretch
         pools.append(
-            (pieces.coef / stretch[:, None, None] ** np.arange(6)).ravel()
+            (
+                pieces.coef / plain.powers(stretch[:, None, None], np.arange(6))
+            ).ravel()
         )
         return which[pieces.index], 1, made
 

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import (
     CIRCULAR,
     EXTENSION,
@@ -52,21 +53,21 @@ class _Element:
         self.start, self.end = start, end
         self.cut = 0.0
         if not self.arc:
-            self.first = self.last = math.atan2(
+            self.first = self.last = plain.atan2(
                 end[1] - start[1], end[0] - start[0]
             )
             return
         quarter = math.copysign(math.pi / 2, float(row["angle"]))
         centre = row["center"]
         self.first = (
-            math.atan2(
+            plain.atan2(
                 start[1] - centre[1],
                 start[0] - centre[0],
             )
             + quarter
         )
         self.last = (
-            math.atan2(
+            plain.atan2(
                 end[1] - centre[1],
                 end[0] - centre[0],
             )
@@ -215,7 +216,7 @@ class Orbit:
             raise CncError(
                 CORNER_OF_ARC, ERRORS[CORNER_OF_ARC], self._where(behind.row)
             )
-        cut = self._distance * math.tan(turn / 2)
+        cut = self._distance * plain.tan(turn / 2)
         before.cut += cut
         behind.cut += cut
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import (
     BY_LENGTH,
     BY_PARAMETER,
@@ -39,8 +40,10 @@ def fastest(slope: FloatArray, span: FloatArray, main: list[int]) -> FloatArray:
     """
     if not len(span):
         return np.empty(0)
-    at = np.einsum(
-        "nak,kg->nga", slope, GRID ** np.arange(slope.shape[2])[:, None]
+    at = plain.summed(
+        "nak,kg->nga",
+        slope,
+        plain.powers(GRID, np.arange(slope.shape[2])[:, None]),
     )
     moved, others = (
         np.linalg.norm(part, axis=2).max(axis=1)
@@ -113,7 +116,9 @@ class ParameterFeed:
         scaled = np.flatnonzero(stretch != 1.0)
         if len(scaled):
             coef = coefficients(source[scaled], pools[0], self._axes)
-            coef /= stretch[scaled][:, None, None] ** np.arange(coef.shape[2])
+            coef /= plain.powers(
+                stretch[scaled][:, None, None], np.arange(coef.shape[2])
+            )
             order = driven["degree"][scaled].astype(np.int64) + 1
             size = self._axes * order
             first = sum(map(len, pools)) + np.concatenate(
@@ -138,8 +143,10 @@ class ParameterFeed:
         main = [i for i in self._main if i >= 0]
         places = [k for k, i in enumerate(self._main) if i >= 0]
         for side, u in enumerate((0.0, 1.0)):
-            at = np.einsum(
-                "nak,k->na", slope[:, main], u ** np.arange(slope.shape[2])
+            at = plain.summed(
+                "nak,k->na",
+                slope[:, main],
+                plain.powers(u, np.arange(slope.shape[2])),
             )
             norm = np.linalg.norm(at, axis=1)[:, None]
             tangents[:, [3 * side + k for k in places]] = np.divide(

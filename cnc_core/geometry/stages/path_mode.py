@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import (
     BENT,
     CIRCULAR,
@@ -373,7 +374,7 @@ class PathMode:
         sizes = np.hypot(*a.T), np.hypot(*b.T)
         flat = (sizes[0] > SMALL) & (sizes[1] > SMALL)
         turn = np.abs(
-            np.arctan2(
+            plain.directions(
                 a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)
             )
         )
@@ -385,7 +386,7 @@ class PathMode:
             norms = np.linalg.norm(before, axis=1) * np.linalg.norm(
                 after, axis=1
             )
-            turn = np.arccos(
+            turn = plain.arc_cosines(
                 np.clip(cosine / np.maximum(norms, SMALL), -1.0, 1.0)
             )
             return turn > settings.stop + SMALL, turn

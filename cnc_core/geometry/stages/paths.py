@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import BY_LENGTH, CIRCULAR, POLYNOMIAL, motion_planes
 from cnc_core.blocks.pool import coefficients
 from cnc_core.units import FloatArray
@@ -101,14 +102,14 @@ class Paths:
         d = self.starts[which][:, axes] - rows["center"]
         last = self.ends[which][:, axes] - rows["center"]
         radius0 = np.hypot(d[:, 0], d[:, 1])
-        angle0 = np.arctan2(d[:, 1], d[:, 0])
+        angle0 = plain.directions(d[:, 1], d[:, 0])
         grown = np.hypot(last[:, 0], last[:, 1]) - radius0
         angle = angle0 + w * rows["angle"]
         rate = rows["angle"] / rows["length"]
         grows = grown / rows["length"]
         radius = radius0 + w * grown
-        cos = np.cos(angle)
-        sin = np.sin(angle)
+        cos = plain.cosines(angle)
+        sin = plain.sines(angle)
         at_end = w >= 1.0
         for column, (axis, centre) in enumerate(
             zip(axes, rows["center"].T, strict=True)

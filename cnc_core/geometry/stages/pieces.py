@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import (
     BY_LENGTH,
     ELEMENT,
@@ -124,7 +125,9 @@ def _tried(
     for sample in SAMPLES:
         u = u0 + sample * (u1 - u0)
         s = paths.lengths(index, u0, u)
-        driven = np.einsum("nak,nk->na", coef, s[:, None] ** np.arange(6))
+        driven = plain.summed(
+            "nak,nk->na", coef, plain.powers(s[:, None], np.arange(6))
+        )
         worst = np.maximum(
             worst, carrier.miss(driven, paths.jets(index, u)[:, 0])
         )

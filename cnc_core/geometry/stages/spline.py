@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.blocks import (
     CIRCULAR,
     LINEAR,
@@ -391,12 +392,14 @@ class Spline:
         row["pool"] = len(self._pool)
         powers = np.arange(coef.shape[1])
         if not through:
-            row["end"][: len(coef)] = coef @ end**powers
+            row["end"][: len(coef)] = plain.product(
+                coef, plain.powers(end, powers)
+            )
         self._pool += coef.ravel().tolist()
         self._made.append(len(self._rows))
         self._rows.append(row)
         order = powers[1:]
-        way = coef[:, 1:] * order @ end ** (order - 1)
+        way = plain.product(coef[:, 1:] * order, plain.powers(end, order - 1))
         norm = self._chord(way)
         self._at = row["end"][: len(coef)].copy()
         self._tangent = way / norm if norm > 0 else None
@@ -440,7 +443,7 @@ def _bspline(points: FloatArray) -> list[tuple[FloatArray, float]]:
     )
     return [
         (
-            (basis @ p[i : i + 4]).T.copy(),
+            plain.product(basis, p[i : i + 4]).T.copy(),
             1.0,
         )
         for i in range(len(points) - 1)

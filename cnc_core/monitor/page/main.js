@@ -3,7 +3,7 @@
 import { byId, element, fixed, setText } from "./format.js";
 import { Dialog } from "./dialog.js";
 import { Latency } from "./latency.js";
-import { Live, get, post, setToken } from "./net.js";
+import { Live, Way, get, post, setToken } from "./net.js";
 import { Panel } from "./panel.js";
 import { PathView } from "./path.js";
 import { Player } from "./recording.js";
@@ -44,6 +44,8 @@ class Machine {
     this.route = 0;
     this.at = 0;
     this.age = 0;
+    this.way = new Way();
+    this.cycleAge = 0;
     this.there = false;
     this.slow = 0;
     const unitOf = (path) => (this.layout ? this.layout.unitOf(path) : "");
@@ -63,7 +65,10 @@ class Machine {
     show("cell");
     this.scope.build();
     this.live = new Live(cell, {
-      greeted: () => this.events.clear(), // they come again from the first on
+      greeted: () => { // events come again from the first on; the server may be another one
+        this.events.clear();
+        this.way = new Way();
+      },
       frame: (frame) => this.take(frame),
       lost: () => { this.lost = true; this.tellAge(); },
       refused: (code, reason) => (code === 4401 ? login("this token is wrong") : this.refused(reason)),
@@ -78,17 +83,20 @@ class Machine {
 
   ask() {
     const paths = [...this.scope.paths, ...this.watch.paths, ...this.tree.paths()];
-    this.live.want([...new Set(paths)].slice(0, 64), this.scope.paths);
+    this.live.want([...new Set(paths)], this.scope.paths);
   }
 
   take(frame) {
     this.at = performance.now();
-    this.age = frame.cell.there ? frame.age_ms || 0 : 1000 * frame.cell.gone_s;
+    const late = this.way.late(frame.sent_ms, this.at);
+    this.age = frame.cell.there ? (frame.age_ms || 0) + late : 1000 * frame.cell.gone_s;
+    this.cycleAge = frame.cell.there ? (frame.cycle_age_ms || 0) + late : 0;
     this.lost = false;
     this.there = frame.cell.there;
     this.problem = frame.cell.problem || "";
     this.facts(frame.cell);
     this.events.take(frame.events);
+    this.panel.hear(frame.events);
     if (frame.route !== this.route) this.readRoute(frame.route);
     if (!frame.motion) return;
     if (!this.layout) this.readLayout(frame.axes.length);
@@ -126,7 +134,9 @@ class Machine {
     document.body.classList.toggle("gone", gone || Boolean(this.lost));
     document.body.classList.toggle("stale", old);
     const seconds = Number.isFinite(age) ? `${(age / 1000).toFixed(1)} s` : "never";
-    setText(byId("age"), old || gone ? `values are old: ${seconds}` : "age below 0.2 s");
+    const stands = this.cycleAge > OLD_MS; // the memory is read, but nobody writes it
+    const young = stands ? `no cycle of the CNC for ${(this.cycleAge / 1000).toFixed(1)} s` : "age below 0.2 s";
+    setText(byId("age"), old || gone ? `values are old: ${seconds}` : young);
     if (this.lost) setText(byId("status"), "the monitor's server is gone; waiting for it");
     else if (gone) setText(byId("status"), `${this.problem}; waiting for it`);
     else setText(byId("status"), old ? "no new values" : "live");

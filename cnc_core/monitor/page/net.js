@@ -39,6 +39,20 @@ export async function post(path, value) {
   return answerOf(await fetch(`/api/${path}`, { method: "POST", headers, body: JSON.stringify(value) }));
 }
 
+/**
+ * How long messages were on their way, beyond the quickest one so far, ms.
+ * The server's clock and the page's have different zeros; the least difference
+ * of both that was seen stands for a way without delay.
+ */
+export class Way {
+  constructor() { this.least = Infinity; }
+
+  late(sent, now = performance.now()) {
+    this.least = Math.min(this.least, now - sent);
+    return now - sent - this.least;
+  }
+}
+
 /** The stream of one cell; it comes back by itself after a loss. */
 export class Live {
   constructor(cell, { greeted, frame, lost, refused }) {

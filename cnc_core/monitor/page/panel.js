@@ -19,6 +19,7 @@ export class Panel {
   constructor(act) {
     this.act = act;
     this.acted = 0;
+    this.said = ""; // by the CNC, of the last command
     this.now = this.last = null;
     this.levels = {};
     this.switches = {};
@@ -69,6 +70,7 @@ export class Panel {
 
   async operate(what, value) {
     this.acted = Infinity;
+    this.said = "";
     setText(byId("panel-state"), `${what} ..`);
     try {
       const answer = await this.act({ do: "operate", what, value });
@@ -80,12 +82,20 @@ export class Panel {
     }
   }
 
+  /** Events: what the CNC has to say against a command stands beside it. */
+  hear(events) {
+    for (const { kind, who, text } of events || []) {
+      if (who === "CNC" && (kind === "warning" || kind === "error")) this.said = text;
+    }
+  }
+
   show(panel) {
     if (!panel) return;
     const held = Object.entries(panel.held || {}).map(([name, value]) => `${name} ${value}`);
     const command = panel.command ? `${panel.command}: ${panel.state}` : "";
-    const why = panel.error_id ? ` (error ${panel.error_id})` : "";
-    setText(byId("panel-state"), [command + why, held.length ? `held here: ${held.join(", ")}` : ""]
+    const why = panel.error_id ? ` (error ${panel.error_id}: ${panel.error})` : "";
+    const said = command && this.said ? `the CNC: ${this.said}` : "";
+    setText(byId("panel-state"), [command + why, said, held.length ? `held here: ${held.join(", ")}` : ""]
       .filter(Boolean).join("; "));
   }
 

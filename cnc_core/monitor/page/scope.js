@@ -44,7 +44,11 @@ export class Scope {
   }
 
   add(path) {
-    if (!path || this.paths.includes(path) || this.paths.length >= PLOTS) return;
+    if (!path || this.paths.includes(path)) return;
+    if (this.paths.length >= PLOTS) {
+      setText(byId("scope-readout"), `the scope has ${PLOTS} symbols: remove one first`);
+      return;
+    }
     this.paths.push(path);
     this.clear();
     this.width = 0;

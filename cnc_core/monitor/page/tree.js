@@ -2,7 +2,7 @@
 
 import { byId, element, setText, shown } from "./format.js";
 
-const LEAVES = 60; // whose values are asked for at a time
+const LEAVES = 300; // whose values are asked for; the server says which it does not read
 const FOUND = 60; // results of a search
 
 /** Resolves symbol paths in the layout of the HLI. */
@@ -133,6 +133,8 @@ export class Tree {
   take(frame) {
     for (const [path, node] of this.leaves) {
       if (path in frame.values) setText(node, shown(frame.values[path]));
+      else if (path in frame.problems) setText(node, "not read");
+      node.title = frame.problems[path] || "";
     }
   }
 }

@@ -64,7 +64,7 @@ export class Watch {
     try {
       const answer = await this.act(order);
       this.showForced(answer.forced);
-      setText(byId("watch-problem"), "");
+      setText(byId("watch-problem"), (answer.warnings || []).join("; "));
     } catch (error) {
       setText(byId("watch-problem"), error.message);
     }

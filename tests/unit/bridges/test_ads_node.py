@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+
 from support import clients
 from support.bridged import ADS_HOST, Bridged
 
 
+@pytest.mark.ci
 def test_a_session_of_ads_client(bridged: Bridged) -> None:
     """It connects without a router of its own, decodes structures by the types
     that the server tells, writes, subscribes and leaves.

@@ -91,6 +91,7 @@ def test_ads_tells_that_the_cnc_ended_and_came_back(
     plc.del_device_notification(*handles)
 
 
+@pytest.mark.ci
 def test_opcua_tells_that_the_cnc_ended_and_came_back(served: Any) -> None:
     """As events; subscriptions go on with the next one."""
     client: Any = pytest.importorskip("support.opcua_client")

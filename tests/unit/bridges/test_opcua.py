@@ -292,6 +292,7 @@ def test_malformed_messages_do_no_harm(served: Any) -> None:
     assert asyncio.run(look()) == "spindle"
 
 
+@pytest.mark.ci
 def test_a_session_of_node_opcua(served: Any) -> None:
     """Another stack reads, decodes, writes with a password, and monitors."""
     served.channel.bahn_state.active_feed_r = 2000

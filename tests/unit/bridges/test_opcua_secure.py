@@ -90,6 +90,7 @@ def policy_of(endpoint: Any) -> str:
     return name.replace("_", "")
 
 
+@pytest.mark.ci
 def test_the_policies_are_offered(secure: Any) -> None:
     """Each as an endpoint, beside the one without security."""
 

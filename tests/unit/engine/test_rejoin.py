@@ -118,6 +118,7 @@ CASES += [
 
 
 @pytest.mark.parametrize(("seed", "options", "share"), CASES)
+@pytest.mark.ci_cases
 def test_random_commands_and_a_planner_that_is_often_late(
     tmp_path: Path, seed: int, options: str, share: float
 ) -> None:

@@ -5,6 +5,7 @@ processes matter.
 import ctypes
 import math
 import os
+import resource
 import select
 import signal
 import subprocess
@@ -286,6 +287,32 @@ def test_sleeping_waiter_is_woken_by_post(areas: Areas) -> None:
     waiter.join()
     assert results == [lib.HS_OK]
     assert areas.sidecar.plc_turn.waiters == 0
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_waiter_sleeps_at_once_on_the_core_of_its_partner(
+    areas: Areas, shared: bool
+) -> None:
+    """Spinning would keep the partner from ever coming; elsewhere it may come."""
+    side, cores = areas.sidecar.cnc_turn, os.sched_getaffinity(0)
+    word = word_pointer(areas.root, "cnc_turn")
+    slept = []
+
+    def wait() -> None:
+        os.sched_setaffinity(0, {min(cores)})  # of this thread alone
+        lib.hs_word_post(word, 0)
+        assert side.core == min(cores) + 1
+        if not shared:
+            side._c.core = 0  # a partner that does not tell where it is
+        before = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
+        assert lib.hs_word_wait(word, 1, 10**9, 2_000_000) == lib.HS_TIMEOUT
+        after = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
+        slept.append(after > before)
+
+    thread = threading.Thread(target=wait)
+    thread.start()
+    thread.join()
+    assert slept == [shared]
 
 
 def test_waits_end_early_when_a_signal_arrives() -> None:

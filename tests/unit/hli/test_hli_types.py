@@ -73,6 +73,7 @@ def checked(path: Path, text: str) -> tuple[int, str]:
     return done.returncode, done.stdout
 
 
+@pytest.mark.ci
 def test_a_users_program_passes_the_type_checker(tmp_path: Path) -> None:
     """Members have the types of the memory."""
     assert checked(tmp_path / "user.py", RIGHT) == (
@@ -81,6 +82,7 @@ def test_a_users_program_passes_the_type_checker(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.ci
 def test_the_type_checker_finds_each_mistake(tmp_path: Path) -> None:
     """A typo, a wrong type and a wrong argument are told with their lines."""
     names = "ContourLookahead, FeedHold, connect"

@@ -60,6 +60,7 @@ def _largest(plan: PlanResult, cell: CellConfig) -> float:
 
 @pytest.mark.parametrize("cycle_s", [0.0001, 0.00025])
 @pytest.mark.parametrize("window", [30, 120])
+@pytest.mark.ci_cases
 def test_blends_keep_the_jerk_of_the_slow_axis(
     tmp_path: Path, window: int, cycle_s: float
 ) -> None:

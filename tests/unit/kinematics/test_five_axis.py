@@ -132,6 +132,7 @@ PLANE = Rotation.from_euler("ZYX", (30, 25, 0), degrees=True)
 
 
 @pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.ci_cases
 def test_the_tip_follows_a_tilted_contour(name, tmp_path):
     """Within 1 um of the programmed contour, at the programmed feed, the tool
     along the plane's normal, limits kept.
@@ -445,6 +446,7 @@ def test_elements_name_the_tangents_of_the_tip(tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(2))
+@pytest.mark.ci_cases
 def test_control_by_the_plc_keeps_the_tip_on_its_path(seed, tmp_path):
     """Backward motion, feed hold and override at random moments: the tip stays
     on the contour, limits hold, it ends.
@@ -520,6 +522,7 @@ def test_rotary_axes_that_turn_while_the_tip_all_but_stands(x, tmp_path):
 
 @pytest.mark.parametrize("tolerance", [0.01, 0.002, 0.0005])
 @pytest.mark.parametrize("machine", MACHINES)
+@pytest.mark.ci_cases
 def test_smoothing_and_kinematics_share_the_tolerance(
     machine: str, tolerance: float, tmp_path: Path
 ) -> None:

@@ -390,3 +390,56 @@ def test_functions_that_the_plc_has_not_acknowledged_are_in_flight() -> None:
             assert found["unit"].startswith("gpCh[0] std")
             assert found["offered"]
             assert not found["acknowledged"]
+
+
+def test_more_symbols_than_a_page_gets_are_told(cell: PlcRunner) -> None:
+    """64 symbols are read; each further one has a problem, not an empty value."""
+    name = cell.hli.name
+    paths = [f"gpCh[0].bahn_state.coord_r[{k}].name" for k in range(3)]
+    paths += [
+        f"gpVECh[0].data[{k}]" for k in range(62)
+    ]  # one more than fits, and one that is long
+    with (
+        client_of(name=name) as client,
+        client.websocket_connect(LIVE + name) as live,
+    ):
+        page = Open(live, client)
+        page.want(*paths, "x" * 300)
+        frame = page.frame(lambda f: f["problems"])
+    assert "64 symbols" in frame["problems"][paths[-1]]
+    assert set(frame["problems"]) & set(paths[:64]) == set()
+
+
+def test_a_page_is_told_that_a_force_does_not_move_the_machine(
+    cell: PlcRunner,
+) -> None:
+    """What the CNC writes can be forced for the PLC alone, and that is said."""
+    name = cell.hli.name
+    path = "gpCh[0].bahn_state.active_feed_r"
+    with (
+        client_of(name=name) as client,
+        client.websocket_connect(LIVE + name) as live,
+    ):
+        page = Open(live, client)
+        answer = acted(cell, page, do="force", symbols=[f"{path}=5"])
+        assert answer.status_code == 200, answer.text
+        assert "not what the CNC does" in answer.json()["warnings"][0]
+        own = acted(cell, page, do="force", symbols=["Program.gain=2"])
+        assert "warnings" not in own.json()
+
+
+def test_a_cnc_that_runs_no_cycle_is_told(cell: PlcRunner) -> None:
+    """The memory can be read, but its numbers are of the last cycle."""
+    name = cell.hli.name
+    with (
+        client_of(name=name) as client,
+        client.websocket_connect(LIVE + name) as live,
+    ):
+        page = Open(live, client)
+        page.frame(lambda f: f.get("cycle_age_ms", 0.0) > 300.0)
+
+        def young(frame: dict[str, Any]) -> bool:
+            cell.step()
+            return float(frame["cycle_age_ms"]) < 300.0
+
+        page.frame(young)

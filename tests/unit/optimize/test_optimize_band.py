@@ -119,6 +119,7 @@ def distance(points, line):
     return np.array(out)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("feed", [4000, 15000])
 @pytest.mark.parametrize(
     ("step", "noise"),
@@ -139,6 +140,7 @@ def test_a_sparse_surface_is_not_slower(tmp_path, step, noise, feed):
     assert result.max_path_deviation_mm <= TOLL
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("noise", [0.0, 0.006, 0.012])
 def test_corners_that_nothing_marks_do_not_bulge(tmp_path, noise):
     """EDG off, rows with square ends: between the points too the output stays
@@ -157,6 +159,7 @@ def test_corners_that_nothing_marks_do_not_bulge(tmp_path, noise):
     assert after < before
 
 
+@pytest.mark.ci
 def test_noise_above_the_tolerance(tmp_path):
     """Scatter wider than the band: still every point within Toll, and in less
     time than through every point.
@@ -265,6 +268,7 @@ def test_least_squares_agree_with_dense_algebra(count):
     )
 
 
+@pytest.mark.ci
 def test_long_sections_of_many_groups(tmp_path):
     """Groups of 100 points over unmarked corners and long chords: joints within
     the band, none keeps a bulge.

@@ -36,6 +36,7 @@ def test_a_plan_without_motion_is_told(program: Write, name: str) -> None:
     assert "waits for the next motion" in said[0]
 
 
+@pytest.mark.ci
 def test_a_plan_that_moves_says_nothing(program: Write) -> None:
     """However short the patience."""
     said: list[str] = []

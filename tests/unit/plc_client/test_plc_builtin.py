@@ -47,6 +47,7 @@ def test_acknowledge_runs_to_the_end(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("at", ["start", "end"])
+@pytest.mark.ci_cases
 def test_query_mode_1_pages_until_the_answer_ends(
     tmp_path: Path, at: str
 ) -> None:

@@ -268,6 +268,7 @@ def test_nobody_there_and_the_name_taken(
 
 
 @pytest.mark.usefixtures("leftovers")
+@pytest.mark.ci
 def test_another_terminal_forces_a_task_that_keeps_it_over_cnc_and_plc_restarts(
     tmp_path: Path, cli: Callable[..., Any]
 ) -> None:

@@ -90,6 +90,7 @@ def test_two_processes_in_lockstep_end_cleanly_with_a_report(
 @pytest.mark.parametrize(
     "clock", [layout.HLI_CLOCK_FREERUN, layout.HLI_CLOCK_REALTIME]
 )
+@pytest.mark.ci_cases
 def test_other_clocks_end_cleanly_too(tmp_path: Path, clock: int) -> None:
     """Freerun and realtime: the CNC does not wait for the PLC, overruns are counted, not fatal."""
     name, report = unique_name(), tmp_path / "report.json"
@@ -241,6 +242,7 @@ def test_plc_attaches_again_to_the_next_cnc(tmp_path: Path) -> None:
     hli.sweep()
 
 
+@pytest.mark.ci
 def test_interrupt_ends_with_130_and_gives_the_place_back(
     tmp_path: Path,
 ) -> None:
@@ -364,6 +366,7 @@ def test_reservoir_keeps_every_value_equally_often() -> None:
     assert all(abs(n - 600) < 5 * (600 * 0.9) ** 0.5 for n in hits)
 
 
+@pytest.mark.ci
 def test_second_interrupt_ends_a_scan_that_never_returns(
     tmp_path: Path,
 ) -> None:

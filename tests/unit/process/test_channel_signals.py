@@ -184,16 +184,3 @@ def test_a_channel_that_waits_can_be_reset(tmp_path: Path) -> None:
         cnc.run(20)
         cnc.channels[0].modes.abort()
         assert cnc.end() == ["aborted", "completed", "unused"]
-
-
-@pytest.mark.parametrize(
-    "command", ["#PUT AX [Z]", "#CALL AX [Z,3,2]", "#GET AX"]
-)
-def test_axes_are_not_exchanged(tmp_path: Path, command: str) -> None:
-    """Axis exchange is refused by name, never left out in silence."""
-    with Channels(tmp_path, [f"N10 {command}\nN20 M30\n", None, None]) as cnc:
-        assert cnc.end() == ["error", "unused", "unused"]
-        preparation = cnc.channels[0].preparation
-        assert preparation is not None
-        assert preparation.error is not None
-        assert "AX" in preparation.error.text or "GET" in preparation.error.text

@@ -116,7 +116,8 @@ def test_trap_in_c_ends_the_run_with_its_place(logic: Path) -> None:
     trap = "IF n > 20 THEN i := 10; a[i] := 1; END_IF"
     logic.write_text(LOGIC.replace("{trap}", trap))
     with pytest.raises(
-        PlcError, match=r"logic\.st:13: SLOW: index 10 is outside of 0\.\.9"
+        PlcError,
+        match=r"logic\.st:13: StTrap: SLOW: index 10 is outside of 0\.\.9",
     ):
         run(logic)
 

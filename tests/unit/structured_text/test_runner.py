@@ -129,6 +129,7 @@ def test_two_programs_of_one_text_share_nothing() -> None:
     assert second["MAIN"].nScans == 0
 
 
+@pytest.mark.ci
 def test_assertions_of_st_tests_tell_their_line(tmp_path: Path) -> None:
     """One method passes, the other one fails with line and values."""
     path = tmp_path / "test_sums.st"

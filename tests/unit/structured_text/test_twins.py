@@ -22,6 +22,7 @@ Row = tuple[Any, ...]
 
 
 @pytest.mark.parametrize("name", CASES)
+@pytest.mark.ci_cases
 def test_twins_do_the_same_in_every_scan(
     plc: PlcFactory, tmp_path: Path, name: str
 ) -> None:

@@ -35,6 +35,7 @@ from . import table
 from .base import Items, Run
 from .corner import CornerCommands
 from .cycle import CycleCommands
+from .exchange import ExchangeCommands
 from .frame import FrameCommands
 from .kinematic import KinematicCommands
 from .orbit import OrbitCommands
@@ -74,6 +75,7 @@ class CommandParser(
     TextCommands,
     TimeCommands,
     SignalCommands,
+    ExchangeCommands,
     CycleCommands,
     OrbitCommands,
     PredictionCommands,
@@ -145,6 +147,12 @@ class CommandParser(
             (("TIMER",), self._timer),
             (("WAIT",), self._wait),
             (("SIGNAL",), self._signal),
+            (("CALL", "AX"), self._call_ax),
+            (("AX", "REQUEST"), self._call_ax),
+            (("PUT", "AX"), self._put_ax),
+            (("AX", "RELEASE"), self._put_ax),
+            (("SET", "AX"), self._set_ax),
+            (("AX", "DEF"), self._set_ax),
             (("ERROR",), self._error),
             (("MSG", "SAVE"), self._msg_save),
             (("MSG", "INFO"), self._stored_rest),
@@ -169,6 +177,8 @@ class CommandParser(
                 found[:1] == ["INIT"]
                 and self._stream.following.text.upper() == "V.E"
             )
+        if words == ("SET", "AX") and self._words(3)[2:] == ["LINK"]:
+            return False
         alone = words in (("WAIT",), ("SIGNAL",))
         if alone and self._words(2)[1:] in (["FOR"], ["INDP"], ["READ"]):
             return False

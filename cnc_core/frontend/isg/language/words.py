@@ -12,7 +12,13 @@ from cnc_core.blocks import motion_planes
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.expression import round_half_away
 from cnc_core.frontend.base.formula import Constant, number_of
-from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
+from cnc_core.frontend.base.lexer import (
+    NO_AXIS,
+    Kind,
+    TokenStream,
+    digits,
+    fail,
+)
 
 from ..state.state import ProgramState
 from . import gcodes
@@ -43,6 +49,7 @@ AXIS_BRACKETS = frozenset(
 )
 CYCLE_WORDS = tuple("XYZIJKS")
 CALL = re.compile(r"[lL]{1,2}(?=[\s\"]|[vV]\.)|[lL]+(?=[0-9])")
+AXES = tuple("ABCUVWXYZ")
 LONG_NAME = re.compile(r"\s*=(?!=)")
 
 
@@ -147,7 +154,8 @@ class WordParser:
             stream.take_letters(1)
             self._letters[letter](offset)
         else:
-            raise fail(900001, f"unknown word {text}", offset)
+            why = f": {letter}{NO_AXIS}" if text.upper() in AXES else ""
+            raise fail(900001, f"unknown word {text}{why}", offset)
 
     def n_number(self) -> bool:
         """The N word in front of a block, if there is one."""

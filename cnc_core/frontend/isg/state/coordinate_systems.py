@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.blocks.coordinates import Frame
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
@@ -49,8 +50,8 @@ def frame_of(
 def turn(axis: int, degrees: float) -> FloatArray:
     """(3, 3) right-handed; multiples of 90 degrees exactly."""
     quarter, rest = divmod(degrees, 90.0)
-    c = float(np.cos(np.radians(rest)))
-    s = float(np.sin(np.radians(rest)))
+    c = float(plain.cosines(np.radians(rest)))
+    s = float(plain.sines(np.radians(rest)))
     for _ in range(int(quarter) % 4):
         c, s = -s, c
     first, second = (axis + 1) % 3, (axis + 2) % 3

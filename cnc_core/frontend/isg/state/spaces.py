@@ -116,6 +116,13 @@ class Spaces:
             return Coordinates(frame, self.active_kin, length, self.ptp)
         return Coordinates(self._lifted(frame, length) if special else frame)
 
+    @property
+    def transformed(self) -> bool:
+        """A coordinate system or a transformation acts."""
+        frames = self.cs.stack or self.acs.stack or self.selected
+        kinematic = self.active_kin is not None or self.tlc_mm is not None
+        return bool(frames) or self.rotation is not None or kinematic
+
     def _lifted(self, frame: Frame, length: float) -> Frame:
         """The tool length along the third axis of the plane, around the frame."""
         if not length:

@@ -12,6 +12,7 @@ from cnc_core.frontend.base.scanner import Modal
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.frontend.port import ChannelPort
 
+from .axis_places import AxisPlaces
 from .call import ModalCycle
 from .channel import ChannelState
 from .offsets import Offsets
@@ -56,6 +57,7 @@ class ProgramState:
     spaces: Spaces = field(init=False)
     loop: RealTimeLoop = field(init=False)
     rt_cycles: RealTimeCycles = field(init=False)
+    axis_places: AxisPlaces = field(init=False)
 
     def __post_init__(self) -> None:
         self.channel = ChannelState(
@@ -64,6 +66,9 @@ class ProgramState:
         self.spaces = Spaces(self.machine, self.modal, self.offsets)
         self.loop = RealTimeLoop(self.modal, self.place, self.channel.splines)
         self.rt_cycles = RealTimeCycles(self.port, self.place)
+        self.axis_places = AxisPlaces(
+            self.machine, self.modal, self.offsets, self.flow
+        )
 
     def rotation_in_cycle(self, offset: int) -> None:
         """Warn: cycles expect coordinate systems that are made with #CS."""

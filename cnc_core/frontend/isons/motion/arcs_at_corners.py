@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.blocks import CIRCULAR, LINEAR, POLYNOMIAL, RAPID
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.units import FloatArray
@@ -107,7 +108,7 @@ class Corners:
         after = row["end"][0][axes] - corner[axes]
         lengths = float(np.hypot(*before)), float(np.hypot(*after))
         u, v = before / lengths[0], after / lengths[1]
-        turn = math.atan2(
+        turn = plain.atan2(
             float(u[0] * v[1] - u[1] * v[0]),
             float(u @ v),
         )
@@ -120,9 +121,9 @@ class Corners:
         ):
             return self.flush(), corner
         setback = (
-            size * math.tan(abs(turn) / 2)
+            size * plain.tan(abs(turn) / 2)
             if shape is self.fillet
-            else size / (2 * math.cos(turn / 2))
+            else size / (2 * plain.cos(turn / 2))
         )
         if setback > lengths[0] + SAME_MM or setback > lengths[1] + SAME_MM:
             return self.flush(), corner

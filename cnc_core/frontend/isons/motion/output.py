@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core import plain
 from cnc_core.blocks import (
     CIRCULAR,
     COMPENSATION,
@@ -325,7 +326,7 @@ class Output:
                 (first, last), self._headings(row), strict=True
             ):
                 assert heading is not None
-                out[plane] = arc * math.cos(heading), arc * math.sin(heading)
+                out[plane] = arc * plain.cos(heading), arc * plain.sin(heading)
         return _unit(first), _unit(last)
 
     def _headings(self, row: Row) -> tuple[float | None, float]:
@@ -342,13 +343,13 @@ class Output:
             sign = math.copysign(1.0, float(row["angle"][0]))
             from_centre, to = start - centre, end - centre
             return (
-                math.atan2(sign * from_centre[0], -sign * from_centre[1]),
-                math.atan2(sign * to[0], -sign * to[1]),
+                plain.atan2(sign * from_centre[0], -sign * from_centre[1]),
+                plain.atan2(sign * to[0], -sign * to[1]),
             )
         way = end - start
         if np.hypot(*way) < SAME_MM:
             return None, 0.0
-        heading = math.atan2(way[1], way[0])
+        heading = plain.atan2(way[1], way[0])
         return heading, heading
 
 

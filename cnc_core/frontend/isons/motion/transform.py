@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from cnc_core import plain
 from cnc_core.units import FloatArray
 
 SAME = 1e-12
@@ -139,8 +140,8 @@ def cos_sin(degrees: float) -> tuple[float, float]:
     """Exact at multiples of a right angle."""
     turns = round(degrees / 90.0)
     rest = np.radians(degrees - 90.0 * turns)
-    cos = float(np.cos(rest))
-    sin = float(np.sin(rest))
+    cos = float(plain.cosines(rest))
+    sin = float(plain.sines(rest))
     return (
         (cos, sin),
         (-sin, cos),

@@ -45,6 +45,7 @@ def test_a_loop_that_only_computes(case: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("case", MOVING)
+@pytest.mark.ci_cases
 def test_a_loop_that_moves(case: str, tmp_path: Path) -> None:
     """A warning, and the check ends."""
     program, rows = checked(tmp_path, *MOVING[case])

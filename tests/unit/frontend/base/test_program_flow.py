@@ -76,6 +76,7 @@ def test_calls_and_returns(tmp_path):
     flow.close()
 
 
+@pytest.mark.ci
 def test_a_program_read_once_keeps_nothing(tmp_path):
     """Without loops and subprograms neither blocks nor places are kept, however
     long the program is.
@@ -109,6 +110,7 @@ def test_kept_blocks_are_bounded(tmp_path, monkeypatch):
     assert len(run.reader.flow.file.blocks) <= 7
 
 
+@pytest.mark.ci
 def test_a_program_that_does_not_end_is_stopped(tmp_path):
     """Blocks without any row are counted; reading comes back now and then, so
     that it can be interrupted.

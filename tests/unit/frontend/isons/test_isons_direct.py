@@ -212,6 +212,7 @@ def test_a_radius_without_end_point_is_refused(tmp_path, before, line):
         ("osai", "M0"),
     ],
 )
+@pytest.mark.ci_cases
 def test_planning_takes_stops_as_acknowledged(tmp_path, dialect, stop):
     """Without a PLC nobody continues a program stop: the plan stands there once
     and goes on to the end.

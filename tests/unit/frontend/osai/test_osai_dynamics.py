@@ -184,6 +184,7 @@ def polynomials(span, five):
 
 
 @pytest.mark.parametrize("five", [False, True])
+@pytest.mark.ci_cases
 def test_the_parameter_runs_with_the_feed(shop, five):
     """ds/dt = F inside every polynomial, whatever a unit of s is, on five axes
     too; shown is the speed of the path.
