@@ -96,6 +96,7 @@ def open_program(
         restart=Restart.of(*place),
         signals=signals,
         axes=OpenAxes(axes_of(setups_of(cell)), places_of(setup)),
+        channel=setup.place.index + 1,
     )
     if options.dialect is None:
         say_dialect(program.dialect)

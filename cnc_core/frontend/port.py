@@ -6,7 +6,7 @@ latches them at a stated cycle. A lockstep run is therefore the same every time.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum
 from typing import Any, NamedTuple, Protocol
 
@@ -49,6 +49,13 @@ def keep(texts: list[str], text: str, most: int) -> None:
         texts.append("further messages are not kept")
 
 
+class Condition(NamedTuple):
+    """What a program waits for until it is true, and how people call it."""
+
+    true: Callable[[], bool]
+    said: str
+
+
 class Wait(Enum):
     """Why ``FrontEnd.read`` stopped before the end: resume by calling it again
     when this has come true.
@@ -60,6 +67,7 @@ class Wait(Enum):
     PROBE = "probe"  # the measuring event has happened
     AXES = "axes"  # the exchange of axes that was asked for is done
     SIGNAL = "signal"  # another channel has sent what was waited for
+    CONDITION = "condition"  # ``ChannelPort.condition`` is true
     CYCLE = "cycle"  # the machine and the PLC have had another cycle
     # the axes have been stopped where they were, what was handed out is left
     # out
@@ -70,9 +78,13 @@ class ChannelPort(Protocol):
     """The channel as the front end sees it.
 
     ``manual_data``: the program was typed in (MDI), it is no file.
+    ``channel``: its number in the cell, from 1 on.
+    ``condition``: what ``Wait.CONDITION`` waits for; None: nothing.
     """
 
     manual_data: bool
+    channel: int
+    condition: Condition | None
 
     @property
     def operator(self) -> Operator:
@@ -194,6 +206,7 @@ class OfflinePort:
 
     answers = False
     manual_data = False
+    condition: Condition | None = None
 
     def __init__(
         self,
@@ -202,7 +215,9 @@ class OfflinePort:
         operator: Operator | None = None,
         signals: ChannelSignals | None = None,
         axes: ChannelAxes | None = None,
+        channel: int = 1,
     ) -> None:
+        self.channel = channel
         self.signals = signals
         self.axes = axes
         self.operator = operator or Operator()

@@ -46,6 +46,20 @@ class Wanted:
     place: Place = field(default_factory=Place)
 
 
+@dataclass(frozen=True)
+class Removal:
+    """What #SIGNAL REMOVE takes back: signals of these numbers to these
+    receivers; without receivers broadcasts.
+
+    ``highest``: the end of a range, all of which goes; None: one signal of
+    ``lowest`` goes, the oldest, for each receiver.
+    """
+
+    lowest: int
+    highest: int | None = None
+    receivers: tuple[int, ...] = ()
+
+
 class ChannelSignals(Protocol):
     """The signals as one channel sees them."""
 
@@ -57,14 +71,18 @@ class ChannelSignals(Protocol):
         """Send at once."""
         ...
 
-    def send_later(self, signal: Signal) -> float:
-        """The value of a command on the path: it is sent when the path has
-        passed the command.
+    def later(self, what: Signal | Removal) -> float:
+        """The value of a command on the path: it is sent, or removed, when the
+        path has passed the command.
         """
         ...
 
-    def remove(self, number: int, receivers: tuple[int, ...]) -> None:
-        """Signals of this number to these receivers, or the broadcasts, go."""
+    def remove(self, removal: Removal) -> None:
+        """Remove at once."""
+        ...
+
+    def read(self, wanted: Wanted) -> bool:
+        """Use it up if it is there, without a wait; whether it was."""
         ...
 
     def wait(self, wanted: Wanted) -> None:
@@ -95,11 +113,15 @@ class OpenSignals:
     def send(self, signal: Signal) -> None:
         """Nobody receives it."""
 
-    def send_later(self, signal: Signal) -> float:
+    def later(self, what: Signal | Removal) -> float:
         return 0.0
 
-    def remove(self, number: int, receivers: tuple[int, ...]) -> None:
+    def remove(self, removal: Removal) -> None:
         """Nothing has been sent."""
+
+    def read(self, wanted: Wanted) -> bool:
+        wanted.take(_Zeros())
+        return True
 
     def wait(self, wanted: Wanted) -> None:
         wanted.take(_Zeros())
@@ -122,7 +144,7 @@ def check_channel(number: int, names: Sequence[str], place: Place) -> None:
     """CncError: the cell has no channel of this number, counted from 1."""
     if not 1 <= number <= len(names):
         raise CncError(
-            907057,
+            250008,
             f"CH={number}: the cell has channels 1 to {len(names)}"
             f" ({', '.join(names)})",
             place,

@@ -268,6 +268,7 @@ class ChannelRun:
             self.engine.show_commands(block * BLOCK_BYTES, slots)
         port.manual_data = path == self._scratch
         port.signals, port.axes = self.signals, self.axes
+        port.channel = self.setup.place.index + 1
         port.ended = self.modes.end_beside_dialog
         return port
 
@@ -312,6 +313,12 @@ class ChannelRun:
         if self.preparation:
             self.preparation.close()
         self.engine.abort()
+
+    def reset_channel(self) -> None:
+        """Pending functions go, and signals to this channel."""
+        self.engine.reset_channel()
+        if self.signals:
+            self.signals.reset()
 
     def report_error(self, error: CncError) -> None:
         """An error that belongs to no program: told to the PLC and in the

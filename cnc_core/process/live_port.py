@@ -13,7 +13,13 @@ from ..engine import external
 from ..files import RunFolder
 from ..frontend.machine import External
 from ..frontend.operator import Answer, Operator, Question
-from ..frontend.port import MESSAGES_KEPT, ExternalValue, RtOp, keep
+from ..frontend.port import (
+    MESSAGES_KEPT,
+    Condition,
+    ExternalValue,
+    RtOp,
+    keep,
+)
 from .axes import AxesOf
 from .options import OUT_FOLDER
 from .signals import SignalsOf
@@ -32,6 +38,8 @@ class LivePort:
 
     answers = True
     manual_data = False
+    channel = 1
+    condition: Condition | None = None
     signals: SignalsOf | None = None
     axes: AxesOf | None = None
 

@@ -52,6 +52,8 @@ class Channel(Protocol):
 
     def resume_program(self) -> None: ...
 
+    def reset_channel(self) -> None: ...
+
 
 class ModeControl:
     """Mode and state of one channel.
@@ -169,7 +171,7 @@ class ModeControl:
     def _carry_out(self, command: ModeCommand) -> None:
         target = command.to_state
         if target == RESET:
-            self._engine.reset_channel()
+            self._channel.reset_channel()
             self._change_mode(command.to_mode)
             self.program = None
             self._set(SELECTED)

@@ -191,6 +191,8 @@ class Preparation:
             return self._goes_on(self.port.signals.came)
         elif item is Wait.AXES:
             return self._goes_on(self._axes_came)
+        elif item is Wait.CONDITION:
+            return self._goes_on(self._condition_true)
         elif item is Wait.CYCLE:
             self.engine.expect_cycle()
             return False
@@ -212,6 +214,14 @@ class Preparation:
         if self._awaited is None:
             return True
         self.engine.expect_cycle()
+        return False
+
+    def _condition_true(self) -> bool:
+        self._latch()
+        condition = self.port.condition
+        if condition is None or condition.true():
+            self.port.condition = None
+            return True
         return False
 
     def _axes_came(self) -> bool:

@@ -36,7 +36,11 @@ MOTION = (
 
 PROGRAM_WAITS = "what its program waits for"
 SENDS = "the program of the other channel, by #SIGNAL"
-GIVES = "the program of the other channel, by #PUT AX or its end"
+WHO = {
+    "axis": "the program of the other channel, by #PUT AX or its end",
+    "until": "the PLC or another channel, by a variable of the condition",
+}
+"""Who ends a wait, by the first word of its name; else ``SENDS``."""
 
 ASKS = (
     "the end of its loop without motion, lines {} to {}",
@@ -152,7 +156,7 @@ class RunScene:
         place, text = self._place(stands)
         awaited = self._awaited()
         if awaited:
-            who = GIVES if awaited.startswith("axis") else SENDS
+            who = WHO.get(awaited.partition(" ")[0], SENDS)
             found = [
                 (awaited, who) if what == PROGRAM_WAITS else (what, other)
                 for what, other in found
@@ -169,9 +173,13 @@ class RunScene:
         return Scene(found, place, 0.0 if dwells else cell_s, key)
 
     def _awaited(self) -> str:
-        """The signal that the program waits for."""
-        signals = self.preparation.port.signals if self.preparation else None
-        return signals.awaited if signals else ""
+        """The signal, axis or condition that the program waits for."""
+        if self.preparation is None:
+            return ""
+        port = self.preparation.port
+        if port.condition is not None:
+            return f"until {port.condition.said}"
+        return port.signals.awaited if port.signals else ""
 
     def _asks(self, plc: PlcSight) -> Scene | None:
         """A program that goes round without motion, as one that waits for a

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import CncError, Place
-from ..frontend.signals import Signal, Values, Wanted, check_channel
+from ..frontend.signals import Removal, Signal, Values, Wanted, check_channel
 
 EVENTS_MAX = 150  # P-STUP-00119 without a value
 FIRST_TOKEN = 2.0**40  # of a command on the path; programs' own are below
@@ -29,7 +29,7 @@ class AxisWait:
     said: Callable[[], str]
 
 
-@dataclass
+@dataclass(eq=False)
 class _Sent:
     """A signal on its way; ``receiver`` None: a broadcast; ``left`` None: it
     stays until it is removed.
@@ -57,7 +57,7 @@ class SignalBoard:
         self.all_begun = False
         self._sent: list[_Sent] = []
         self._waits: dict[int, Wanted | AxisWait] = {}
-        self._later: dict[float, tuple[int, Signal]] = {}
+        self._later: dict[float, tuple[int, Signal | Removal]] = {}
         self._next_token = FIRST_TOKEN
         self._running: set[int] = set()
         self._doomed: dict[int, CncError] = {}
@@ -96,31 +96,43 @@ class SignalBoard:
             )
         if len(self._sent) > EVENTS_MAX:
             raise CncError(
-                907055,
+                250001,
                 f"signal {signal.number}: more than {EVENTS_MAX} signals wait"
                 " for somebody who takes them",
             )
 
-    def send_later(self, index: int, signal: Signal) -> float:
+    def later(self, index: int, what: Signal | Removal) -> float:
         token, self._next_token = self._next_token, self._next_token + 1.0
-        self._later[token] = index, signal
+        self._later[token] = index, what
         return token
 
     def passed(self, token: float) -> bool:
         """The path has passed a command; False: it is no signal."""
-        index, signal = self._later.pop(token, (-1, None))
-        if signal is None:
+        index, what = self._later.pop(token, (-1, None))
+        if what is None:
             return False
-        self.send(index, signal)
+        if isinstance(what, Removal):
+            self.remove(what)
+        else:
+            self.send(index, what)
         return True
 
-    def remove(self, number: int, receivers: tuple[int, ...]) -> None:
-        wanted: set[int | None] = {one - 1 for one in receivers} or {None}
-        self._sent = [
-            one
-            for one in self._sent
-            if one.number != number or one.receiver not in wanted
-        ]
+    def remove(self, removal: Removal) -> None:
+        low, high = removal.lowest, removal.highest
+        numbers = range(low, (low if high is None else high) + 1)
+        for number in removal.receivers or (None,):
+            receiver = None if number is None else number - 1
+            found = [
+                one
+                for one in self._sent
+                if one.number in numbers and one.receiver == receiver
+            ]
+            gone = found[:1] if high is None else found
+            self._sent = [one for one in self._sent if one not in gone]
+
+    def reset(self, index: int) -> None:
+        """The channel is reset: signals to it go, broadcasts stay."""
+        self._sent = [one for one in self._sent if one.receiver != index]
 
     # ---------------------------------------------------------------- waits
     def wait(self, index: int, wanted: Wanted) -> None:
@@ -133,12 +145,21 @@ class SignalBoard:
         if found is None:
             return self._goes_on(index)
         self._over(index)
+        self._use_up(found, wanted)
+        return True
+
+    def read(self, index: int, wanted: Wanted) -> bool:
+        found = self._matching(index, wanted)
+        if found is not None:
+            self._use_up(found, wanted)
+        return found is not None
+
+    def _use_up(self, found: list[_Sent], wanted: Wanted) -> None:
         for one in found:
             if one.left is not None:
                 one.left -= 1
         self._sent = [one for one in self._sent if one.left != 0]
         wanted.take({k: v for one in found for k, v in one.values.items()})
-        return True
 
     def _goes_on(self, index: int) -> bool:
         """What it waits for is not there: False; CncError: nor can it come."""
@@ -261,11 +282,17 @@ class SignalsOf:
     def send(self, signal: Signal) -> None:
         self._board.send(self._index, signal)
 
-    def send_later(self, signal: Signal) -> float:
-        return self._board.send_later(self._index, signal)
+    def later(self, what: Signal | Removal) -> float:
+        return self._board.later(self._index, what)
 
-    def remove(self, number: int, receivers: tuple[int, ...]) -> None:
-        self._board.remove(number, receivers)
+    def remove(self, removal: Removal) -> None:
+        self._board.remove(removal)
+
+    def reset(self) -> None:
+        self._board.reset(self._index)
+
+    def read(self, wanted: Wanted) -> bool:
+        return self._board.read(self._index, wanted)
 
     def wait(self, wanted: Wanted) -> None:
         self._board.wait(self._index, wanted)

@@ -55,6 +55,8 @@ from .stages import FILTERS, contour_machine, smoothing_machine
 
 BATCH_ROWS = 4096
 OWN_N = re.compile(r"\s*[nN](\d+)")
+# behind what the stages hold; WAIT.CYCLE is one of them too, where it may
+PLAIN_WAITS = (Wait.DRAINED, Wait.STOPPED, Wait.SIGNAL, Wait.CONDITION)
 
 
 @dataclass
@@ -77,7 +79,8 @@ class Program:
     commands and undefined M functions are warnings. ``programmed``: rows as
     they are ahead of the kinematics, which is followed for its errors only.
     ``answers``: file with answers to the program's dialogs, if no ``port`` is
-    given. ``signals``: of the other channels, ``axes`` of the cell, likewise.
+    given. ``signals``: of the other channels, ``axes`` of the cell, ``channel``:
+    its number, likewise.
     ``reader``: makes the front end, in place of that of the dialect.
     ``restart``: where to take the program up; everything before is executed
     without motion, where the dialect can be taken up. ``tolerance``: mm by which the path may leave
@@ -101,6 +104,7 @@ class Program:
         reader: Callable[[ProgramMachine], FrontEnd] | None = None,
         signals: ChannelSignals | None = None,
         axes: ChannelAxes | None = None,
+        channel: int = 1,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
@@ -111,6 +115,7 @@ class Program:
             operator,
             signals,
             axes or alone(cell),
+            channel,
         )
         self.dialect = dialect or frontend.detect(self.path)
         self._start, self._restart = machine.start, restart
@@ -494,7 +499,7 @@ class Program:
             return self._behind_held(item)
         if item is Wait.STOPPED and self.port.answers:
             self.pipeline.drain()  # it will not be driven
-        elif item in (Wait.DRAINED, Wait.STOPPED, Wait.SIGNAL) or (
+        elif item in PLAIN_WAITS or (
             item is Wait.CYCLE and not self._compensated
         ):
             if not self._gathered:

@@ -213,8 +213,8 @@ PUT AX; AX RELEASE
 SET AX; AX DEF
     `[name,number,index]..`: these axes alone; others leave the channel.
     `#AX DEF DEFAULT`: the axes of the cell file
-WAIT; SIGNAL; SIGNAL REMOVE
-    `[SYN] [ID COUNT P CH AHEAD]` between [channels](../channels.md); in a cell
+WAIT; WAIT FOR; SIGNAL; SIGNAL READ; SIGNAL REMOVE
+    `[SYN] [ID COUNT P CH AHEAD IDMIN IDMAX]` between [channels](../channels.md); in a cell
     with one a wait for a signal that has not been sent is error 907052,
     lenient a warning
 ERROR
@@ -256,7 +256,7 @@ FREE TOOL CHANGE; COMMAND; IDENT; DRIVE; HANDWHEEL; JOG; MANUAL LIMITS
 CS; CS TRACK; CS SHIFT Z; ACS; BCS ON; BCS OFF; ECS; ROTATION; SCALE; TRACK CS
 TRANSFORM; MCS TO WCS; WCS TO MCS; KIN TCP; TRAFO STACK; TRAFO PCS; CYL; FACE; CAX
     coordinates and kinematics
-CHANNEL INTERFACE; SIGNAL READ; SYNC IN; SYNC OUT; WAIT FOR; WAIT INDP; RT
+CHANNEL INTERFACE; SYNC IN; SYNC OUT; WAIT INDP; RT
     several channels, waits
 ANG; CONTROL AREA; AX; SET AX LINK; ACHSE; ACHSTAUSCH; ENABLE AX LINK; DISABLE AX LINK
 GANTRY; GEAR LINK; CAXTRACK ON; DIST CTRL; EXTCOMP; OTC; VOLCOMP; MAIN SPINDLE; TURN; EDM

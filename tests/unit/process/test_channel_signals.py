@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from support.channels import Channels
+from hli import layout
+from support.channels import AUTOMATIC, THREE, Channels
 
 
 def ends_at(cnc: Channels, index: int) -> int:
@@ -95,7 +96,7 @@ def test_values_come_along(tmp_path: Path) -> None:
     [
         ("P[0]=1", "P[1]=V.P.A", 21549, "no value P[1] came"),
         ("", "P[0]=V.P.A", 21549, "no value P[0] came"),
-        ("CH=4", "", 907057, "channels 1 to 3 (mill, loader, saw)"),
+        ("CH=4", "", 250008, "channels 1 to 3 (mill, loader, saw)"),
     ],
 )
 def test_what_does_not_fit_is_told(
@@ -174,6 +175,152 @@ def test_a_flying_wait_does_not_stop(tmp_path: Path) -> None:
         with Channels(tmp_path, [sender, text.format(wait), None]) as cnc:
             ends.append(ends_at(cnc, 1))
     assert ends[0] == ends[1]
+
+
+def test_a_key_takes_a_parameter_without_a_space(tmp_path: Path) -> None:
+    """The manual's first scenario: ``[IDP100 P[0]= V.P.SYNC CH3]``."""
+    sender = (
+        "V.P.SYNC = 1000\nP100 = 814\n"
+        "#SIGNAL [IDP100 P[0]= V.P.SYNC CH3]\nM30\n"
+    )
+    waiter = (
+        "#WAIT [ID814 P[0]= V.P.SIGNAL CH1]\nG1 Y[V.P.SIGNAL/100] F60000\nM30\n"
+    )
+    with Channels(tmp_path, [sender, None, waiter]) as cnc:
+        assert cnc.end() == ["completed", "unused", "completed"]
+        assert cnc.positions(2) == [10.0]
+
+
+@pytest.mark.parametrize(
+    ("removal", "left"),
+    [
+        ("[ID=1 CH=2]", [1, 2, 2, 3]),  # one of several goes, the oldest
+        ("[IDMIN=1 IDMAX=2 CH=2]", [3]),
+        ("[IDMIN=2 CH2]", [1, 1, 2, 3]),
+        ("SYN [IDMIN=1 IDMAX=9 CH=2]", []),
+        ("[IDMIN=1 IDMAX=9]", [1, 1, 2, 2, 3]),  # broadcasts alone
+        ("[IDMIN=1 IDMAX=9 CH=3]", [1, 1, 2, 2, 3]),
+    ],
+)
+def test_removal_of_one_signal_and_of_a_range(
+    tmp_path: Path, removal: str, left: list[int]
+) -> None:
+    """What is left is read without a wait until nothing more is there."""
+    sent = "".join(f"#SIGNAL [ID={n} CH=2]\n" for n in (1, 1, 2, 2, 3))
+    sender = f"{sent}#SIGNAL REMOVE {removal}\nG1 X1 F600\n#SIGNAL SYN [ID=9 CH=2]\nM30\n"
+    reads = "".join(
+        f"#SIGNAL READ [ID={n} CH=1]\n"
+        f'$IF V.G.SIGNAL_READ == TRUE\n#MSG ["{n}"]\n$ENDIF\n'
+        for n in (1, 1, 2, 2, 3, 3)
+    )
+    waiter = f"G1 X5 F600\n#WAIT SYN [ID=9 CH=1]\n{reads}M30\n"
+    if "SYN" in removal:
+        waiter = waiter.replace("#WAIT SYN [ID=9 CH=1]\n", "#FLUSH WAIT\n")
+    with Channels(tmp_path, [sender, waiter, None]) as cnc:
+        assert cnc.end() == ["completed", "completed", "unused"]
+        preparation = cnc.channels[1].preparation
+        assert preparation is not None
+        assert preparation.port.messages == [str(n) for n in left]
+
+
+def test_a_program_asks_for_a_signal_in_a_loop(tmp_path: Path) -> None:
+    """#SIGNAL READ does not wait: the program turns to something else, and the
+    values come with the signal.  An early signal is used up by one read.
+    """
+    sender = "G1 X10 F6000\n#SIGNAL SYN [ID=4 CH=2 P[1]=2.5]\nM30\n"
+    reader = (
+        "V.P.N = 0\nV.P.V = 0\n#SIGNAL READ [ID=4 CH=1 P[1]=V.P.V]\n"
+        "$WHILE V.G.SIGNAL_READ == FALSE\nV.P.N = V.P.N + 1\n"
+        "#SIGNAL READ [ID=4 CH=1 P[1]=V.P.V]\n$ENDWHILE\n"
+        "#SIGNAL READ [ID=4 CH=1]\n$IF V.G.SIGNAL_READ == FALSE\n"
+        "G1 X[V.P.V] F60000\n$ENDIF\n"
+        "$IF V.P.N > 50\nG1 Z1\n$ENDIF\nM30\n"
+    )
+    with Channels(tmp_path, [sender, reader, None]) as cnc:
+        assert cnc.end() == ["completed", "completed", "unused"]
+        assert cnc.positions(1) == [2.5, 1.0]
+
+
+def test_a_program_waits_for_a_condition(tmp_path: Path) -> None:
+    """#WAIT FOR lasts until the expression is above 0.5; another channel may
+    make it so.  What waits is told.
+    """
+    first = "G1 X20 F6000\n#FLUSH WAIT\nV.E.PART = 5\nM30\n"
+    second = "#WAIT FOR V.E.PART == 5\nG1 X1 F6000\nM30\n"
+    cell = f'{THREE}[external.PART]\ntype = "UNS32"\nscope = "global"\n'
+    with Channels(tmp_path, [first, second, None], cell) as cnc:
+        cnc.run(100)
+        waits = cnc.channels[1].waits.now()
+        assert [one.what for one in waits] == ["until V.E.PART == 5"]
+        cnc.until(lambda: cnc.positions(0)[0] > 19.99)
+        assert cnc.positions(1) == [0.0, 0.0]
+        assert cnc.end() == ["completed", "completed", "unused"]
+        assert cnc.positions(1) == [1.0, 0.0]
+
+
+def test_a_program_knows_its_channel(tmp_path: Path) -> None:
+    """V.G.CNC_CHANNEL counts from 1 on."""
+    text = "G1 {}[V.G.CNC_CHANNEL] F6000\nM30\n"
+    texts = [text.format(axis) for axis in "XXY"]
+    with Channels(tmp_path, texts) as cnc:
+        assert cnc.end() == ["completed"] * 3
+        assert [cnc.positions(i)[0] for i in range(3)] == [1.0, 2.0, 3.0]
+
+
+def test_a_reset_takes_signals_to_the_channel(tmp_path: Path) -> None:
+    """The manual, "Reset handling": signals to the channel that is reset go,
+    broadcasts and signals to others stay.
+    """
+    sender = "#SIGNAL [ID=1 CH=2]\n#SIGNAL [ID=2]\n#SIGNAL [ID=3 CH=3]\nM30\n"
+    text = "".join(
+        f"#SIGNAL READ [ID={n} {who}]\n"
+        f'$IF V.G.SIGNAL_READ == TRUE\n#MSG ["{n}"]\n$ENDIF\n'
+        for n, who in ((1, "CH=1"), (2, ""), (3, "CH=1"))
+    )
+    reader = f"#FLUSH WAIT\n{text}M30\n"
+    with Channels(tmp_path, [sender, reader, reader], start=False) as cnc:
+        cnc.channels[0].start()
+        cnc.end()
+        cnc.command(1, AUTOMATIC, layout.HLI_IMCM_PROCESS_RESETTING)
+        cnc.run(5)
+        file = cnc.channels[1].file
+        assert file is not None
+        cnc.channels[1].modes.select(file)
+        cnc.channels[1].start()
+        cnc.channels[2].start()
+        cnc.end()
+        found = [cnc.channels[i].preparation for i in (1, 2)]
+        assert [one and one.port.messages for one in found] == [
+            ["2"],
+            ["2", "3"],
+        ]
+
+
+@pytest.mark.parametrize(
+    ("block", "code"),
+    [
+        ("#WAIT SYN [ID=1 CH=2 P[0]=V.P.A]", 21344),
+        ("#SIGNAL READ SYN [ID=1 CH=2]", 21344),
+        ("#SIGNAL [ID=-1 CH=2]", 20995),
+        ("#SIGNAL [ID=1 CH=0]", 20996),
+        ("#WAIT [ID=1 CH=13]", 250008),
+        ("#SIGNAL [IDMIN=1 CH=2]", 900010),
+    ],
+)
+def test_wrong_commands_have_the_vendors_numbers(
+    tmp_path: Path, block: str, code: int
+) -> None:
+    """As the diagnosis manual lists them, where it does."""
+    with Channels(tmp_path, [f"V.P.A = 0\n{block}\nM30\n", None, None]) as cnc:
+        cnc.plc = True
+        assert cnc.end()[0] == "error"
+        preparation = cnc.channels[0].preparation
+        assert preparation is not None
+        assert preparation.error is not None
+        assert (preparation.error.code, preparation.error.place.line) == (
+            code,
+            2,
+        )
 
 
 def test_a_channel_that_waits_can_be_reset(tmp_path: Path) -> None:

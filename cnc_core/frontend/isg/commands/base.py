@@ -114,7 +114,12 @@ class CommandBase:
         return self._formulas.expression()
 
     def _whole(
-        self, value: Formula, name: str, lowest: int, highest: int
+        self,
+        value: Formula,
+        name: str,
+        lowest: int,
+        highest: int,
+        code: int = 900012,
     ) -> Callable[[], int]:
         offset = self._start
 
@@ -125,7 +130,7 @@ class CommandBase:
                 or not lowest - 0.5 < found < highest + 0.5
             ):
                 raise fail(
-                    900012,
+                    code,
                     f"{name}: a number {lowest}..{highest} is expected, not {found}",
                     offset,
                 )

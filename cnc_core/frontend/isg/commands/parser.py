@@ -179,8 +179,7 @@ class CommandParser(
             )
         if words == ("SET", "AX") and self._words(3)[2:] == ["LINK"]:
             return False
-        alone = words in (("WAIT",), ("SIGNAL",))
-        if alone and self._words(2)[1:] in (["FOR"], ["INDP"], ["READ"]):
+        if words == ("WAIT",) and self._words(2)[1:] == ["INDP"]:
             return False
         return found == list(words)
 

@@ -33,6 +33,7 @@ class ProgramState:
     ``visiting``: a block is only checked, not executed.
     ``macros``: text by name.  ``programs``: #FILE NAME by key.
     ``signals``: how many #SIGNAL of each number wait for their #WAIT.
+    ``signal_read``: the last #SIGNAL READ has found its signal.
     ``lenient``: unknown # commands and undefined M functions are warnings.
     """
 
@@ -50,6 +51,7 @@ class ProgramState:
     macros: dict[str, str] = field(default_factory=dict)
     programs: dict[str, str] = field(default_factory=dict)
     signals: dict[int, int] = field(default_factory=dict)
+    signal_read: bool = False
     patterns: Patterns = field(default_factory=Patterns)
     modal_cycle: ModalCycle = field(default_factory=ModalCycle)
     timers: Timers = field(default_factory=Timers)

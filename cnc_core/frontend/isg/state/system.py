@@ -72,7 +72,8 @@ SIMPLE: dict[str, Plain] = {
         else 0.0
     ),
     "TOOL_COMP": lambda c: float(c.channel.compensation.choice.side),
-    "CNC_CHANNEL": lambda c: 1.0,
+    "CNC_CHANNEL": lambda c: float(c.port.channel),
+    "SIGNAL_READ": lambda c: float(c.signal_read),
 }
 ALIASES = {"SATZ_NR": "BLOCK_NR", "WZR": "WZ_AKT"}
 # per axis, read only: (state, axis) -> value in programmed units
