@@ -54,7 +54,7 @@ def wait_for_cycle(launcher: int, cycle: int) -> None:
         + layout.HLI_SIDECAR.cnc.offset
         + layout.HLI_SIDE_CNC.cycle.offset
     )
-    for _ in range(3000):
+    for _ in range(6000):
         for path in SHM.glob(f"hli-cosim-{launcher}-*"):
             if (
                 int.from_bytes(path.read_bytes()[at : at + 8], "little")
@@ -74,7 +74,7 @@ def wait_for_path(
     process: subprocess.Popen[str], folder: Path, pattern: str
 ) -> None:
     """Until a process has made something in the folder."""
-    for _ in range(1500):
+    for _ in range(6000):
         if list(folder.glob(pattern)):
             return
         assert process.poll() is None, "ended before"

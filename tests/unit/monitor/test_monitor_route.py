@@ -42,8 +42,11 @@ def test_a_route_follows_lines_and_arcs(program: Write) -> None:
     assert route.points[-1][3] == pytest.approx(length, abs=1e-3)
 
 
-def test_a_long_program_is_thinned(program: Write) -> None:
+def test_a_long_program_is_thinned(
+    program: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The number of points is bounded; begin and end stay."""
+    monkeypatch.setattr("cnc_core.monitor.route.READ_S", 600.0)
     text = "G01 F6000\n" + "".join(f"X{i / 1000}\n" for i in range(30_000))
     route = read_route(Source(program(text)))
     assert len(route.points) <= POINTS

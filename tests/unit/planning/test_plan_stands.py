@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -21,13 +23,18 @@ ENDLESS = {
 
 
 @pytest.mark.parametrize("name", ENDLESS)
-def test_a_plan_without_motion_is_told(program: Write, name: str) -> None:
+def test_a_plan_without_motion_is_told(
+    program: Write, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """One line with the place; the end by the wall time names it again."""
     said: list[str] = []
     source = Program(program(ENDLESS[name], name), load_config(None), "isg")
-    watch = PlanWatch(source, said.append, max_wall=1.5, patience_s=0.1)
-    with pytest.raises(CncError) as caught:
-        plan_program(source, look=watch.look)
+    looks = itertools.count(0.0, 0.02)  # s of wall time, whatever the load
+    with monkeypatch.context() as patched:
+        patched.setattr(time, "monotonic", looks.__next__)
+        watch = PlanWatch(source, said.append, max_wall=1.5, patience_s=0.1)
+        with pytest.raises(CncError) as caught:
+            plan_program(source, look=watch.look)
     assert caught.value.code == 905025
     assert "--max-wall" in caught.value.text
     assert caught.value.place.line in (2, 3, 4)
