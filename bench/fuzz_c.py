@@ -23,6 +23,8 @@ CORPUS = ROOT / "tests/fuzz/corpus"
 TARGETS = ("scanner", "words", "stages", "engine")
 LONGEST = {"scanner": 2000, "words": 800, "stages": 1200, "engine": 600}
 """Bytes of an input: a longer one is slower and shows nothing more."""
+SHORT = {"scanner": 64, "words": 64, "stages": 120, "engine": 100}
+"""The same where the number of executions counts (``shake``)."""
 HARNESS_FILES = (
     "verdict",
     "modal",
@@ -35,13 +37,22 @@ HARNESS_FILES = (
     "judge",
     "engine",
 )
+ROWS_FILES = ("verdict", "modal", "scanner", "words")
+ROWS_ROOMS = ("rows/", "maths/")
+"""All that scanner and words need: quickly built."""
+SANITIZED = "address,undefined -fno-sanitize-recover=all"
 KINDS = {
-    "fuzz": "-O1 -g -fsanitize=fuzzer-no-link,address,undefined"
-    " -fno-sanitize-recover=all",
+    "fuzz": f"-O1 -g -fsanitize=fuzzer-no-link,{SANITIZED}",
+    "shake": f"-O2 -g -fsanitize={SANITIZED}",
     "cover": "-O1 -g -fprofile-instr-generate -fcoverage-mapping",
 }
 # as of c_ext/build_ffi.py
 FLAGS = "-std=gnu11 -fno-fast-math -ffp-contract=off -pthread -w"
+MAINS = {
+    "fuzz": [],
+    "shake": [HARNESS / "shake.c"],
+    "cover": [HARNESS / "replay.c"],
+}
 DONE = re.compile(r"stat::number_of_executed_units:\s*(\d+)")
 
 
@@ -54,13 +65,18 @@ class Ran:
     said: str
 
 
-def sources() -> list[Path]:
-    """The C files of the engine module and of the harness."""
+def sources(targets: list[str]) -> list[Path]:
+    """The C files of the engine module and of the harness that targets call."""
     sys.path.insert(0, str(ROOT / "c_ext"))
     from build_ffi import engine_sources  # noqa: PLC0415
 
-    own = [HARNESS / f"{name}.c" for name in HARNESS_FILES]
-    return [ROOT / "c_ext" / name for name in engine_sources()] + own
+    names = engine_sources()
+    few = set(targets) <= set(ROWS_FILES)
+    if few:
+        names = [name for name in names if name.startswith(ROWS_ROOMS)]
+    own = ROWS_FILES if few else HARNESS_FILES
+    files = [HARNESS / f"{name}.c" for name in own]
+    return [ROOT / "c_ext" / name for name in names] + files
 
 
 def _run(*command: object) -> str:
@@ -103,10 +119,21 @@ class Build:
             _run("clang", *self._flags, *how)
         return made
 
-    def objects(self) -> list[Path]:
+    def objects(self, targets: list[str]) -> list[Path]:
         """Compiled as many at a time as there are processors."""
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            return list(pool.map(self._object, sources()))
+            return list(pool.map(self._object, sources(targets)))
+
+    def _linked(self, objects: list[Path]) -> list[Path]:
+        """All for coverage, which counts what is missed; else what is called:
+        libFuzzer looks at every counter behind each execution.
+        """
+        if self.kind == "cover":
+            return objects
+        archive = self.folder / "all.a"
+        archive.unlink(missing_ok=True)
+        _run("ar", "rcs", archive, *objects)
+        return [archive]
 
     def program(self, target: str, objects: list[Path]) -> Path:
         """The program of a target; without a fuzzer it runs the files it is given."""
@@ -118,9 +145,9 @@ class Build:
             "-include",
             HARNESS / "targets.h",
             HARNESS / ("fuzzer.c"),
-            *objects,
+            *self._linked(objects),
             *(["-fsanitize=fuzzer"] if self.kind == "fuzz" else []),
-            *([HARNESS / "replay.c"] if self.kind == "cover" else []),
+            *MAINS[self.kind],
             "-lm",
             "-lrt",
             "-o",
@@ -172,6 +199,30 @@ def run(
     ]
     broken = tuple(sorted(kept(found) - before))
     return Ran(int(executed[1]) if executed else 0, broken, "\n".join(told))
+
+
+def shake(
+    target: str, program: Path, corpus: Path, times: int, seed: int
+) -> Ran:
+    """So many executions of inputs that are changed blindly, under the sanitizers."""
+    found = corpus.parent / f"{target}-broken"
+    for folder in (corpus, found):
+        folder.mkdir(parents=True, exist_ok=True)
+    inputs = [*corpus.iterdir(), *(CORPUS / target).glob("*")]
+    listed = corpus.parent / f"{target}-inputs"
+    listed.write_text("".join(f"{path}\n" for path in sorted(inputs)))
+    kept_as = found / f"shaken-{seed}"
+    words = [program, listed, kept_as, times, seed, SHORT[target]]
+    done = subprocess.run(
+        list(map(str, words)),
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    broken = (kept_as,) if done.returncode else ()
+    executed = re.search(r"executions (\d+)", done.stdout)
+    return Ran(int(executed[1]) if executed else 0, broken, done.stderr)
 
 
 def coverage(

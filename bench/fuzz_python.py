@@ -74,10 +74,12 @@ def fuzz(name: str, folder: Path, seconds: float, seed: int) -> None:
     corpus, broken = folder / name, folder / f"{name}-broken"
     for path in (corpus, broken):
         path.mkdir(parents=True, exist_ok=True)
-    for k, data in enumerate(target.seeds()):
+    seeds = list(target.seeds())
+    for k, data in enumerate(seeds):
         (corpus / f"seed{k}").write_bytes(data)
     judge = Judge(target.run, broken)
-    changed = importlib.import_module("support.fuzz_targets").changed
+    targets = importlib.import_module("support.fuzz_targets")
+    changed = targets.Changing(seeds).changed
 
     def change(data: bytes, longest: int, at: int) -> bytes:
         rng = random.Random(at)
@@ -126,8 +128,11 @@ def cover(folder: Path, names: list[str]) -> None:
     for name in names:
         judge = Judge(targets[name].run, folder / f"{name}-broken")
         (folder / f"{name}-broken").mkdir(parents=True, exist_ok=True)
-        for path in sorted((folder / name).iterdir()):
-            judge.one(path.read_bytes())
+        for data in targets[name].seeds():
+            judge.one(data)
+        if (folder / name).is_dir():
+            for path in sorted((folder / name).iterdir()):
+                judge.one(path.read_bytes())
     watch.stop()
     wanted = {place for name in names for place in targets[name].covers}
     found = {}

@@ -5,13 +5,16 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 from cnc_core._engine import ffi, lib
 
-from support.fuzz_replay import TARGETS, Harness, build
+from plc_client.st.machine.compiler import compiler
+from support.fuzz_replay import HARNESS, TARGETS, Harness, build
 
 pytestmark = pytest.mark.sanitize("engine", "rows", "stages", "jerk", "curve")
 
@@ -48,3 +51,34 @@ def test_a_broken_promise_is_told(harness: Harness) -> None:
     assert harness.broken("scanner", text) == ""
     with harness.instead("nc_scan", too_far, "PPNiPNP"):
         assert harness.broken("scanner", text).startswith("12 of 11 bytes")
+
+
+BREAKS = """
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    for (size_t i = 0; i < size; i++) {
+        if (data[i] == 7) {
+            abort();
+        }
+    }
+    return 0;
+}
+"""
+
+
+def test_what_is_shaken_is_counted_and_kept(tmp_path: Path) -> None:
+    """A byte that breaks comes about by a change; its input is kept."""
+    (tmp_path / "breaks.c").write_text(BREAKS)
+    (tmp_path / "input").write_bytes(b"aaaaaaaa")
+    (tmp_path / "list").write_text(f"{tmp_path / 'input'}\n")
+    shake, kept = tmp_path / "shake", tmp_path / "kept"
+    sources = [HARNESS / "shake.c", tmp_path / "breaks.c"]
+    subprocess.run([compiler(), *sources, "-o", shake], check=True)
+    words = [shake, tmp_path / "list", kept]
+    few = subprocess.check_output([*words, "2", "1", "64"])
+    assert few == b"executions 2\n"
+    many = subprocess.run([*words, "100000", "1", "64"], check=False)
+    assert many.returncode == 128 + signal.SIGABRT
+    assert 7 in kept.read_bytes()

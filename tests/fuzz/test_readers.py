@@ -19,7 +19,8 @@ import pytest
 from cnc_core.errors import CncError
 from cnc_core.recording.reading import Recording
 from cnc_core.recording.source import META
-from support.fuzz_targets import TARGETS, changed
+from support.fuzz_seeds import joined, parts_of
+from support.fuzz_targets import TARGETS, Changing
 
 CHANGED = 20
 READERS = ("cell", "answers", "orders", "mock", "recordings")
@@ -34,7 +35,27 @@ def test_a_reader_ends_with_an_answer_or_an_error(name: str) -> None:
     for data in seeds:
         target.run(data)
     for _ in range(CHANGED):
-        target.run(changed(rng.choice(seeds), rng))
+        target.run(Changing(seeds).changed(rng.choice(seeds), rng))
+
+
+PROGRAMS = {"isg": 900, "iso": 90, "isons": 1000, "osai": 600, "cycles": 60}
+"""Least numbers of programs that a corpus begins with."""
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_programs_of_goldens_and_tests_are_checked_to_an_end(name: str) -> None:
+    """With the files, cell and answers beside them; errors have number, place, words."""
+    seeds = list(TARGETS[name].seeds())
+    assert len(seeds) >= PROGRAMS[name]
+    for data in seeds:
+        TARGETS[name].run(data)
+
+
+def test_an_input_holds_the_files_beside_a_program() -> None:
+    """A setup and a cell are taken apart from the program as they were joined."""
+    files = {"CONFIG1": "(PNT,AXI)\n", "cell.toml": "[axes.B]\nid = 3\n"}
+    assert parts_of(joined("G61", files)) == ("G61\n", files)
 
 
 @pytest.mark.parametrize(

@@ -12,14 +12,13 @@ import pytest
 from cnc_core.blocks import NC_BLOCK
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.fuzz_seeds import setup_of
 from support.isons_programs import AXES, CELL, Outcome, exact_cell, run
 from support.osai_programs import (
     CELL_3,
     CELL_5,
     SETUP_3,
-    SETUP_5,
     Workshop,
-    changed,
     shop,
 )
 from support.statements import (
@@ -79,20 +78,6 @@ def test_a_statement(case: Statement, tmp_path: Path) -> None:
         assert found_pairs(outcome, case.pairs) == pytest.approx(
             case.pairs, abs=NEAR
         )
-
-
-def setup_of(case: Statement) -> str:
-    """The sample setup with the lines of the case."""
-    five, _, lines = case.setup.rpartition("5;")
-    changes = {
-        key: line or None
-        for key, _, line in (
-            one.partition("=") for one in lines.split(";") if one
-        )
-    }
-    return changed(
-        SETUP_5 if five or "5;" in case.setup else SETUP_3, **changes
-    )
 
 
 @pytest.mark.parametrize("case", OSAI, ids=[s.title for s in OSAI])

@@ -21,7 +21,7 @@ from plc_client.st.machine.compiler import compiler
 from support.paths import ROOT, TESTS
 
 HARNESS = TESTS / "fuzz" / "harness"
-NOT_LOADED = {"fuzzer.c", "replay.c"}
+NOT_LOADED = {"fuzzer.c", "replay.c", "shake.c"}
 """They belong to the programs of bench/fuzz.py."""
 TARGETS = ("scanner", "words", "stages", "engine")
 

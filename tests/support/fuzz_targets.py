@@ -10,16 +10,19 @@ from __future__ import annotations
 import contextlib
 import json
 import random
+import re
 import shutil
 import socket
 import struct
 import tempfile
 import threading
+import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from cnc_core.config import load_config
+from cnc_core.config import CellConfig, load_config
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.isg.cycles.registry import CYCLES
 from cnc_core.frontend.operator import read_answers
@@ -29,24 +32,28 @@ from hli.orders import CNC, OrdersAtOnce
 from plc_client.golden import GoldenMismatchError
 from plc_client.mock import script
 from plc_client.mock.cnc import MockCnc
+from support.fuzz_seeds import parts_of, programs
 from support.mutated import (
-    CHANGES,
+    CELL,
     DIALECTS,
     LINES_MAX,
     ROWS_MAX,
     checked,
     mutated,
-    right_programs,
     unclear,
 )
-from support.paths import GOLDEN, ROOT
+from support.osai_programs import SETUP_3
+from support.paths import ROOT, TESTS
 
 FRONT = "cnc_core/frontend"
+CORPUS = TESTS / "fuzz" / "corpus"
 TIMES_CPU_S = 10.0
 SUBPROGRAMS = {
     "sub.nc": "G1 X1 F100\nM17\n",
     "c.cyc": "G1 X@P1 F100\nM17\n",
     "values.txt": "1\n2\n",
+    "CONFIG1": SETUP_3,
+    "cell.toml": "",
 }
 EXPRESSIONS = {
     "isg": "V.P.A = {}\n#VAR\nV.L.B = {}\n#ENDVAR\nG1 X[{}] F100\nM30\n",
@@ -84,14 +91,42 @@ def _text(data: bytes) -> str:
 
 
 # ------------------------------------------------------------------ programs
+def _merged(table: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """Keys of ``other`` go before, tables are merged."""
+    out = dict(table)
+    for key, value in other.items():
+        mine = out.get(key)
+        both = isinstance(mine, dict) and isinstance(value, dict)
+        out[key] = _merged(mine, value) if both else value
+    return out
+
+
+def _cell(text: str) -> CellConfig:
+    """The cell of all programs with what a text adds, if the two make a cell."""
+    table = tomllib.loads(CELL)
+    with contextlib.suppress(ValueError, RecursionError):
+        return CellConfig.model_validate(_merged(table, tomllib.loads(text)))
+    return CellConfig.model_validate(table)
+
+
+def _written(folder: Path, data: bytes) -> dict[str, Path]:
+    """The parts of an input as files: ``support/fuzz_seeds.py``."""
+    main, files = parts_of(_text(data))
+    found = {}
+    for name, text in {**SUBPROGRAMS, **files, "main.nc": main}.items():
+        if name.strip("."):
+            found[name] = folder / name
+            found[name].write_text(text, "utf-8", "replace", newline="")
+    return found
+
+
 def check_program(dialect: str, data: bytes) -> None:
     """A program as it comes, between files that it may call."""
     with _folder() as folder:
-        for name, text in SUBPROGRAMS.items():
-            (folder / name).write_text(text)
-        path = folder / "main.nc"
-        path.write_bytes(data)
-        errors, rows, lines = checked(path, dialect)
+        files = _written(folder, data)
+        cell = _cell(files["cell.toml"].read_text("utf-8"))
+        path, answers = files["main.nc"], files.get("answers.json")
+        errors, rows, lines = checked(path, dialect, cell, answers)
     if rows > ROWS_MAX + 10_000 or lines > LINES_MAX:
         raise NotBoundedError(f"{rows} rows, {lines} lines")
     for error in errors:
@@ -100,8 +135,9 @@ def check_program(dialect: str, data: bytes) -> None:
 
 
 def _program_seeds(dialect: str) -> list[bytes]:
-    found = [path.read_bytes() for path in right_programs(dialect)]
-    return [data for data in found if len(data) < 3000]
+    kept = sorted((CORPUS / dialect).glob("*"))
+    found = [text.encode("utf-8", "replace") for text in programs(dialect)]
+    return found + [path.read_bytes() for path in kept]
 
 
 def check_expression(data: bytes) -> None:
@@ -141,16 +177,20 @@ def check_cycle(data: bytes) -> None:
     check_program("isg", program.encode())
 
 
+CALLED = re.compile(r"CYCLE *\[ *NAME *= *\"?(\w+)[\w.]*\"?([^\n]*)\]")
+
+
 def _cycle_seeds() -> Iterator[bytes]:
-    for k in range(len(CYCLES)):
+    """Every cycle that a golden program or a test calls, with its parameters."""
+    names = sorted(cycle.name for cycle in CYCLES)
+    places = {name.upper(): k for k, name in enumerate(names)}
+    for k in range(len(names)):
         for text in ("", "@P1=1 @P2=2", "@P1=10 @P2=5 @P3=3 @P4=1 @P5=2"):
             yield bytes([k]) + text.encode()
-    for path in GOLDEN.glob("isg_*cycle*/program.*"):
-        for line in path.read_text().splitlines():
-            if "CYCLE" in line and "[" in line:
-                inner = line.split("[", 1)[1].split(" ", 1)[-1]
-                for k in range(len(CYCLES)):
-                    yield bytes([k]) + inner.rstrip("]").encode()
+    for program in programs("isg"):
+        for name, text in CALLED.findall(program):
+            if name.upper() in places:
+                yield bytes([places[name.upper()]]) + text.encode()
 
 
 # --------------------------------------------------------------------- files
@@ -310,12 +350,30 @@ def _mock_seeds() -> Iterator[bytes]:
         )
 
 
-def changed(data: bytes, rng: random.Random) -> bytes:
-    """A text with one to three changes of its signs, words and lines."""
-    text = _text(data)
-    if not text:
-        return rng.choice(CHANGES)(rng, "G1 X1").encode()
-    return mutated(rng, text).encode("utf-8", "replace")
+class Changing:
+    """Texts with one to three changes of their signs, words and lines; in some a
+    line of another text comes or goes before.
+    """
+
+    def __init__(self, seeds: Iterable[bytes]) -> None:
+        lines = (line for seed in seeds for line in _text(seed).splitlines())
+        self._lines = list(dict.fromkeys(lines)) or ["G1 X1"]
+
+    def _spliced(self, rng: random.Random, text: str) -> str:
+        lines = text.split("\n")
+        for _ in range(rng.randint(1, 4)):
+            at = rng.randrange(len(lines))
+            lines[at : at + rng.randint(0, 1)] = [rng.choice(self._lines)]
+        return "\n".join(lines)
+
+    def changed(self, data: bytes, rng: random.Random) -> bytes:
+        """The text changed; it is never empty."""
+        text = _text(data)
+        if not text or rng.random() < 0.4:
+            text = self._spliced(rng, text)
+            if rng.random() < 0.5:
+                return text.encode("utf-8", "replace")
+        return mutated(rng, text or "G1 X1").encode("utf-8", "replace")
 
 
 def _of(dialect: str) -> Target:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from cnc_core.config import parse_config
+from cnc_core.config import CellConfig, parse_config
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.program import Program
 from support.paths import GOLDEN
@@ -118,11 +118,22 @@ def mutated(rng: random.Random, text: str) -> str:
     return text
 
 
-def checked(path: Path, dialect: str) -> tuple[list[CncError], int, int]:
+def checked(
+    path: Path,
+    dialect: str,
+    cell: CellConfig | None = None,
+    answers: Path | None = None,
+) -> tuple[list[CncError], int, int]:
     """Errors, rows and lines of a check."""
     rows, program = 0, None
     try:
-        program = Program(path, parse_config(CELL), dialect, collect=True)
+        program = Program(
+            path,
+            cell or parse_config(CELL),
+            dialect,
+            collect=True,
+            answers=answers,
+        )
         for batch in program.batches():
             rows += len(batch.rows)
             if rows > ROWS_MAX:

@@ -74,8 +74,7 @@ SETUP_5 = """(MAC,TOL,B12)
 (CIN,w,0,0,0,90,0,180)
 """
 CELL_3 = CellConfig()
-CELL_5 = parse_config(
-    """
+CELL_5_TEXT = """
 [axes.X]
 id = 1
 [axes.Y]
@@ -89,7 +88,7 @@ id = 5
 kind = "rotary"
 id = 6
 """
-)
+CELL_5 = parse_config(CELL_5_TEXT)
 
 
 def changed(setup: str, **lines: str | None) -> str:
