@@ -57,7 +57,7 @@ HLI_INTF_VERSION_NAME_LAENGE = 23
 HLI_ACHS_NAME_LAENGE = 15
 # The extension HLI_AHEAD: not of the manual, so it has a version of its own
 HLI_AHEAD_VERSION = 2
-HLI_AHEAD_CH_MAXIDX = 0
+HLI_AHEAD_CH_MAXIDX = HLI_SYS_CH_MAXIDX
 HLI_AHEAD_SLOT_MAXIDX = 3
 HLI_AHEAD_AXIS_MAXIDX = 8
 HLI_AHEAD_KNOT_MAXIDX = 511
@@ -945,8 +945,7 @@ class HLI_SIDE_PLC(Structure):
         ("finished", UDINT),
         ("scans_due", UDINT),
         ("scans", ULINT),
-        ("techno_shown", ULINT),
-        ("fill_1", BYTE * 8),
+        ("fill_1", BYTE * 16),
     ]
 
 
@@ -970,10 +969,25 @@ class HLI_SIDE_STATS(Structure):
         ("requests_bad", ULINT),
         ("overruns", ULINT),
         ("bad_commands", ULINT),
-        ("techno_again", ULINT),
+        ("planner_late_cycles", ULINT),
         ("techno_busy", UDINT),
         ("planner_late", UDINT),
-        ("planner_late_cycles", ULINT),
+        ("fill_1", BYTE * 8),
+    ]
+
+
+class HLI_SIDE_TECHNO(Structure):
+    """Functions that a PLC before this one has fetched: the PLC's lines, then
+    the CNC's.
+    """
+
+    _fields_ = [
+        ("shown", ULINT * (HLI_SYS_CH_MAXIDX + 1)),
+        ("axis_shown", BYTE * (HLI_SYS_AX_MAXIDX + 1)),
+        ("fill_1", BYTE * 32),
+        ("again", ULINT * (HLI_SYS_CH_MAXIDX + 1)),
+        ("axis_again", BYTE * (HLI_SYS_AX_MAXIDX + 1)),
+        ("fill_2", BYTE * 32),
     ]
 
 
@@ -987,6 +1001,7 @@ class HLI_SIDECAR(Structure):
         ("clah_answer", HLI_SIDE_WORD),
         ("channel_seq", HLI_SIDE_WORD),
         ("stats", HLI_SIDE_STATS),
+        ("techno", HLI_SIDE_TECHNO),
     ]
 
 

@@ -475,6 +475,7 @@ clah_bell | | PLC | counts requests; wakes the service thread
 clah_answer | | CNC | counts answers; wakes a waiting PLC
 channel_seq | | CNC | generation of the seqlock; odd while the CNC writes
 stats | | CNC | counters
+techno | | both | functions that a PLC before this one has fetched
 HLI_SIDE_CNC
     identity and clock of the CNC process
 pid | | CNC | process
@@ -496,7 +497,6 @@ attached | | PLC | 1: attached
 finished | | PLC | 1: the cell may end
 scans_due | | PLC | scans that are due
 scans | | PLC | scans done
-techno_shown | | PLC | units that showed a function when it attached: 20, 20 late, 8 spindle
 HLI_SIDE_WORD
     one futex word, alone on its cache line
 word | | as its holder | the word
@@ -509,10 +509,15 @@ requests_mode2 | | CNC | requests for the coming contour
 requests_bad | | CNC | requests that are not usable
 overruns | cycles | CNC | intervals missed entirely
 bad_commands | | CNC | commands that are not usable
-techno_again | | CNC | units whose function is offered again, bits as `techno_shown`
 techno_busy | | CNC | 1 while a technology function is put out
 planner_late | | CNC | times the path braked or stood because no motion was planned in time
 planner_late_cycles | cycles | CNC | cycles of the path that this took
+HLI_SIDE_TECHNO
+    functions that a PLC before this one has fetched: its lines, then the CNC's
+shown | | PLC | of each channel, units that showed a function when it attached: 20, 20 late
+axis_shown | | PLC | of each axis, the same of its 8 units
+again | | CNC | of each channel, units whose function is offered again, bits as `shown`
+axis_again | | CNC | of each axis, the same, bits as `axis_shown`
 HLI_AHEAD
     `gpAhead[i]`: the look-ahead extension of a channel; not of the manual
 version_r | | | version of the extension, 2

@@ -1161,10 +1161,6 @@ class HLI_SIDE_PLC(View):
     """Scans that are due; written by: PLC."""
     scans: int
     """Scans done; written by: PLC."""
-    techno_shown: int
-    """Units that showed a function when it attached: 20, 20 late, 8 spindle;
-    written by: PLC.
-    """
 
 class HLI_SIDE_WORD(View):
     """One futex word, alone on its cache line."""
@@ -1191,18 +1187,32 @@ class HLI_SIDE_STATS(View):
     """Intervals missed entirely; unit: cycles; written by: CNC."""
     bad_commands: int
     """Commands that are not usable; written by: CNC."""
-    techno_again: int
-    """Units whose function is offered again, bits as ``techno_shown``;
-    written by: CNC.
-    """
+    planner_late_cycles: int
+    """Cycles of the path that this took; unit: cycles; written by: CNC."""
     techno_busy: int
     """1 while a technology function is put out; written by: CNC."""
     planner_late: int
     """Times the path braked or stood because no motion was planned in time;
     written by: CNC.
     """
-    planner_late_cycles: int
-    """Cycles of the path that this took; unit: cycles; written by: CNC."""
+
+class HLI_SIDE_TECHNO(View):
+    """Functions that a PLC before this one has fetched: its lines, then the
+    CNC's.
+    """
+
+    shown: ArrayView[int]
+    """Of each channel, units that showed a function when it attached: 20, 20
+    late; written by: PLC.
+    """
+    axis_shown: ArrayView[int]
+    """Of each axis, the same of its 8 units; written by: PLC."""
+    again: ArrayView[int]
+    """Of each channel, units whose function is offered again, bits as
+    ``shown``; written by: CNC.
+    """
+    axis_again: ArrayView[int]
+    """Of each axis, the same, bits as ``axis_shown``; written by: CNC."""
 
 class HLI_SIDECAR(View):
     """Not public; one writer and one cache line each."""
@@ -1225,6 +1235,8 @@ class HLI_SIDECAR(View):
     """Generation of the seqlock; odd while the CNC writes; written by: CNC."""
     stats: HLI_SIDE_STATS
     """Counters; written by: CNC."""
+    techno: HLI_SIDE_TECHNO
+    """Functions that a PLC before this one has fetched; written by: both."""
 
 class HLI_AHEAD_REQUEST(View):
     """A request of the queue."""

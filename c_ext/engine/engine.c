@@ -101,11 +101,9 @@ static void attach_segment(struct engine *engine, void *segment) {
     }
     engine->hli.spindle = &first[own];
     engine->hli.side = &engine->hli.segment->sidecar;
-    if (engine->cfg.channel <= HLI_AHEAD_CH_MAXIDX) {
-        engine->hli.ahead = &engine->hli.segment->ahead[engine->cfg.channel];
-        engine->hli.ahead->version_r = HLI_AHEAD_VERSION;
-        engine->hli.ahead->sizeof_r = sizeof *engine->hli.ahead;
-    }
+    engine->hli.ahead = &engine->hli.segment->ahead[engine->cfg.channel];
+    engine->hli.ahead->version_r = HLI_AHEAD_VERSION;
+    engine->hli.ahead->sizeof_r = sizeof *engine->hli.ahead;
     publish_initial(engine);
 }
 

@@ -520,25 +520,35 @@ static bool await_quiet(const void *busy) {
     return true;
 }
 
+static uint64_t shown_by_channel(const HLI_CHANNEL *channel) {
+    return shown(channel->techno_unit_std_sync,
+                 HLI_TU_CH_STD_SYNC_MAXIDX + 1u,
+                 TECHNO_BIT_STD)
+           | shown(channel->techno_unit_late_sync,
+                   HLI_TU_CH_LATE_SYNC_MAXIDX + 1u,
+                   TECHNO_BIT_LATE);
+}
+
+static uint8_t shown_by_axis(const HLI_AXIS *axis) {
+    const void *units = axis->techno_unit_std_sync;
+    return (uint8_t)shown(units, HLI_TU_AX_STD_SYNC_MAXIDX + 1u, 0);
+}
+
 void hs_plc_register(void *segment) {
     HLI_SEGMENT *memory = segment;
     HLI_SIDE_PLC *plc = &memory->sidecar.plc;
+    HLI_SIDE_TECHNO *techno = &memory->sidecar.techno;
     hs_store_u32(&plc->generation, hs_load_u32(&plc->generation) + 1u);
     /* a function that the CNC puts out from here on is put out to this PLC */
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
     bool quiet = await_quiet(&memory->sidecar.stats.techno_busy);
-    uint64_t found = shown(memory->channel[0].techno_unit_std_sync,
-                           HLI_TU_CH_STD_SYNC_MAXIDX + 1u,
-                           TECHNO_BIT_STD)
-                     | shown(memory->channel[0].techno_unit_late_sync,
-                             HLI_TU_CH_LATE_SYNC_MAXIDX + 1u,
-                             TECHNO_BIT_LATE);
-    for (uint32_t i = 0; i <= HLI_SYS_AX_MAXIDX; i++) {
-        found |= shown((const TECHNO_UNIT_CH *)(const void *)memory->axis[i]
-                           .techno_unit_std_sync,
-                       HLI_TU_AX_STD_SYNC_MAXIDX + 1u,
-                       TECHNO_BIT_SPINDLE);
+    for (uint32_t i = 0; i <= HLI_SYS_CH_MAXIDX; i++) {
+        uint64_t found = shown_by_channel(&memory->channel[i]);
+        hs_store_u64(&techno->shown[i], quiet ? found : UINT64_MAX);
     }
-    hs_store_u64(&plc->techno_shown, quiet ? found : UINT64_MAX);
+    for (uint32_t i = 0; i <= HLI_SYS_AX_MAXIDX; i++) {
+        uint8_t found = shown_by_axis(&memory->axis[i]);
+        hs_store_u8(&techno->axis_shown[i], quiet ? found : UINT8_MAX);
+    }
     hs_store_u32(&plc->attached, 1);
 }

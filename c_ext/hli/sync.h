@@ -115,10 +115,9 @@ static inline void seq_end(volatile void *gen) {
     store_u32_release(gen, (load_u32_relaxed(gen) | 1u) + 1u);
 }
 
-/* bits of techno_shown and techno_again: the first of each array's units */
+/* bits of HLI_SIDE_TECHNO.shown and .again: the first of each array's units */
 #define TECHNO_BIT_STD 0u
 #define TECHNO_BIT_LATE 20u
-#define TECHNO_BIT_SPINDLE 40u
 
 /* cdef begin */
 /* Wait results */

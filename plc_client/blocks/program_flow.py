@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 from hli._sync import ffi, lib
@@ -54,8 +55,13 @@ class AutoContinue:
         command(self._unit, rise or (waiting and not self._unit.state_r))
 
 
-# first bit of an array in techno_again (c_ext/hli/sync.h)
-_BIT_STD, _BIT_LATE, _BIT_SPINDLE = 0, 20, 40
+# first bit of an array in HLI_SIDE_TECHNO.again (c_ext/hli/sync.h)
+_BIT_STD, _BIT_LATE = 0, 20
+
+
+def _never() -> int:
+    """No function is offered again."""
+    return 0
 
 
 class TechnoFunction(NamedTuple):
@@ -82,7 +88,7 @@ class TechnoArray:
         area: HLI_CHANNEL | HLI_AXIS,
         area_name: str,
         late: bool,
-        stats: Any = None,
+        again: Callable[[], int] = _never,
     ) -> None:
         expect(
             area,
@@ -98,10 +104,10 @@ class TechnoArray:
         self._units = units  # keeps the memory alive
         self._pointers = [unit._pointer() for unit in units]
         self._first, self._count = self._pointers[0], len(self._pointers)
-        self._stats = stats
-        self._bit = _BIT_LATE if late else _BIT_STD
-        if area_name.startswith("gpAx"):
-            self._bit = _BIT_SPINDLE
+        of_axis = area_name.startswith("gpAx")
+        # an axis has marks for its first array alone
+        self._again = _never if of_axis and late else again
+        self._bit = _BIT_LATE if late and not of_axis else _BIT_STD
         self._awaited = [True] * self._count
         self._copy = layout.TECHNO_UNIT_CH()
         self._target = ffi.cast("void *", ctypes.addressof(self._copy))
@@ -167,8 +173,7 @@ class TechnoArray:
             payload,
             self.area_name,
             self.late,
-            self._stats is not None
-            and bool(self._stats.techno_again >> self._bit + index & 1),
+            bool(self._again() >> self._bit + index & 1),
         )
 
 
@@ -178,10 +183,13 @@ class TechnoArea:
     """
 
     def __init__(
-        self, area: HLI_CHANNEL | HLI_AXIS, name: str, stats: Any
+        self,
+        area: HLI_CHANNEL | HLI_AXIS,
+        name: str,
+        again: Callable[[], int] = _never,
     ) -> None:
         self._arrays = [
-            TechnoArray(area, name, late, stats) for late in (False, True)
+            TechnoArray(area, name, late, again) for late in (False, True)
         ]
         std: ViewArray[Any]
         late: ViewArray[Any]
@@ -210,19 +218,18 @@ class TechnoArea:
 
 
 def techno_areas(hli: Areas) -> list[TechnoArea]:
-    """The configured areas, axes first.
-
-    What an earlier PLC has left open is marked for the first channel, and for
-    its spindle if it is the only channel.
+    """The configured areas, axes first; what an earlier PLC has left open is
+    marked.
     """
-    stats = hli.sidecar.stats
+    techno = hli.sidecar.techno
+    axes, channels = techno.axis_again, techno.again
     areas = [
-        TechnoArea(area, f"gpAx[{i}]", stats if hli.gNrCh == 1 else None)
+        TechnoArea(area, f"gpAx[{i}]", partial(axes.__getitem__, i))
         for i, area in enumerate(hli.gpAx)
         if area is not None
     ]
     return areas + [
-        TechnoArea(area, f"gpCh[{i}]", stats if i == 0 else None)
+        TechnoArea(area, f"gpCh[{i}]", partial(channels.__getitem__, i))
         for i, area in enumerate(hli.gpCh)
         if area is not None
     ]

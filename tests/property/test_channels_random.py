@@ -56,8 +56,7 @@ class Operator:
             ContourUnit(cnc.hli.gpCh[i].contour_lookahead) for i in range(COUNT)
         ]
         self.techno = [
-            TechnoArea(cnc.hli.gpCh[i], f"gpCh[{i}]", None)
-            for i in range(COUNT)
+            TechnoArea(cnc.hli.gpCh[i], f"gpCh[{i}]") for i in range(COUNT)
         ]
         self.open: list[tuple[int, Any, int]] = []
         self.functions: Counter[tuple[int, int]] = Counter()

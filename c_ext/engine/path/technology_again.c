@@ -28,30 +28,38 @@ void end_output(struct engine *engine) {
     }
 }
 
+/* Of the channel's spindle in gpAx. */
+static size_t spindle_place(const struct engine *engine) {
+    return (size_t)(engine->hli.spindle - engine->hli.segment->axis);
+}
+
 void mark_again(struct engine *engine, uint32_t bit, bool again) {
     uint64_t mask = (uint64_t)1 << bit, *marks = &engine->technology.again;
     if (!engine->hli.side || !(*marks & mask) == !again) {
         return;
     }
     *marks ^= mask;
-    if (engine->cfg.channel == 0) {
-        store_u64_release(&engine->hli.side->stats.techno_again, *marks);
+    HLI_SIDE_TECHNO *techno = &engine->hli.side->techno;
+    const uint64_t of_spindle = ~(uint64_t)0 << TECHNO_BIT_SPINDLE;
+    store_u64_release(&techno->again[engine->cfg.channel],
+                      *marks & ~of_spindle);
+    if (mask & of_spindle) {
+        store_u8_release(&techno->axis_again[spindle_place(engine)],
+                         (uint8_t)(*marks >> TECHNO_BIT_SPINDLE));
     }
 }
 
+/* ``shown``: bit i, unit i showed a function when the PLC attached. */
 static void look(struct engine *engine,
                  TECHNO_UNIT_CH *units,
                  const struct techno_slot *slots,
                  uint32_t count,
-                 uint32_t first) {
-    const HLI_SIDE_PLC *plc = &engine->hli.side->plc;
-    /* a PLC tells this of the first channel alone */
-    uint64_t shown =
-        engine->cfg.channel ? UINT64_MAX : load_u64_acquire(&plc->techno_shown);
+                 uint32_t first,
+                 uint64_t shown) {
     for (uint32_t i = 0; i < count; i++) {
         if (slots[i].used && !slots[i].acked
             && slots[i].generation != engine->technology.plc_generation
-            && slots[i].synch & (WAITS | LATE) && !(shown >> (first + i) & 1)
+            && slots[i].synch & (WAITS | LATE) && !(shown >> i & 1)
             && !load_u8_acquire(&units[i].please_rw)
             && !load_u8_acquire(&units[i].done_w)) {
             mark_again(engine, first + i, true);
@@ -72,22 +80,27 @@ void offer_again(struct engine *engine) {
     }
     engine->technology.plc_generation = generation;
     HLI_CHANNEL *channel = engine->hli.channel;
+    const HLI_SIDE_TECHNO *techno = &engine->hli.side->techno;
+    uint64_t shown = load_u64_acquire(&techno->shown[engine->cfg.channel]);
     look(engine,
          channel->techno_unit_std_sync,
          engine->technology.std_slots,
          STD_UNITS,
-         TECHNO_BIT_STD);
+         TECHNO_BIT_STD,
+         shown >> TECHNO_BIT_STD);
     look(engine,
          channel->techno_unit_late_sync,
          engine->technology.late_slots,
          LATE_UNITS,
-         TECHNO_BIT_LATE);
+         TECHNO_BIT_LATE,
+         shown >> TECHNO_BIT_LATE);
     if (engine->cfg.spindle_count) {
         HLI_AXIS *axis = engine->hli.spindle;
         look(engine,
              (TECHNO_UNIT_CH *)axis->techno_unit_std_sync,
              engine->technology.spindle_slots[0],
              HLI_TU_AX_STD_SYNC_MAXIDX + 1u,
-             TECHNO_BIT_SPINDLE);
+             TECHNO_BIT_SPINDLE,
+             load_u8_acquire(&techno->axis_shown[spindle_place(engine)]));
     }
 }

@@ -47,6 +47,7 @@ class _Services(ctypes.Structure):
         ("bell", ctypes.c_void_p),
         ("generation", ctypes.c_void_p),
         ("techno_again", ctypes.c_void_p),
+        ("axis_again", ctypes.c_void_p),
         ("image", ctypes.c_int64),
     ]
 
@@ -136,8 +137,9 @@ class StProgram:
             services.bell = side.clah_bell._address
             at = layout.HLI_SIDE_PLC.generation.offset
             services.generation = side.plc._address + at
-            at = layout.HLI_SIDE_STATS.techno_again.offset
-            services.techno_again = side.stats._address + at
+            techno, members = side.techno._address, layout.HLI_SIDE_TECHNO
+            services.techno_again = techno + members.again.offset
+            services.axis_again = techno + members.axis_again.offset
             services.image = _image_of(hli)
         attach = self.library.st_attach
         attach.argtypes = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p]

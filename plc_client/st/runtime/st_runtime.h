@@ -196,12 +196,14 @@ typedef struct {
     void *bell;
     const uint32_t *generation;
     const uint64_t *techno_again;
+    const uint8_t *axis_again;
     int64_t image;
 } st_services;
 
 extern st_services st_hli ST_HIDDEN;
 void st_ring(void) ST_HIDDEN;
-st_u64 st_techno_again(void) ST_HIDDEN;
+/* ``area``: of gpCh[area], or of gpAx[-1 - area]. */
+st_u64 st_techno_again(st_i64 area) ST_HIDDEN;
 int st_snapshot(st_ptr seq, st_ptr from, st_ptr to, st_i64 size) ST_HIDDEN;
 int st_ahead_claim(st_ptr area) ST_HIDDEN;
 void st_ahead_ask(st_ptr area, st_i64 slot) ST_HIDDEN;

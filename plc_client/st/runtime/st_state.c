@@ -214,10 +214,14 @@ static uint32_t generation(void) {
     return *st_hli.generation & GENERATIONS;
 }
 
-st_u64 st_techno_again(void) {
-    return st_hli.techno_again == 0
-               ? 0
-               : __atomic_load_n(st_hli.techno_again, __ATOMIC_RELAXED);
+st_u64 st_techno_again(st_i64 area) {
+    if (st_hli.techno_again == 0) {
+        return 0;
+    }
+    return area < 0
+               ? __atomic_load_n(&st_hli.axis_again[-1 - area],
+                                 __ATOMIC_RELAXED)
+               : __atomic_load_n(&st_hli.techno_again[area], __ATOMIC_RELAXED);
 }
 
 int st_ahead_claim(st_ptr area) {

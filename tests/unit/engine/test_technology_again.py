@@ -13,7 +13,12 @@ from hli._sync import ffi, lib
 
 from hli import layout
 from hli.areas import Areas
-from plc_client.blocks.program_flow import TechnoArray, techno_areas
+from plc_client.blocks.program_flow import (
+    TechnoArea,
+    TechnoArray,
+    techno_areas,
+)
+from support.channels import Channels
 from support.inside import Inside
 
 pytestmark = pytest.mark.sanitize("engine", "hli")
@@ -100,7 +105,7 @@ def test_a_fetched_function_comes_again_to_the_next_plc(
     plc.acknowledge()
     cnc.end()
     assert len(plc.carried) == 3
-    assert not cnc.side.stats.techno_again
+    assert not any(cnc.side.techno.again)
 
 
 def test_a_function_nobody_has_fetched_comes_once(cnc: Inside) -> None:
@@ -167,3 +172,90 @@ def test_restarts_at_random_lose_and_double_nothing(
     first = [number for number, again in plc.carried if not again]
     assert first == wanted
     assert [n for n, again in plc.carried if again] == lost
+
+
+TWO = """
+[channel.m_synch]
+51 = "MVS_SVS"
+[channels.mill.axes.X]
+[channels.mill.spindles.S]
+id = 90
+m3_synch = "MVS_SVS"
+[channels.saw.axes.X]
+[channels.saw.spindles.S]
+id = 91
+m3_synch = "MVS_SVS"
+"""
+
+
+MILL = 4  # behind the axes and spindles of both channels
+
+
+def test_each_channel_offers_its_own_again(tmp_path: Path) -> None:
+    """A function that a dead PLC has fetched comes again from its own channel or
+    its spindle, marked; one that it has not fetched comes once, without a mark.
+    """
+    texts = [
+        "M51\nG1 X1 F6000\nM30\n",
+        "M51\nM3 S500\nG1 X1 F6000\nM51\nM30\n",
+    ]
+    with Channels(tmp_path, texts, TWO) as cnc:
+        for place in (1, 3):
+            cnc.root.axis[place].head.plc_present_w = True
+        memory = ffi.cast("void *", cnc.segment.base)
+        carried: list[tuple[str, int, bool]] = []
+
+        def fetch(areas: list[TechnoArea], done: bool) -> None:
+            for area in areas:
+                for array, index, function in area.fetch_all():
+                    carried.append(
+                        (function.area, function.number, function.again)
+                    )
+                    if done:
+                        array.acknowledge(index)
+
+        lib.hs_plc_register(memory)
+        saw = cnc.root.channel[1].techno_unit_std_sync[0]
+        cnc.until(lambda: saw.please_rw)
+        dead = techno_areas(Areas(cnc.segment))
+        fetch(dead[:MILL] + dead[MILL + 1 :], False)
+        cnc.run(5)
+        lib.hs_plc_register(memory)
+        cnc.run(2)
+        following = techno_areas(Areas(cnc.segment))
+        for _ in range(100):
+            cnc.run(5)
+            fetch(following, True)
+        assert cnc.end() == ["completed"] * 2
+        assert not any(cnc.root.sidecar.techno.again)
+    assert [one for one in carried if one[0] == "gpCh[0]"] == [
+        ("gpCh[0]", 51, False)
+    ]
+    assert [one for one in carried if one[0] == "gpCh[1]"] == [
+        ("gpCh[1]", 51, False),
+        ("gpCh[1]", 51, True),
+        ("gpCh[1]", 51, False),
+    ]
+
+
+def test_a_spindle_of_a_further_channel_offers_again(tmp_path: Path) -> None:
+    """Its units have marks of their own, by the axis."""
+    texts = ["G1 X1 F6000\nM30\n", "M3 S500\nG1 X1 F6000\nM30\n"]
+    with Channels(tmp_path, texts, TWO) as cnc:
+        for place in (1, 3):
+            cnc.root.axis[place].head.plc_present_w = True
+        memory = ffi.cast("void *", cnc.segment.base)
+        lib.hs_plc_register(memory)
+        unit = cnc.root.axis[3].techno_unit_std_sync[0]
+        cnc.until(lambda: unit.please_rw)
+        spindle = techno_areas(Areas(cnc.segment))[3]
+        first = [f.again for _, _, f in spindle.fetch_all()]
+        cnc.run(3)
+        lib.hs_plc_register(memory)
+        cnc.run(1)
+        found = list(spindle.fetch_all())
+        for array, index, _ in found:
+            array.acknowledge(index)
+        second = [f.again for _, _, f in found]
+        assert (first, second) == ([False], [True])
+        assert cnc.end() == ["completed"] * 2
