@@ -75,8 +75,8 @@ class PlcFactory:
     """Makes runners: ``plc(MyPlc, script=[line(30)])`` on a mock CNC,
     ``plc(MyPlc, "part.nc")`` beside the real one.
 
-    A cell with several channels takes a list of programs.  The mock has one
-    channel.  Both stand until the test steps them; ``config=`` is the cell of the real
+    A cell with several channels takes a list of programs, the mock a list of
+    scripts.  Both stand until the test steps them; ``config=`` is the cell of the real
     one, ``inputs=`` are simulated inputs, ``watch=`` symbols to watch from the
     first scan on.  ``record=`` is the recording of the real one, which
     ``close()`` of the runner writes.  Other options are those of ``MockCnc``.
@@ -90,7 +90,7 @@ class PlcFactory:
         tasks: Tasks,
         program: Programs | None = None,
         *,
-        script: Sequence[Step] | None = None,
+        script: Sequence[Step] | Sequence[Sequence[Step]] | None = None,
         config: str | Path | None = None,
         dialect: str | None = None,
         autostart: bool = True,

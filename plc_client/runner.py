@@ -131,7 +131,7 @@ class PlcRunner:
     def on_mock(
         cls,
         tasks: Tasks,
-        script: Sequence[Step] | MockCnc = (),
+        script: Sequence[Step] | Sequence[Sequence[Step]] | MockCnc = (),
         *,
         inputs: Mapping[str, Any] | None = None,
         watch: str | Sequence[str] = (),

@@ -7,7 +7,8 @@ from __future__ import annotations
 import ctypes
 import os
 import uuid
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from hli._sync import lib
@@ -22,6 +23,7 @@ from .ahead import MockAhead
 from .script import (
     TENTH_UM_PER_MM,
     Step,
+    by_channel,
     element_rows,
     numbered,
     without_skipped,
@@ -32,101 +34,85 @@ VERSION = "hli-cosim 0.1"
 _ACTIVE = ProcessState.ACTIVE
 
 
-class MockCnc:
+@dataclass(frozen=True)
+class MockSettings:
+    """What a mock does where its script says nothing (``MockCnc``)."""
+
+    feed_mm_s: float = 100.0
+    rapid_mm_s: float = 300.0
+    cycle_s: float = 0.001
+    ahead: int = 120
+    auto_start: bool = True
+    program: str = "mock.nc"
+    state_after_end: ProcessState = ProcessState.SELECTED
+
+
+class MockChannel:
     """One channel with a script instead of an NC program.
 
-    ``feed_mm_s`` is the path speed at 100 % (reached at once: this CNC has no
-    acceleration), ``ahead`` how many motions in front of the tool are known,
-    ``auto_start`` whether the program runs at once or waits for the PLC's
-    command. ``cycle()`` is one CNC cycle of ``cycle_s``; nothing happens
-    between two calls.  A context manager; ``close()`` removes the segment.
-    ``areas`` are its views, ``ch`` its channel.
+    ``ch``: its area.  ``requests``, ``functions``: what it was asked and has put
+    out.  ``others_run``: whether another channel executes its script.
     """
 
     def __init__(
         self,
-        script: Sequence[Step] = (),
-        *,
-        feed_mm_s: float = 100.0,
-        rapid_mm_s: float = 300.0,
-        cycle_s: float = 0.001,
-        axes: int = 3,
-        ahead: int = 120,
-        auto_start: bool = True,
-        program: str = "mock.nc",
-        state_after_end: ProcessState = ProcessState.SELECTED,
-        name: str = "",
+        areas: Areas,
+        index: int,
+        axes: int,
+        script: Sequence[Step],
+        settings: MockSettings,
     ) -> None:
-        self.name = name or f"hli-mock-{os.getpid()}-{uuid.uuid4().hex[:8]}"
-        self.cycle_s, self.feed_mm_s, self.rapid_mm_s, self.ahead = (
-            cycle_s,
-            feed_mm_s,
-            rapid_mm_s,
-            ahead,
-        )
-        self.program = program
-        self._script = numbered(script)
-        self.segment = hli.create(self.name, 1, axes, ready=False)
-        self.areas = Areas(self.segment)
-        self.ch = self.areas.gpCh[0]
+        self.areas, self.index = areas, index
+        self.cycle_s, self.ahead = settings.cycle_s, settings.ahead
+        self.feed_mm_s = settings.feed_mm_s
+        self.rapid_mm_s = settings.rapid_mm_s
+        self.program = settings.program
+        self.others_run: Callable[[], bool] = lambda: False
+        self._script = list(script)
+        self.ch = areas.gpCh[index]
+        self._axes: list[Any] = [
+            areas.gpAx[i] for i in range(index * axes, (index + 1) * axes)
+        ]
         self.requests: list[tuple[float, float]] = []
         self.functions: list[tuple[str, int]] = []
         self.cycles = 0
         self._unit = ContourUnit(self.ch.contour_lookahead)
-        self._words = {
-            w: word_pointer(self.areas.root, w)
-            for w in ("cnc_turn", "channel_seq")
-        }
+        self._seq = word_pointer(areas.root, "channel_seq")
         self.errors = ErrorQueue(self.ch.mc_error)
         self.mode = ModeMachine(
             self.ch.channel_mc_control.mode_and_state,
             self.errors,
-            state_after_end,
+            settings.state_after_end,
         )
-        self.watchdogs = Watchdogs(self.ch.head, cycle_s, self.errors)
+        self.watchdogs = Watchdogs(self.ch.head, self.cycle_s, self.errors)
         c = self.ch.bahn_mc_control
         self._continue, self._delete = (
             Edge(c.continue_machining),
             Edge(c.delete_distance_to_go),
         )
-        areas = [self.ch, *(ax for ax in self.areas.gpAx if ax is not None)]
         self._techno = {
             (i - 1, late): Technology(a, late)
-            for i, a in enumerate(areas)
+            for i, a in enumerate([self.ch, *self._axes])
             for late in (False, True)
         }
         self._ahead = MockAhead(self)
-        self._auto_start = auto_start
+        self._auto_start = settings.auto_start
         self._stop_at_mm: float | None = (
             None  # may be commanded before program start
         )
-        self._identify()
+        self._identify(axes)
         self._load()
         self._publish()
-        self.segment.publish()
 
     # -- life
-    def _identify(self) -> None:
-        side, head = self.areas.sidecar.cnc, self.ch.head
-        side.pid, side.start = os.getpid(), lib.hs_process_start(os.getpid())
-        side.cycle_ns, side.clock, side.generation = (
-            round(self.cycle_s * 1e9),
-            layout.HLI_CLOCK_LOCKSTEP,
-            1,
-        )
-        side.phase = layout.HLI_PHASE_READY
-        for version in (
-            self.areas.gpPform.nc_config.hli_version_r,
-            head.version_r,
-        ):
-            version.zeichen = VERSION
+    def _identify(self, axes: int) -> None:
+        head = self.ch.head
+        head.version_r.zeichen = VERSION
         head.sizeof_interface_r, head.channel_nr = (
             ctypes.sizeof(layout.HLI_CHANNEL),
-            1,
+            self.index + 1,
         )
-        for i, axis in enumerate(
-            ax for ax in self.areas.gpAx if ax is not None
-        ):
+        for i, axis in enumerate(self._axes, self.index * axes):
             axis.head.sizeof_interface_r, axis.head.log_ax_n_r = (
                 ctypes.sizeof(layout.HLI_AXIS),
                 i + 1,
@@ -134,17 +120,10 @@ class MockCnc:
         self.ch.bahn_mc_control.insert_cmd.state_r.distance_of_next_stop = -1.0
         head.init_done_r = True
 
-    def close(self) -> None:
-        """Shut down and remove the segment."""
-        self.areas.sidecar.cnc.phase = layout.HLI_PHASE_SHUTDOWN
-        self.segment.close()
-        self.segment.unlink()
-
-    def __enter__(self) -> MockCnc:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def _phase(self, phase: int) -> None:
+        """The cell ends with the last channel."""
+        if phase != layout.HLI_PHASE_ENDED or not self.others_run():
+            self.areas.sidecar.cnc.phase = phase
 
     # -- the program
     def _load(self) -> None:
@@ -225,8 +204,8 @@ class MockCnc:
         return begin
 
     # -- one cycle
-    def cycle(self) -> None:
-        """PLC data, commands, motion, status, technology, look-ahead, clock."""
+    def act(self) -> None:
+        """PLC data, commands, motion, technology."""
         present = bool(self.ch.head.plc_present_w)
         self._take_commands(present)
         self._move(present)
@@ -237,24 +216,16 @@ class MockCnc:
         if self.ch.lc_error.semaphor_rw:
             self.ch.lc_error.semaphor_rw = False
         self.cycles += 1
+
+    def show(self) -> None:
+        """Status, then look-ahead."""
         self._publish()
         self._serve()
-        side = self.areas.sidecar.cnc
-        side.cell_time_ns, side.cycle = (
-            round(self.cycles * self.cycle_s * 1e9),
-            self.cycles,
-        )
-        lib.hs_word_post(self._words["cnc_turn"], self.cycles & 0xFFFFFFFF)
-
-    def run_to(self, cycle: int) -> None:
-        """Cycles up to this one."""
-        while self.cycles < cycle:
-            self.cycle()
 
     def _take_commands(self, present: bool) -> None:
         c, lr = (
             self.ch.bahn_mc_control,
-            [ax.lr_mc_control for ax in self.areas.gpAx if ax is not None],
+            [ax.lr_mc_control for ax in self._axes],
         )
         # every one shows its state
         released = False not in [
@@ -287,12 +258,11 @@ class MockCnc:
             action = "start"
         if action == "start":
             self._load()
-            self.areas.sidecar.cnc.phase = layout.HLI_PHASE_RUNNING
+            self._phase(layout.HLI_PHASE_RUNNING)
         elif action == "abort":
             self._abort()
 
     def _abort(self) -> None:
-        self.areas.sidecar.cnc.phase = layout.HLI_PHASE_ENDED
         self._at, self.ended, self.waiting_continue, self.speed_mm_s = (
             len(self.steps),
             True,
@@ -301,6 +271,7 @@ class MockCnc:
         )
         for array in self._techno.values():
             array.reset()
+        self._phase(layout.HLI_PHASE_ENDED)
 
     def _override(self, unit: Any, valid: Any, present: bool) -> float:
         percent = level(unit, present, 1000) / 10.0
@@ -338,7 +309,7 @@ class MockCnc:
             left = self._execute(left, present)
         if self.done and not self.ended:
             self.ended = True
-            self.areas.sidecar.cnc.phase = layout.HLI_PHASE_ENDED
+            self._phase(layout.HLI_PHASE_ENDED)
             self.mode.program_ended()
 
     def _execute(self, left: float, present: bool) -> float:
@@ -490,7 +461,7 @@ class MockCnc:
             self.ch.contour_lookahead.state,
             self.step,
         )
-        lib.hs_seq_begin(self._words["channel_seq"])
+        lib.hs_seq_begin(self._seq)
         state.dist_prog_start = self.distance
         state.active_feed_r = round(self.speed_mm_s * 1000.0)
         state.command_feed_r = round(
@@ -521,7 +492,7 @@ class MockCnc:
         clah.max_dist_prog_start = self.known()
         clah.count_logged_blocks = len(self.log)
         self._ahead.publish()
-        lib.hs_seq_end(self._words["channel_seq"])
+        lib.hs_seq_end(self._seq)
 
     def _serve(self) -> None:
         """Answer a look-ahead request that is there."""
@@ -530,3 +501,104 @@ class MockCnc:
             self.requests.append(request)
             self._unit.answer(self._ahead.tell(*request))
         self._ahead.serve()
+
+
+class MockCnc(MockChannel):
+    """A CNC that plays a script; with a list of scripts one a channel.
+
+    ``feed_mm_s`` is the path speed at 100 % (reached at once: this CNC has no
+    acceleration), ``ahead`` how many motions in front of the tool are known,
+    ``auto_start`` whether the program runs at once or waits for the PLC's
+    command, ``axes`` of each channel. ``cycle()`` is one CNC cycle of
+    ``cycle_s``; nothing happens between two calls.  A context manager;
+    ``close()`` removes the segment.  ``areas`` are its views, ``ch`` its first
+    channel, ``channels`` all of them; its members are those of the first one.
+    """
+
+    def __init__(
+        self,
+        script: Sequence[Step] | Sequence[Sequence[Step]] = (),
+        *,
+        feed_mm_s: float = 100.0,
+        rapid_mm_s: float = 300.0,
+        cycle_s: float = 0.001,
+        axes: int = 3,
+        ahead: int = 120,
+        auto_start: bool = True,
+        program: str = "mock.nc",
+        state_after_end: ProcessState = ProcessState.SELECTED,
+        name: str = "",
+    ) -> None:
+        settings = MockSettings(
+            feed_mm_s,
+            rapid_mm_s,
+            cycle_s,
+            ahead,
+            auto_start,
+            program,
+            state_after_end,
+        )
+        scripts = [numbered(one) for one in by_channel(script)]
+        self.name = name or f"hli-mock-{os.getpid()}-{uuid.uuid4().hex[:8]}"
+        self.segment = hli.create(
+            self.name, len(scripts), axes * len(scripts), ready=False
+        )
+        areas = Areas(self.segment)
+        self._turn = word_pointer(areas.root, "cnc_turn")
+        self._begin(areas, cycle_s)
+        super().__init__(areas, 0, axes, scripts[0], settings)
+        self.channels: list[MockChannel] = [self]
+        self.channels += [
+            MockChannel(areas, i, axes, one, settings)
+            for i, one in enumerate(scripts[1:], 1)
+        ]
+        for channel in self.channels:
+            channel.others_run = self._any_runs
+        self.segment.publish()
+
+    @staticmethod
+    def _begin(areas: Areas, cycle_s: float) -> None:
+        side = areas.sidecar.cnc
+        side.pid, side.start = os.getpid(), lib.hs_process_start(os.getpid())
+        side.cycle_ns, side.clock, side.generation = (
+            round(cycle_s * 1e9),
+            layout.HLI_CLOCK_LOCKSTEP,
+            1,
+        )
+        side.phase = layout.HLI_PHASE_READY
+        areas.gpPform.nc_config.hli_version_r.zeichen = VERSION
+
+    def _any_runs(self) -> bool:
+        return any(
+            one.mode.state == _ACTIVE and not one.ended for one in self.channels
+        )
+
+    def close(self) -> None:
+        """Shut down and remove the segment."""
+        self.areas.sidecar.cnc.phase = layout.HLI_PHASE_SHUTDOWN
+        self.segment.close()
+        self.segment.unlink()
+
+    def __enter__(self) -> MockCnc:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def cycle(self) -> None:
+        """One cycle of all channels, in their order, and the clock."""
+        for channel in self.channels:
+            channel.act()
+        for channel in self.channels:
+            channel.show()
+        side = self.areas.sidecar.cnc
+        side.cell_time_ns, side.cycle = (
+            round(self.cycles * self.cycle_s * 1e9),
+            self.cycles,
+        )
+        lib.hs_word_post(self._turn, self.cycles & 0xFFFFFFFF)
+
+    def run_to(self, cycle: int) -> None:
+        """Cycles up to this one."""
+        while self.cycles < cycle:
+            self.cycle()

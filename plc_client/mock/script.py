@@ -4,7 +4,7 @@ marker, in mm, s and rad.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -146,6 +146,16 @@ def distance_reset(**others: Any) -> Step:
 def cnc_error(number: int, **others: Any) -> Step:
     """The program stops with this error; the record goes to ``mc_error``."""
     return Step("error", number=number, **others)
+
+
+def by_channel(
+    script: Sequence[Step] | Sequence[Sequence[Step]],
+) -> list[Sequence[Step]]:
+    """One script a channel; a script of steps is that of the only one."""
+    scripts = [one for one in script if not isinstance(one, Step)]
+    if scripts and len(scripts) == len(script):
+        return scripts
+    return [script]  # type: ignore[list-item]
 
 
 def numbered(steps: Iterable[Step]) -> list[Step]:
