@@ -79,6 +79,7 @@ ORDER = [
     "cnc_core.frontend.port",
     "cnc_core.frontend.axes",
     "cnc_core.frontend.signals",
+    "cnc_core.frontend.jobs",
     "cnc_core.frontend.operator",
     "cnc_core.frontend.machine",
     "cnc_core.frontend.isons.base.machine",

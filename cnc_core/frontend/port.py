@@ -15,6 +15,7 @@ import numpy as np
 from ..files import Quota
 from ..units import FloatArray
 from .axes import ChannelAxes
+from .jobs import ChannelJobs, OpenJobs
 from .machine import External
 from .operator import Answer, Operator, Question
 from .signals import ChannelSignals
@@ -50,10 +51,13 @@ def keep(texts: list[str], text: str, most: int) -> None:
 
 
 class Condition(NamedTuple):
-    """What a program waits for until it is true, and how people call it."""
+    """What a program waits for until it is true, how people call it, and who
+    makes it so.
+    """
 
     true: Callable[[], bool]
     said: str
+    who: str
 
 
 class Wait(Enum):
@@ -112,6 +116,11 @@ class ChannelPort(Protocol):
     @property
     def axes(self) -> ChannelAxes | None:
         """Axes that the channel may exchange; None: there are none."""
+        ...
+
+    @property
+    def jobs(self) -> ChannelJobs | None:
+        """Programs in other channels; None: there is one channel."""
         ...
 
     def moved(self, position: FloatArray) -> None:
@@ -219,6 +228,7 @@ class OfflinePort:
     ) -> None:
         self.channel = channel
         self.signals = signals
+        self.jobs = OpenJobs() if signals is not None else None
         self.axes = axes
         self.operator = operator or Operator()
         self._position = np.array(position, dtype=np.float64)

@@ -121,9 +121,9 @@ class AxisBoard:
                 lambda: self._holders(index, request),
                 lambda: self._said(index, request),
             )
-            return self._signals.axes_missing(index, wait)
+            return self._signals.missing(index, wait)
         if self._signals is not None:
-            self._signals.axes_came(index)
+            self._signals.over(index)
         del self._requests[index]
         self._arrange(index, AxisRequest(call=request.call))
         request.taken()

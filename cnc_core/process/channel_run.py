@@ -27,6 +27,7 @@ from ..program.restart import Restart
 from ..recording.schema import AXES_PLACED
 from .axes import AxesOf, AxisBoard
 from .identity import CLOCKS, SERVICES, fill_channel
+from .jobs import JobBoard, JobsOf
 from .live_port import LivePort
 from .modes import READY, SELECTED, ModeControl
 from .operator_desk import OperatorDesk
@@ -59,7 +60,7 @@ class Shared:
 
     ``tell``, ``say``: a line of the cell's life, a line for the user.
     ``scratch``: folder of the process.  ``signals``: None: there is one channel.
-    ``axes``: None: they stay where they are.
+    ``axes``: None: they stay where they are.  ``jobs``: as ``signals``.
     ``axis_names``: those of all channels.
     """
 
@@ -72,6 +73,7 @@ class Shared:
     scratch: Path
     signals: SignalBoard | None = None
     axes: AxisBoard | None = None
+    jobs: JobBoard | None = None
     axis_names: frozenset[str] = frozenset()
 
     @property
@@ -126,6 +128,9 @@ class ChannelRun:
             self.engine, setup, options, self.file, shared.axis_names
         )
         self.axes = AxesOf(shared.axes, index) if shared.axes else None
+        self.jobs = JobsOf(shared.jobs, index) if shared.jobs else None
+        if shared.jobs:
+            shared.jobs.join(index, self)
         if shared.axes:
             shared.axes.join(index, self._put_axes, self._stand)
         self.engine.hold_start(True)
@@ -218,6 +223,8 @@ class ChannelRun:
         )
         if self.signals:
             self.signals.begins()
+        if self.jobs:
+            self.jobs.begins()
         port = self._port(path)
         self.preparation = Preparation(
             path,
@@ -268,6 +275,7 @@ class ChannelRun:
             self.engine.show_commands(block * BLOCK_BYTES, slots)
         port.manual_data = path == self._scratch
         port.signals, port.axes = self.signals, self.axes
+        port.jobs = self.jobs
         port.channel = self.setup.place.index + 1
         port.ended = self.modes.end_beside_dialog
         return port
@@ -320,6 +328,19 @@ class ChannelRun:
         if self.signals:
             self.signals.reset()
 
+    # a job of another channel's program
+    def find_program(self, name: str) -> Path:
+        return self.modes.find(name)
+
+    def free_for_job(self) -> bool:
+        return self.modes.free
+
+    def start_job(self, path: Path) -> None:
+        self.modes.start_job(path)
+
+    def reset_by_job(self) -> None:
+        self.modes.reset()
+
     def report_error(self, error: CncError) -> None:
         """An error that belongs to no program: told to the PLC and in the
         report, it ends nothing.
@@ -362,6 +383,8 @@ class ChannelRun:
             self.recorder.make_room()
         if self.recorder:
             self.recorder.elements()
+        if self.jobs:
+            self.jobs.serve()
 
     def _prepare(self, preparation: Preparation, event: Event) -> None:
         """What is for the program."""
@@ -409,6 +432,8 @@ class ChannelRun:
             if self.modes.aborted
             else "completed"
         )
+        if self.jobs:
+            self.jobs.ended(self.end)
         self.note("end", self.end)
         if error:
             self.note("error", error=error)

@@ -23,6 +23,7 @@ from ..frontend.operator import Operator, read_answers
 from .axes import AxisBoard
 from .channel_run import ChannelRun, Shared
 from .identity import fill_cell, scratch_folder
+from .jobs import JobBoard
 from .operator_desk import OperatorDesk
 from .options import CncOptions
 from .plc_life import PlcLife
@@ -86,6 +87,7 @@ class CncProcess:
         folder = options.report.parent if options.report else self._own_folder
         assert folder is not None
         self.board = self._new_board()
+        self.jobs = JobBoard(self.board) if self.board else None
         shared = Shared(
             options,
             self.segment,
@@ -96,6 +98,7 @@ class CncProcess:
             folder,
             self.board,
             AxisBoard(self.setups, self.board),
+            self.jobs,
             frozenset(axes_of(self.setups)),
         )
         services = {
@@ -376,6 +379,8 @@ class CncProcess:
         if not self._ended_at or not self.options.once:
             return False
         if any(channel.modes.running for channel in self.channels):
+            return False
+        if self.jobs and self.jobs.open:
             return False
         if event is Event.PLC_FINISHED or not self.started_with_plc:
             return True

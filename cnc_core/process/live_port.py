@@ -21,6 +21,7 @@ from ..frontend.port import (
     keep,
 )
 from .axes import AxesOf
+from .jobs import JobsOf
 from .options import OUT_FOLDER
 from .signals import SignalsOf
 
@@ -42,6 +43,7 @@ class LivePort:
     condition: Condition | None = None
     signals: SignalsOf | None = None
     axes: AxesOf | None = None
+    jobs: JobsOf | None = None
 
     def __init__(
         self,

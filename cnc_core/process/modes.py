@@ -200,6 +200,33 @@ class ModeControl:
         if command.to_state == ACTIVE:
             self.start()
 
+    @property
+    def free(self) -> bool:
+        """A job may begin: nothing is executed, held or in error."""
+        return (
+            not self.running
+            and self.mode == AUTOMATIC
+            and self._state in (SELECTED, READY, DESELECTED)
+        )
+
+    def start_job(self, program: Path) -> None:
+        """Start what a program of another channel has ordered."""
+        self.select(program)
+        self.start()
+
+    def find(self, name: str) -> Path:
+        """A program by its name; CncError: there is none."""
+        for path in (self._folder / name, Path(name)):
+            # False, where Path.is_file raises: a name too long for the file
+            # system
+            if os.path.isfile(path):
+                return path
+        raise CncError(901001, f"mode command: program {name} not found")
+
+    def reset(self) -> None:
+        """As the PLC's command; an executed program is aborted first."""
+        self.handle(ModeCommand(0, 0, self.mode, RESET, "", self._state))
+
     def _program(self, parameter: str) -> Path:
         if self.mode == MDI and parameter:
             self._scratch.write_text(parameter + "\n", "latin-1")
@@ -211,12 +238,7 @@ class ModeControl:
             if self.program is None:
                 raise CncError(905020)
             return self.program
-        for path in (self._folder / name, Path(name)):
-            # False, where Path.is_file raises: a name too long for the file
-            # system
-            if os.path.isfile(path):
-                return path
-        raise CncError(901001, f"mode command: program {name} not found")
+        return self.find(name)
 
     def _change_mode(self, mode: int) -> None:
         if mode != self.mode:

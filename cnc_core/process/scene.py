@@ -14,7 +14,7 @@ from ..program import Program
 from .asking import AskingLoop
 from .options import CncOptions
 from .preparation import Preparation
-from .stands import PlcSight, reasons
+from .stands import PlcSight, Reason, reasons
 from .waiting import Scene
 
 # phases of a run
@@ -36,11 +36,7 @@ MOTION = (
 
 PROGRAM_WAITS = "what its program waits for"
 SENDS = "the program of the other channel, by #SIGNAL"
-WHO = {
-    "axis": "the program of the other channel, by #PUT AX or its end",
-    "until": "the PLC or another channel, by a variable of the condition",
-}
-"""Who ends a wait, by the first word of its name; else ``SENDS``."""
+GIVES = "the program of the other channel, by #PUT AX or its end"
 
 ASKS = (
     "the end of its loop without motion, lines {} to {}",
@@ -156,9 +152,8 @@ class RunScene:
         place, text = self._place(stands)
         awaited = self._awaited()
         if awaited:
-            who = WHO.get(awaited.partition(" ")[0], SENDS)
             found = [
-                (awaited, who) if what == PROGRAM_WAITS else (what, other)
+                awaited if what == PROGRAM_WAITS else (what, other)
                 for what, other in found
             ]
         elif text:
@@ -172,14 +167,16 @@ class RunScene:
         dwells = stands.conditions & lib.ENGINE_STOP_DWELL
         return Scene(found, place, 0.0 if dwells else cell_s, key)
 
-    def _awaited(self) -> str:
+    def _awaited(self) -> Reason | None:
         """The signal, axis or condition that the program waits for."""
         if self.preparation is None:
-            return ""
+            return None
         port = self.preparation.port
         if port.condition is not None:
-            return f"until {port.condition.said}"
-        return port.signals.awaited if port.signals else ""
+            return f"until {port.condition.said}", port.condition.who
+        awaited = port.signals.awaited if port.signals else ""
+        who = GIVES if awaited.startswith("axis") else SENDS
+        return (awaited, who) if awaited else None
 
     def _asks(self, plc: PlcSight) -> Scene | None:
         """A program that goes round without motion, as one that waits for a

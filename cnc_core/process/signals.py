@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from ..errors import CncError, Place
 from ..frontend.signals import Removal, Signal, Values, Wanted, check_channel
@@ -27,6 +28,29 @@ class AxisWait:
     place: Place
     holders: Callable[[], list[int]]
     said: Callable[[], str]
+
+    def in_vain(self) -> bool:
+        return bool(self.holders())
+
+    def hopes(self, stuck: set[int]) -> bool:
+        return not stuck & set(self.holders())
+
+
+class OtherWait(Protocol):
+    """A wait for something else than a signal.
+
+    ``hopes``: whether it may come true, although these channels wait in vain.
+    """
+
+    @property
+    def place(self) -> Place: ...
+
+    @property
+    def said(self) -> Callable[[], str]: ...
+
+    def in_vain(self) -> bool: ...
+
+    def hopes(self, stuck: set[int]) -> bool: ...
 
 
 @dataclass(eq=False)
@@ -56,7 +80,9 @@ class SignalBoard:
         self.names, self._plc = names, plc
         self.all_begun = False
         self._sent: list[_Sent] = []
-        self._waits: dict[int, Wanted | AxisWait] = {}
+        self._waits: dict[int, Wanted | OtherWait] = {}
+        # whether a job will begin in a channel
+        self.queued: Callable[[int], bool] = lambda _: False
         self._later: dict[float, tuple[int, Signal | Removal]] = {}
         self._next_token = FIRST_TOKEN
         self._running: set[int] = set()
@@ -144,7 +170,7 @@ class SignalBoard:
         found = self._matching(index, wanted)
         if found is None:
             return self._goes_on(index)
-        self._over(index)
+        self.over(index)
         self._use_up(found, wanted)
         return True
 
@@ -171,20 +197,15 @@ class SignalBoard:
         del self._waits[index]
         raise doom
 
-    def _over(self, index: int) -> None:
+    def over(self, index: int) -> None:
+        """It waits no more."""
         self._waits.pop(index, None)
         self._doomed.pop(index, None)
 
-    def axes_missing(self, index: int, wait: AxisWait) -> bool:
-        """A channel waits for axes: False; CncError: the channels wait for each
-        other.
-        """
+    def missing(self, index: int, wait: OtherWait) -> bool:
+        """A channel waits: False; CncError: the channels wait for each other."""
         self._waits[index] = wait
         return self._goes_on(index)
-
-    def axes_came(self, index: int) -> None:
-        """It waits no more."""
-        self._over(index)
 
     def _matching(self, index: int, wanted: Wanted) -> list[_Sent] | None:
         """The signals that end a wait, first come first served; None: not all
@@ -213,7 +234,7 @@ class SignalBoard:
         wanted = self._waits.get(index)
         if wanted is None:
             return ""
-        if isinstance(wanted, AxisWait):
+        if not isinstance(wanted, Wanted):
             return wanted.said()
         names = [self.names[one - 1] for one in wanted.senders]
         whose = " and ".join(f"channel {name}" for name in names)
@@ -239,16 +260,16 @@ class SignalBoard:
                 index, CncError(907056, f"nobody can go on: {said}", place)
             )
 
-    def _in_vain(self, index: int, wanted: Wanted | AxisWait) -> bool:
-        if isinstance(wanted, AxisWait):
-            return bool(wanted.holders())
+    def _in_vain(self, index: int, wanted: Wanted | OtherWait) -> bool:
+        if not isinstance(wanted, Wanted):
+            return wanted.in_vain()
         return self._matching(index, wanted) is None
 
     def _hopes(self, index: int, stuck: set[int]) -> bool:
         """Whether somebody who does not wait in vain may send what is missing."""
         wanted = self._waits[index]
-        if isinstance(wanted, AxisWait):
-            return not stuck & set(wanted.holders())
+        if not isinstance(wanted, Wanted):
+            return wanted.hopes(stuck)
         missing = [
             sender - 1
             for sender in wanted.senders
@@ -262,7 +283,16 @@ class SignalBoard:
     def _may_send(self, index: int, stuck: set[int]) -> bool:
         if index in self._running:
             return index not in stuck
-        return self._plc()  # it could start a program there
+        # a PLC or another program could start one there
+        return self._plc() or self.queued(index) or bool(self._running - stuck)
+
+    def runs(self, index: int) -> bool:
+        """Whether a channel executes a program."""
+        return index in self._running
+
+    @property
+    def plc_there(self) -> bool:
+        return self._plc()
 
     def _said(self, index: int) -> str:
         place = self._waits[index].place

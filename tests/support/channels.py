@@ -17,6 +17,7 @@ from cnc_core.frontend.operator import Operator
 from cnc_core.process.axes import AxisBoard
 from cnc_core.process.channel_run import ChannelRun, Shared
 from cnc_core.process.identity import fill_cell
+from cnc_core.process.jobs import JobBoard
 from cnc_core.process.operator_desk import OperatorDesk
 from cnc_core.process.options import CncOptions, RunOptions
 from cnc_core.process.signals import SignalBoard
@@ -81,6 +82,7 @@ class Channels:
             folder,
             self.board,
             AxisBoard(setups, self.board),
+            JobBoard(self.board),
         )
         self.channels = [ChannelRun(setup, shared) for setup in setups]
         self.group = EngineGroup([one.engine for one in self.channels])

@@ -578,5 +578,6 @@ def _keeps_quotes(text: str) -> bool:
         "ERROR",
         "FILE",
         "FILENAME",
+        "MC_MOVEPATH",
     )
     return texts or macros.definition(text) is not None

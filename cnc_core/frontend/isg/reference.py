@@ -217,6 +217,9 @@ WAIT; WAIT FOR; SIGNAL; SIGNAL READ; SIGNAL REMOVE
     `[SYN] [ID COUNT P CH AHEAD IDMIN IDMAX]` between [channels](../channels.md); in a cell
     with one a wait for a signal that has not been sent is error 907052,
     lenient a warning
+MC_MOVEPATH; MCV_GRPRESETFORCED; WAIT MC_STATUS
+    `[SYN] [CH JobID FileName="x.nc" @PL1=..]`: a program in another
+    [channel](../channels.md#starting-a-channel), and waits for it
 ERROR
     RC=0 a warning; 2 and 7 error 907050
 MSG

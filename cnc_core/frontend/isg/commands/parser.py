@@ -37,6 +37,7 @@ from .corner import CornerCommands
 from .cycle import CycleCommands
 from .exchange import ExchangeCommands
 from .frame import FrameCommands
+from .jobs import JobCommands
 from .kinematic import KinematicCommands
 from .orbit import OrbitCommands
 from .path import PathCommands
@@ -76,6 +77,7 @@ class CommandParser(
     TimeCommands,
     SignalCommands,
     ExchangeCommands,
+    JobCommands,
     CycleCommands,
     OrbitCommands,
     PredictionCommands,
@@ -145,6 +147,9 @@ class CommandParser(
             (("SET", "TANGFEED"), self._tangfeed),
             (("TIME",), self._time),
             (("TIMER",), self._timer),
+            (("MC_MOVEPATH",), self._move_path),
+            (("MCV_GRPRESETFORCED",), self._reset_forced),
+            (("WAIT", "MC_STATUS"), self._wait_status),
             (("WAIT",), self._wait),
             (("SIGNAL",), self._signal),
             (("CALL", "AX"), self._call_ax),

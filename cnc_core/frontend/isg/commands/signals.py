@@ -34,6 +34,7 @@ WORDS = ("AHEAD", "SYN")  # without a value
 VALUE_BEHIND = re.compile(r"[\d+\-\[]|P\s*\d|V\.", re.IGNORECASE)
 NUMBER_MAX = 2**31 - 1
 TRUE_ABOVE = 0.5
+WHO = "the PLC or another channel, by a variable of the condition"
 
 Whole = Callable[[], int]
 
@@ -191,7 +192,7 @@ class SignalCommands(CommandBase):
             port = self._state.port
             if not port.answers or true():
                 return []
-            port.condition = Condition(true, said)
+            port.condition = Condition(true, said, WHO)
             return [Wait.CONDITION]
 
         return wait

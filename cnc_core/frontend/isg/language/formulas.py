@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from cnc_core.frontend.base.expression import round_half_away
 from cnc_core.frontend.base.formula import (
@@ -13,7 +13,8 @@ from cnc_core.frontend.base.formula import (
     number_of,
 )
 from cnc_core.frontend.base.lexer import Kind, TokenStream, digits, fail
-from cnc_core.frontend.base.variables import Value, Variable
+from cnc_core.frontend.base.variables import READ_ONLY, Value, Variable
+from cnc_core.frontend.jobs import JobState
 from cnc_core.frontend.machine import ProgramMachine
 
 from ..state.store import Reference, Store
@@ -21,6 +22,7 @@ from ..state.system import System
 from . import functions
 
 MEMBERS = re.compile(r"(?:\s*\.\s*@?\w+)+")
+STATES = {name: float(state) for name, state in JobState.__members__.items()}
 NO_OPERATORS = ("MODAL", "MODAL_MOVE", "MODAL_BLOCK")
 OWN = ("P", "S", "L", "CYC", "I")
 SYSTEM = ("G", "A", "RTG", "RTA")
@@ -31,6 +33,8 @@ class Formulas(FormulaParser):
 
     ``drain``: one of them reads a value for which the channel has to drain.
     """
+
+    constants = FormulaParser.constants | STATES
 
     def __init__(
         self,
@@ -161,6 +165,9 @@ class Formulas(FormulaParser):
 
     def _argument(self) -> Reference:
         stream, offset = self._stream, self._stream.next().offset
+        if stream.is_name("PL"):
+            stream.next()
+            return self._job_value(self._parameter_number(offset), offset)
         if not stream.is_name("P"):
             raise fail(
                 900003,
@@ -170,12 +177,49 @@ class Formulas(FormulaParser):
         stream.next()
         return self._store.argument(self._parameter_number(offset), offset)
 
+    def _job_value(self, number: Formula, offset: int) -> Reference:
+        """``@PL<number>``: what came with the job that this program is."""
+        port = self._system.state.port
+
+        def values() -> Mapping[int, float]:
+            return port.jobs.values if port.jobs is not None else {}
+
+        def key() -> int:
+            found = number()
+            return -1 if isinstance(found, str) else round_half_away(found)
+
+        def load() -> Value:
+            if key() not in values():
+                raise fail(907010, f"@PL{key()} is not given", offset)
+            return values()[key()]
+
+        def store(_: Value) -> None:
+            raise fail(READ_ONLY, "@PL can only be read", offset)
+
+        return Reference("@PL", load, store, lambda: key() in values())
+
+    def _wait_status(self, offset: int) -> Formula:
+        """``MCV_WAIT_STATUS [number]``."""
+        opened = self.open()
+        number = number_of(self.expression(), "MCV_WAIT_STATUS", offset)
+        self.close(opened)
+        port = self._system.state.port
+
+        def state() -> Value:
+            if port.jobs is None:
+                text = "MCV_WAIT_STATUS: the cell has one channel"
+                raise fail(900003, text, offset)
+            return float(port.jobs.seen(round_half_away(number())))
+
+        return state
+
     # tests
 
     def special(self, name: str) -> Callable[[int], Formula] | None:
         return {
             "EXIST": self._exist,
             "SIZEOF": self._sizeof,
+            "MCV_WAIT_STATUS": self._wait_status,
             "IS_STRING": lambda offset: self._is_kind(str),
             "IS_NUMBER": lambda offset: self._is_kind(float),
         }.get(name)
