@@ -362,6 +362,10 @@ ERRORS: dict[int, str] = {
 }
 
 
+EXCERPT, AHEAD = 76, 30
+"""Columns of a line that an error shows, and how many ahead of its place."""
+
+
 @dataclass
 class Place:
     """Where in the program: file, 1-based line and column, the text of the line."""
@@ -370,6 +374,18 @@ class Place:
     line: int = 0
     column: int = 0
     source: str = ""
+
+
+def _excerpt(place: Place) -> str:
+    """The line, or what stands around the place in a long one."""
+    text = place.source
+    if len(text) <= EXCERPT:
+        return text
+    room = EXCERPT - len("....")
+    begin = min(max(place.column - AHEAD, 0), len(text) - room)
+    shown = text[begin : begin + room]
+    ends = begin + room >= len(text)
+    return ("" if not begin else "..") + shown + ("" if ends else "..")
 
 
 class CncError(Exception):
@@ -400,7 +416,7 @@ class CncError(Exception):
             if p.line
             else (f"{p.file}: " if p.file else "")
         )
-        tail = f"\n    {p.source}" if p.source else ""
+        tail = f"\n    {_excerpt(p)}" if p.source else ""
         return f"{head}{self.code}: {self.text}{tail}"
 
     def as_json(self) -> dict[str, Any]:

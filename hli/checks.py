@@ -30,7 +30,7 @@ def checker(name: str, ctype: Any) -> Any:
     if ctype is layout.BOOL:
         return bool_checker(name)
     if ctype is layout.LREAL:
-        return float
+        return _float_checker(name)
     low, high = _int_limits(ctype)
 
     def check(value: Any) -> int:
@@ -38,6 +38,23 @@ def checker(name: str, ctype: Any) -> Any:
         if not low <= number <= high:
             raise OverflowError(f"{name} = {value}: out of range {low}..{high}")
         return number
+
+    return check
+
+
+def _float_checker(name: str) -> Any:
+    def check(value: Any) -> float:
+        if type(value) is float:
+            return value
+        if isinstance(value, (str, bytes)):  # float() reads texts, too
+            raise TypeError(f"{name} = {value!r}: a number is needed")
+        try:
+            return float(value)
+        except TypeError:
+            text = f"{name} = {value!r}: a number is needed"
+            raise TypeError(text) from None
+        except OverflowError:
+            raise OverflowError(f"{name}: the number is too large") from None
 
     return check
 

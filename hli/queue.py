@@ -14,7 +14,8 @@ import numpy as np
 from . import layout
 from ._sync import ffi, lib
 from .handshake import BLOCK_ROWS, word_pointer
-from .view import BLOCK_DTYPE, View, root_of
+from .structures import HLI_AHEAD
+from .view import BLOCK_DTYPE, expect, root_of
 
 DETAIL_DTYPE = np.dtype(layout.HLI_AHEAD_DETAIL)
 Rows = np.ndarray[Any, Any]
@@ -49,12 +50,21 @@ class Told:
     facts: Any
 
 
+def _slot_checked(slot: int) -> None:
+    """Raises IndexError for a slot that the memory does not have."""
+    if not 0 <= slot <= layout.HLI_AHEAD_SLOT_MAXIDX:
+        raise IndexError(
+            f"slot {slot}: the index runs 0..{layout.HLI_AHEAD_SLOT_MAXIDX}"
+        )
+
+
 class Queue:
     """The slots of one channel's extension, as one PLC task uses them: ``ask``
     and ``take`` never wait.
     """
 
-    def __init__(self, ahead: View) -> None:
+    def __init__(self, ahead: HLI_AHEAD) -> None:
+        expect(ahead, "Queue", "hli.gpAhead[0]", layout.HLI_AHEAD)
         root: Any = root_of(ahead)
         self._view: Any = ahead
         self._area = ahead._pointer()
@@ -103,6 +113,7 @@ class Queue:
         """The answer, and the slot is free again; BUSY while there is none,
         GONE: the slot is another PLC's.
         """
+        _slot_checked(slot)
         facts = layout.HLI_AHEAD_ANSWER()
         n: int = lib.hs_ahead_take(
             self._area,
@@ -125,12 +136,15 @@ class Queue:
     # -- CNC side (the mock, tests)
     def asked(self, first: int = 0) -> int:
         """The next slot with a request, or BUSY."""
+        if first < 0:
+            _slot_checked(first)
         return int(lib.hs_ahead_asked(self._area, first))
 
     def answer(
         self, slot: int, blocks: Rows, details: Rows, facts: dict[str, Any]
     ) -> None:
         """Answer the request of a slot; facts are members of HLI_AHEAD_ANSWER."""
+        _slot_checked(slot)
         place = self._view.slot[slot]
         request, told = place.request._c, place.answer._c
         count = len(blocks)

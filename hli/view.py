@@ -286,7 +286,6 @@ class ViewArray(tuple[_T, ...]):
         )
 
 
-# ------------------------------------------------------------------------------------------------
 # properties
 def _scalar(name: str, ctype: Any) -> property:
     check = checker(name, ctype)
@@ -481,8 +480,8 @@ class Pointers(tuple[_T, ...]):
     HliNotConfigured instead of handing out a None that fails somewhere else.
     """
 
-    name: str
-    configured: int
+    name: str = ""
+    configured: int = 0
 
     def __new__(cls, name: str, views: ViewArray[_T], count: int) -> Self:
         nulls: list[Any] = [None] * (len(views) - count)
@@ -505,17 +504,20 @@ class Pointers(tuple[_T, ...]):
             raise self._wrong(index)
         return area
 
+    if not TYPE_CHECKING:  # which finds unknown names
+
+        def __getattr__(self, name: str) -> Any:
+            right = f"write {self.name}[0].{name}"
+            raise AttributeError(f"{self.name} holds all of them; {right}")
+
     def _wrong(self, index: int) -> IndexError:
         if not 0 <= index < len(self):
             return IndexError(
                 f"{self.name}[{index}]: the index runs 0..{len(self) - 1}"
             )
         what = "axis" if self.name == "gpAx" else "channel"
-        there = (
-            f"{self.name}[0..{self.configured - 1}]"
-            if self.configured
-            else "none"
-        )
+        last = self.configured - 1
+        there = f"{self.name}[0..{last}]" if last >= 0 else "none"
         return HliNotConfigured(
             f"{what} {index} is not configured: {self.name}[{index}] is NULL; the CNC has {there}"
         )
@@ -524,7 +526,6 @@ class Pointers(tuple[_T, ...]):
         return f"<hli.{self.name}[0..{len(self) - 1}]: {self.configured} configured>"
 
 
-# ------------------------------------------------------------------------------------------------
 # where a view stands
 _GLOBAL_NAMES = {
     "platform": "gpPform",

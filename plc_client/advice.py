@@ -18,6 +18,8 @@ from typing import Any
 from hli.owners import cnc_writes, status_names
 
 from .blocks.base import FunctionBlock
+from .blocks.feed_control import FeedControl
+from .blocks.level import Override
 from .program import Program
 
 LONG_INTERVAL_S = 1.0
@@ -55,7 +57,11 @@ def of_class(program: Program) -> list[str]:
 
 def of_run(program: Program) -> list[str]:
     """Warnings of what a task has done: its time, inputs that blocks refused."""
-    return [*_of_times(program), *_of_blocks(program)]
+    return [
+        *_of_times(program),
+        *_of_blocks(program),
+        *_of_fractions(program),
+    ]
 
 
 def _of_times(program: Program) -> list[str]:
@@ -80,6 +86,22 @@ def _of_blocks(program: Program) -> list[str]:
         " tells it"
         for name, block in attributes.items()
         if isinstance(block, FunctionBlock) and block.refused
+    ]
+
+
+def _of_fractions(program: Program) -> list[str]:
+    """A warning for an override below 1 %: a factor was meant."""
+    attributes = getattr(program.instance, "__dict__", {})
+    commanded = {
+        name: block._commanded()
+        for name, block in attributes.items()
+        if isinstance(block, FeedControl | Override)
+    }
+    return [
+        f"task {program.name}: {name} commands an override of {percent:g} %;"
+        f" overrides are in percent: {100.0 * percent:g} for {percent:g}"
+        for name, percent in commanded.items()
+        if 0.0 < percent < 1.0
     ]
 
 

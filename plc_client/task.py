@@ -110,6 +110,8 @@ def task(
         return task()(interval)
     _check_seconds("interval", interval)
     _check_seconds("watchdog", watchdog)
+    if not isinstance(priority, int) or isinstance(priority, bool):
+        raise TypeError(f"task priority={priority!r}: a whole number is needed")
     if not interval > 0.0:
         raise ValueError(f"task interval {interval} s: above 0")
     if not watchdog >= 0.0:
@@ -157,6 +159,7 @@ def check_methods(cls: type) -> None:
     """TypeError with the place of a method that cannot be called as the runtime
     calls it.
     """
+    _check_constructor(cls)
     for name, parameters in _METHODS.items():
         method = inspect.getattr_static(cls, name, None)
         if not inspect.isfunction(method):
@@ -170,6 +173,26 @@ def check_methods(cls: type) -> None:
                 f" def {name}({', '.join(parameters)}):"
                 f" not def {name}{inspect.signature(method)}"
             ) from None
+
+
+def _check_constructor(cls: type) -> None:
+    """TypeError with its place for a constructor that wants the HLI."""
+    made = inspect.getattr_static(cls, "__init__", None)
+    if not inspect.isfunction(made):
+        return
+    wanted = [
+        name
+        for name, parameter in inspect.signature(made).parameters.items()
+        if parameter.default is parameter.empty
+        and parameter.kind is parameter.POSITIONAL_OR_KEYWORD
+    ]
+    if wanted[1:] == ["hli"]:
+        code = made.__code__
+        raise TypeError(
+            f"{code.co_filename}:{code.co_firstlineno}: write"
+            " def setup(self, hli): not def __init__(self, hli); a task is made"
+            " ahead of its CNC"
+        )
 
 
 def spec_of(cls: type) -> TaskSpec:

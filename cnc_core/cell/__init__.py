@@ -7,6 +7,7 @@ and ended together.
 
 from __future__ import annotations
 
+import difflib
 import os
 import secrets
 import shutil
@@ -195,6 +196,7 @@ class Cell:
     def _options(self, chosen: RunKeywords) -> RunOptions:
         """The options of a run; the cell's clock and service where none is named."""
         given: dict[str, Any] = {**chosen}
+        _refuse_unknown(given)
         for name in ("out", "record", "answers"):
             if given.get(name):
                 given[name] = Path(given[name])
@@ -309,3 +311,12 @@ def _refuse_living(name: str) -> None:
             f"segment {name!r} is in use: end that cell, or choose another"
             " --name (hli-cosim ps lists them)",
         )
+
+
+def _refuse_unknown(given: dict[str, Any]) -> None:
+    """TypeError for what is no member of ``RunOptions``, with the nearest."""
+    known = [*RunOptions.__dataclass_fields__, "plc", "plc_args"]
+    for name in given.keys() - set(known):
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise TypeError(f"run() has no argument {name!r}{hint}")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+import signal
 from typing import Any
 
 from ..errors import CncError, Place
+from ..process.waiting import Waiting
 from .child import Child, Job
 from .result import RunResult
 from .supervision import OUT_OF_TIME
@@ -51,18 +53,32 @@ def _judge_time(result: RunResult) -> None:
     """The launcher has ended a CNC that did not look at its time."""
     result.end = "error"
     if not any(error["code"] == OUT_OF_TIME for error in result.errors):
-        waits = [
-            f"waits for {one['what']}; {one['who']}" for one in result.waiting
-        ]
-        why = "; ".join(waits) or "the CNC is still busy"
-        text = f"the time of --max-wall is over: {why}"
-        result.errors.append(CncError(OUT_OF_TIME, text).as_json())
+        waits = [Waiting(**one) for one in result.waiting]
+        why = "; ".join(one.without_place() for one in waits)
+        place = waits[0].place if waits else Place()
+        text = (
+            f"the time of --max-wall is over: {why or 'the CNC is still busy'}"
+        )
+        result.errors.append(CncError(OUT_OF_TIME, text, place).as_json())
 
 
 def _died(who: str, child: Child) -> dict[str, Any]:
     last = child.said().splitlines()
     detail = f": {last[-1]}" if last and "Killed" not in last[-1] else ""
-    return CncError(905001, f"the {who} process died{detail}").as_json()
+    text = f"the {who} process died{_how(child.process.poll())}{detail}"
+    return CncError(905001, text).as_json()
+
+
+def _how(status: int | None) -> str:
+    """By which signal, or with which status."""
+    if not status:
+        return ""
+    if status > 0:
+        return f" with exit status {status}"
+    try:
+        return f" by {signal.Signals(-status).name}"
+    except ValueError:
+        return f" by signal {-status}"
 
 
 def _plc_error(text: str) -> dict[str, Any]:
@@ -70,15 +86,12 @@ def _plc_error(text: str) -> dict[str, Any]:
     frames below.
     """
     first, *frames = text.splitlines()
-    match = re.match(r"(.+?):(\d+): (.*)", first)
-    place = (
-        Place(match[1], int(match[2]), 1, frames[-1].strip() if frames else "")
-        if match
-        else Place()
-    )
-    return CncError(
-        905003, f"PLC program: {match[3] if match else first}", place
-    ).as_json()
+    match = re.match(r"(.+?):(\d+)(?::(\d+))?: (.*)", first)
+    if match is None:
+        return CncError(905003, f"PLC program: {first}").as_json()
+    source = frames[-1].strip() if frames else ""
+    place = Place(match[1], int(match[2]), int(match[3] or 1), source)
+    return CncError(905003, f"PLC program: {match[4]}", place).as_json()
 
 
 def be_strict(result: RunResult) -> None:

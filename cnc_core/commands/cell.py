@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from hli import segment
+
 from ..errors import CncError, Place
 from ..process.options import CncOptions, RunOptions
 from .console import (
@@ -292,6 +294,11 @@ def _query(
             900012,
             f"the request {distance or index} is not made of finite numbers",
         )
+    if distance is not None and distance[1] < 0:
+        raise typer.BadParameter(
+            f"--distance: LENGTH {distance[1]:g} is below 0; ranges begin at"
+            " START and lead ahead"
+        )
     if distance is None:
         return {"mode": 1, "start": index, "length": 0.0}
     return {"mode": 2, "start": distance[0], "length": distance[1]}
@@ -324,6 +331,7 @@ def cnc(
     from ..process.__main__ import run_cnc  # noqa: PLC0415
 
     check_choices(options)
+    segment.check_name(name)
     cell = load_config(config)
     programs = _programs(files or [], config)
     file = next(path for path in programs if path is not None)

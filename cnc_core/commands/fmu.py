@@ -55,6 +55,9 @@ def fmu(
     """
     from ..fmu import export_fmu  # noqa: PLC0415
 
+    if out.suffix != ".fmu":
+        raise typer.BadParameter(f"--out {out}: the name must end in .fmu")
+
     target = export_fmu(
         file,
         out,

@@ -17,6 +17,8 @@ def check_st(path: Path, words: tuple[str, ...], as_json: bool) -> None:
     """All errors of an ST program; exit 1 when anything is refused or wrong."""
     try:
         sources = st.sources_of([path])
+        if path.is_dir() and not sources:
+            raise PlcError(f"{path}: no Structured Text in this folder")
         found = st.check(sources, options_of(words))
         report, errors = found.as_json(), found.log.errors
         warnings = found.log.warnings

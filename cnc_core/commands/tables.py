@@ -244,12 +244,13 @@ def _channel_row(channel: dict[str, Any]) -> list[str]:
 def _print_tasks(tasks: dict[str, dict[str, Any]]) -> None:
     for name, task in tasks.items():
         late = f", {task['overruns']} overruns" if task["overruns"] else ""
-        out.print(
+        line = (
             f"task {name}: {task['scans']} scans every"
             f" {number(task['interval_s'] * 1000.0)} ms,"
             f" {number(task.get('mean_us') or 0.0)} us each,"
             f" {number(task.get('max_us') or 0.0)} us at most{late}"
         )
+        out.print(textwrap.fill(line, COLUMNS, subsequent_indent="  "))
 
 
 def _print_result(result: Any) -> None:
@@ -279,6 +280,13 @@ def print_watch(columns: dict[str, list[float | None]]) -> None:
 
 # ------------------------------------------------------------------------------------------------
 # answers of the look-ahead
+EMPTY_LOG = (
+    "the log is empty: #CONTOUR LOOKAHEAD LOG ON in the program marks blocks;\n"
+    "  --distance START LENGTH asks for any part of the path"
+)
+NO_TURN = 1e-9  # rad; below it rounding alone
+
+
 def print_answer(answer: dict[str, Any]) -> None:
     """Request, state and elements of an answer."""
     request, state = answer["request"], answer["state"]
@@ -299,6 +307,8 @@ def print_answer(answer: dict[str, Any]) -> None:
     print_table(
         "", [f"{h}\n{u}" for h, u in zip(head, units, strict=True)], rows
     )
+    if answer["mode"] == 1 and not state["count_logged_blocks"]:
+        out.print(EMPTY_LOG)
 
 
 def _both(tenth_um: float) -> str:
@@ -308,7 +318,7 @@ def _both(tenth_um: float) -> str:
 def _element(row: dict[str, Any]) -> list[str]:
     kind = KINDS.get(row["block_type"], str(row["block_type"]))
     marker = kind.startswith("LOG")
-    length = row["length"]
+    length, turn = row["length"], row["tangent_variation"]
     return [
         kind,
         str(row["block_number"]),
@@ -317,5 +327,5 @@ def _element(row: dict[str, Any]) -> list[str]:
         f"PARAM {number(length)}" if marker else f"{length / 1e4:.4f}",
         number(row["compensated_radius"] / 1e4),
         number(row["circle_angle"]),
-        number(row["tangent_variation"]),
+        number(turn if abs(turn) > NO_TURN else 0.0),
     ]

@@ -118,7 +118,24 @@ def config_of(values: dict[str, Any] | CellConfig) -> CellConfig:
     if isinstance(values, CellConfig):
         setups_of(values)
         return values
-    return _validated(values, "", "")
+    if not isinstance(values, dict):
+        given = type(values).__name__
+        raise ConfigError(
+            f"a cell is a path, a dict or a CellConfig, not a {given}"
+        )
+    return _validated(_with_texts(values), "", "")
+
+
+def _with_texts(values: Any) -> Any:
+    """Numbers as keys, ``{50: "MVS_SVS"}``, are texts, as those of a file."""
+    if isinstance(values, list | tuple):
+        return [_with_texts(value) for value in values]
+    if not isinstance(values, dict):
+        return values
+    return {
+        str(key) if type(key) is int else key: _with_texts(value)
+        for key, value in values.items()
+    }
 
 
 def config_text(cell: CellConfig) -> str:

@@ -46,10 +46,9 @@ def synch_value(text: str) -> int:
     words = [word.strip() for word in text.split("|")]
     unknown = [word for word in words if word not in SYNCH]
     if unknown:
-        near = difflib.get_close_matches(unknown[0], SYNCH, n=1, cutoff=0.0)[0]
-        raise ValueError(
-            f"unknown synchronisation type {unknown[0]!r}; did you mean {near!r}?"
-        )
+        near = difflib.get_close_matches(unknown[0], SYNCH, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else ", ".join(SYNCH)
+        raise ValueError(f"unknown synchronisation type {unknown[0]!r}; {hint}")
     bases = [word for word in words if word in SYNCH_BASES]
     if len(bases) != 1 or len(set(words)) < len(words):
         raise ValueError(

@@ -36,6 +36,7 @@ HINTS = {
     "wait": "the PLC acknowledges or continues late",
 }
 HINT_SHARE = 0.3
+HINT_FROM_S = 0.1
 SHOWN_SHARE = 0.005
 
 
@@ -69,7 +70,11 @@ def summary(seconds: dict[str, float]) -> str:
 
 
 def hints(seconds: dict[str, float]) -> list[str]:
-    """A line for each cause that takes much and can be helped."""
+    """A line for each cause that takes much and can be helped; none where all
+    is over at once.
+    """
+    if sum(seconds.values()) < HINT_FROM_S:
+        return []
     return [
         f"{TITLES[name]} {100.0 * share:.0f} %: {HINTS[name]}"
         for name, share in shares(seconds)

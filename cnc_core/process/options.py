@@ -205,7 +205,8 @@ def names_of(given: Any) -> tuple[str, ...]:
 
 
 def _not_negative(name: str, value: float, unit: str = "s") -> None:
-    if not (math.isfinite(value) and value >= 0.0):
+    number = isinstance(value, int | float)
+    if not (number and math.isfinite(value) and value >= 0.0):
         raise CncError(
             902001, f"{name} {value!r}: a number of {unit}, 0 or more"
         )

@@ -164,8 +164,8 @@ class RunScene:
             ]
         cell_s = (stands.cycle - stands.since) * self._cell.cycle_s
         # a dwell is no wait: it is told by wall time alone
-        dwells = stands.conditions & lib.ENGINE_STOP_DWELL
-        return Scene(found, place, 0.0 if dwells else cell_s, key)
+        dwells = bool(stands.conditions & lib.ENGINE_STOP_DWELL)
+        return Scene(found, place, cell_s, key, dwells)
 
     def _awaited(self) -> Reason | None:
         """The signal, axis or condition that the program waits for."""

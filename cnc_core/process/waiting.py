@@ -71,12 +71,14 @@ class Scene:
     ``place``: file, line and N of the block.
     ``cell_s``: how long already, cell time; None where none passes.
     ``key``: another one is another wait; None: place and reasons are it.
+    ``by_wall``: it ends by itself, and is told behind its wall time alone.
     """
 
     reasons: list[Reason]
     place: tuple[str, int, int] = ("", 0, 0)
     cell_s: float | None = None
     key: object = None
+    by_wall: bool = False
 
 
 def gap_s(told: int) -> float:
@@ -122,7 +124,7 @@ class StandWatch:
         self.last = self._waiting(scene, now)
         if not self.last:
             return
-        cell_s = scene.cell_s or 0.0
+        cell_s = 0.0 if scene.by_wall else scene.cell_s or 0.0
         lasts = cell_s >= self._cell_s or now - self._since >= self._wall_s
         if self._told_at:
             if now - self._told_at < gap_s(self._told):

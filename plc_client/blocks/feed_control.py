@@ -52,6 +52,11 @@ class FeedControl:
         self.override = control.override.state_r / 10.0
         self.feedhold = control.feedhold.state_r
 
+    def _commanded(self) -> float:
+        """Percent that the unit commands now; 100 while it is free."""
+        unit = self._control.override
+        return unit.command_w / 10.0 if unit.enable_w else 100.0
+
     def release(self) -> None:
         """Give the units back to the operator's values."""
         for unit in (

@@ -265,6 +265,11 @@ class Override(_Levels):
         self.rapid = self._rapid.state_r / 10.0
         self.effective = self._status.override_r / 10.0
 
+    def _commanded(self) -> float:
+        """Percent that the path's unit commands now; 100 while it is free."""
+        unit = self._path
+        return unit.command_w / 10.0 if unit.enable_w else 100.0
+
 
 OVERRIDE_MAX_PERCENT = 200.0
 

@@ -68,6 +68,11 @@ class TechnoBlock(FunctionBlock):
             self.payload = self.function.payload
 
 
+def _is_number(number: Any) -> bool:
+    whole = isinstance(number, int) and not isinstance(number, bool)
+    return whole and number >= 0
+
+
 class TechnoServer:
     """Fetches every technology function at once and hands it to the block that
     is registered for it.
@@ -100,6 +105,11 @@ class TechnoServer:
         """
         if kind not in ("M", "H", "S", "T"):
             raise ValueError(f"technology function {kind!r}: M, H, S or T")
+        if not (number is None or _is_number(number)):
+            raise ValueError(
+                f"technology function {kind}, number {number!r}: a whole number"
+                " from 0 on, or None for all of the kind"
+            )
         if channel is not None and channel not in self._channels:
             raise ValueError(
                 f"channel {channel}: the CNC has 0..{len(self._channels) - 1}"

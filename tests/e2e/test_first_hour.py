@@ -6,10 +6,13 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from cnc_core import Cell
+from cnc_core.errors import CncError
 from hli.symbol import SymbolError
 from plc_client.task import PlcError, load_tasks, task
 from support.command_line import Outcome, command
@@ -144,6 +147,7 @@ def test_a_class_below_a_run_is_found(program: Write) -> None:
         ("def setup(hli): pass", "write def setup(self, hli): not def setup"),
         ("def result(self, hli): pass", "write def result(self): not def"),
         ("def finished(): pass", "write def finished(self): not def finished"),
+        ("def __init__(self, hli): pass", "write def setup(self, hli): not"),
     ],
 )
 def test_a_wrong_method_is_told_with_its_line(
@@ -312,3 +316,70 @@ def test_an_error_of_the_plc_is_told_at_its_own_place(
     assert (error["file"], error["line"]) == (str(plc), line)
     assert told in error["text"]
     assert str(plc) not in error["text"]
+
+
+def test_a_priority_is_a_whole_number() -> None:
+    """A text was taken, and sorted as one."""
+    with pytest.raises(TypeError, match="priority='high': a whole number"):
+        task(interval=0.001, priority="high")  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "said"),
+    [
+        ("run {folder}", 1, "a folder, no program"),
+        ("check {folder}", 2, "no Structured Text in this folder"),
+        ("lookahead {part} --distance 0 -5", 2, "LENGTH -5 is below 0"),
+        ("lookahead {part} --index 0 --at start", 0, "the log is empty"),
+        ("fmu {part} -o {folder}/x.txt", 2, "must end in .fmu"),
+    ],
+)
+def test_what_gave_an_empty_answer_is_told(
+    cli: Cli, program: Write, words: str, status: int, said: str
+) -> None:
+    """No empty table, no file that nobody can open, no death of a process."""
+    part = program(PART)
+    folder = part.parent / "empty"
+    folder.mkdir()
+    outcome = cli(*words.format(part=part, folder=folder).split())
+    assert (outcome.status, said in outcome.out + outcome.err) == (status, True)
+
+
+def test_a_long_line_is_shown_around_its_error(
+    cli: Cli, program: Write
+) -> None:
+    """The excerpt keeps to the terminal, and holds the wrong word."""
+    line = f"N10 G1 X1 F1000 {'(comment) ' * 30}G999 {'(comment) ' * 30}"
+    outcome = cli("check", program(f"{line}\nM30\n"), "--dialect", "isg")
+    assert outcome.status == 1
+    excerpt = outcome.err.splitlines()[-1]
+    assert "G999" in excerpt
+    assert len(excerpt) <= 80
+
+
+def test_a_name_that_is_none_is_refused_at_once(
+    cli: Cli, program: Write
+) -> None:
+    """Not behind a line that tells of waiting on it."""
+    outcome = cli("cnc", program(PART), "--name", "bad/name")
+    assert outcome.status == 1
+    assert "waiting" not in outcome.err
+    assert "905015" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("chosen", "said"),
+    [
+        ({"plcs": "x.py"}, "no argument 'plcs'; did you mean plc?"),
+        ({"tolerance": "much"}, "tolerance 'much': a number of mm"),
+        ({"max_time": "5 s"}, "max_time '5 s': a number of s"),
+    ],
+)
+def test_a_wrong_argument_of_a_run_is_named(
+    program: Write, chosen: dict[str, Any], said: str
+) -> None:
+    """It told of a class of ours, or of no name at all."""
+    path = program(PART)
+    with Cell() as cell, pytest.raises((TypeError, CncError), match=said) as e:
+        cell.run(path, **chosen)
+    assert "RunOptions" not in str(e.value)

@@ -147,3 +147,22 @@ def test_what_takes_one_channel_refuses_several() -> None:
     ):
         with pytest.raises(CncError, match="mill, loader"):
             ask()
+
+
+def test_numbers_are_keys_of_a_dict() -> None:
+    """``{50: "MVS_SVS"}`` of Python is ``50 = "MVS_SVS"`` of a file."""
+    by_number = config_of({"channel": {"m_synch": {50: "MVS_SVS"}}})
+    by_text = config_of({"channel": {"m_synch": {"50": "MVS_SVS"}}})
+    assert by_number == by_text
+
+
+def test_a_cell_is_no_number() -> None:
+    """The text names what a cell is."""
+    with pytest.raises(CncError, match="a path, a dict or a CellConfig"):
+        config_of(5)  # type: ignore[arg-type]
+
+
+def test_a_synchronisation_without_a_neighbour_lists_all() -> None:
+    """``FOO`` was told to be a misspelt MOS."""
+    with pytest.raises(CncError, match="'FOO'; NO_SYNCH, MOS"):
+        config_of({"channel": {"m_synch": {"50": "FOO"}}})

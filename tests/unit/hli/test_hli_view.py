@@ -8,6 +8,7 @@ import pytest
 import hli
 from hli import HliNotConfigured, layout
 from hli.areas import Areas
+from hli.symbol import SymbolError
 from hli.view import BLOCK_DTYPE, overlay
 from support.fake_cnc import unique_name
 
@@ -220,3 +221,46 @@ def test_parts_and_members_cannot_be_deleted(areas: Areas) -> None:
             delattr(areas.gpCh[0], name)
     with pytest.raises(AttributeError, match="cannot be deleted"):
         del areas.gpCh[0].bahn_mc_control.override.command_w
+
+
+@pytest.mark.parametrize(
+    ("name", "right"),
+    [
+        ("gpch", "did you mean hli.gpCh?"),
+        ("gpChannel", "did you mean hli.gpCh?"),
+        ("head", "did you mean hli.gpCh[0].head?"),
+        ("lr_state", "did you mean hli.gpAx[0].lr_state?"),
+        ("zzz", "it has gpPform, gpCh"),
+    ],
+)
+def test_a_wrong_name_of_the_hli_tells_the_right_one(
+    areas: Areas, name: str, right: str
+) -> None:
+    """The message was Python's alone."""
+    with pytest.raises(AttributeError) as error:
+        getattr(areas, name)
+    assert f"hli has no member '{name}'; {right}" in str(error.value)
+
+
+def test_all_channels_are_no_channel(areas: Areas) -> None:
+    """``hli.gpCh.bahn_state`` tells how one of them is named."""
+    with pytest.raises(AttributeError, match=r"gpCh\[0\]\.bahn_state"):
+        areas.gpCh.bahn_state  # type: ignore[attr-defined] # noqa: B018
+
+
+def test_a_path_is_a_text(areas: Areas) -> None:
+    """Anything else is refused as a path that does not exist."""
+    with pytest.raises(SymbolError, match="a text is needed"):
+        areas.symbol(None)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("value", ["x", "1.5", None, [1.0], b"1"])
+def test_a_wrong_number_names_its_member(areas: Areas, value: object) -> None:
+    """Python's message did not tell which one; it read texts, too."""
+    request = areas.gpCh[0].contour_lookahead.request
+    with pytest.raises(TypeError, match=r"start_position = .*: a number is"):
+        request.start_position = value  # type: ignore[assignment]
+    with pytest.raises(OverflowError, match="start_position"):
+        request.start_position = 10**400
+    request.start_position = np.float64(2.5)
+    assert request.start_position == 2.5

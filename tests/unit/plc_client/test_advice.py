@@ -11,7 +11,9 @@ import pytest
 
 from hli.owners import cnc_writes
 from plc_client import advice
+from plc_client.mock import line
 from plc_client.program import Program
+from plc_client.runner import PlcRunner
 from plc_client.sources import load_tasks
 
 Write = Callable[..., Path]
@@ -132,3 +134,31 @@ def test_a_long_interval_is_told(
 def test_a_path_tells_who_writes(path: str, status: bool) -> None:
     """By the reference of the HLI: the member, or a structure above it."""
     assert cnc_writes(path) is status
+
+
+FRACTION = """
+from plc_client import FeedControl, Override, task
+
+@task()
+class Halved:
+    def setup(self, hli):
+        self.slow = {block}(hli.gpCh[0])
+
+    def cyclic(self):
+        self.slow({percent})
+"""
+
+
+@pytest.mark.parametrize("block", ["FeedControl", "Override"])
+@pytest.mark.parametrize(("percent", "count"), [(0.6, 1), (60.0, 0), (0.0, 0)])
+def test_an_override_below_one_percent_is_told(
+    program: Write, block: str, percent: float, count: int
+) -> None:
+    """The tool crept without a word: a factor was meant."""
+    text = FRACTION.format(block=block, percent=percent)
+    (cls,) = load_tasks(str(program(text, "halved.py")))
+    with PlcRunner.on_mock(cls, [line(30)]) as runner:
+        runner.step(3)
+        programs = runner._scanner.programs
+        found = [text for one in programs for text in advice.of_run(one)]
+    assert len([text for text in found if "in percent" in text]) == count

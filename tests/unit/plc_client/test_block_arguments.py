@@ -12,9 +12,10 @@ import pytest
 import plc_client
 from hli import Areas, layout
 from hli.handshake import ContourUnit, snapshot, word_pointer
+from hli.queue import Queue
 from hli.structures import HLI_CHANNEL
 from hli.view import overlay
-from plc_client import blocks, connect
+from plc_client import TechnoServer, blocks, connect
 from plc_client.blocks.program_flow import TechnoArray
 from plc_client.blocks.watchdog import read_record, write_record
 from plc_client.image import InputImage
@@ -196,6 +197,7 @@ DOORS: dict[str, Callable[[Any], Any]] = {
     "write_record": lambda given: write_record(given, blocks.watchdog.NO_ERROR),
     "word_pointer": lambda given: word_pointer(given, "clah_bell"),
     "snapshot": snapshot,
+    "Queue": Queue,
     "InputImage": InputImage,
     "overlay": lambda given: overlay(given, layout.HLI_M_H_PROZESS),
 }
@@ -231,3 +233,20 @@ def test_doors_know_their_sizes(hli: Any) -> None:
     with pytest.raises(TypeError, match="is no HLI_CHANNEL"):
         HLI_CHANNEL(layout.HLI_AXIS())
     assert isinstance(hli, Areas)
+
+
+@pytest.mark.parametrize("slot", [-1, 4, 1 << 40])
+def test_a_slot_that_is_not_there_is_refused(hli: Any, slot: int) -> None:
+    """By its range, ahead of C."""
+    queue, none = Queue(hli.gpAhead[0]), np.zeros(0)
+    with pytest.raises(IndexError, match=r"runs 0\.\.3"):
+        queue.take(slot)
+    with pytest.raises(IndexError, match=r"runs 0\.\.3"):
+        queue.answer(slot, none, none, {})
+
+
+@pytest.mark.parametrize("number", [-1, "50", 50.5, True, [50]])
+def test_a_function_has_a_whole_number(hli: Any, number: Any) -> None:
+    """A block for ``"50"`` would have waited for ever."""
+    with pytest.raises(ValueError, match="a whole number from 0 on"):
+        TechnoServer(hli).on("M", number)
