@@ -6,8 +6,8 @@
 Two kinds of targets share the time, as many at once as ``--jobs`` says.  Those in
 C run under libFuzzer with ASan and UBSan (``bench/fuzz_c.py``), those in Python
 under atheris (``bench/fuzz_python.py``, ``pip install ".[fuzz]"``).  With ``--shake``
-each target in C then runs so many inputs of its corpus that are changed blindly: no
-counters are looked at, so it is ten times as fast as a fuzzer.  Corpora grow in
+each target in C then runs so many inputs of its corpus that are changed blindly,
+without sanitizers and counters, and a tenth as many with sanitizers.  Corpora grow in
 the folder from run to run.  At the end each corpus is replayed: lines and edges
 of C by clang's source coverage, lines of Python by coverage.  Inputs that break a
 promise are kept in ``DIR/TARGET-broken``; the command ends with 1 if there is one.
@@ -85,14 +85,23 @@ class CFuzzing:
         return Done(target, ran.executions, took, broken, ran.said)
 
     def shake(self, target: str, times: int, seed: int) -> Done:
-        """So many executions of changed inputs."""
+        """So many executions of changed inputs, and a tenth of them under the
+        sanitizers.
+        """
         began = time.monotonic()
-        program = self._programs["shake"][target]
         corpus = self._folder / target
-        ran = fuzz_c.shake(target, program, corpus, times, seed)
+        ran = [
+            fuzz_c.shake(target, self._programs[kind][target], corpus, n, at)
+            for kind, n, at in (
+                ("shake", times, seed),
+                ("checked", times // 10, seed + 1),
+            )
+        ]
         took = time.monotonic() - began
-        broken = [path.name for path in ran.broken]
-        return Done(target, ran.executions, took, broken, ran.said)
+        executions = sum(one.executions for one in ran)
+        broken = [path.name for one in ran for path in one.broken]
+        said = "".join(one.said for one in ran)
+        return Done(target, executions, took, broken, said)
 
     def coverage(self) -> Figures:
         """Per file, of all targets together."""

@@ -43,7 +43,8 @@ ROWS_ROOMS = ("rows/", "maths/")
 SANITIZED = "address,undefined -fno-sanitize-recover=all"
 KINDS = {
     "fuzz": f"-O1 -g -fsanitize=fuzzer-no-link,{SANITIZED}",
-    "shake": f"-O2 -g -fsanitize={SANITIZED}",
+    "shake": "-O2 -g",
+    "checked": f"-O2 -g -fsanitize={SANITIZED}",
     "cover": "-O1 -g -fprofile-instr-generate -fcoverage-mapping",
 }
 # as of c_ext/build_ffi.py
@@ -51,6 +52,7 @@ FLAGS = "-std=gnu11 -fno-fast-math -ffp-contract=off -pthread -w"
 MAINS = {
     "fuzz": [],
     "shake": [HARNESS / "shake.c"],
+    "checked": [HARNESS / "shake.c"],
     "cover": [HARNESS / "replay.c"],
 }
 DONE = re.compile(r"stat::number_of_executed_units:\s*(\d+)")
@@ -204,7 +206,7 @@ def run(
 def shake(
     target: str, program: Path, corpus: Path, times: int, seed: int
 ) -> Ran:
-    """So many executions of inputs that are changed blindly, under the sanitizers."""
+    """So many executions of inputs that are changed blindly."""
     found = corpus.parent / f"{target}-broken"
     for folder in (corpus, found):
         folder.mkdir(parents=True, exist_ok=True)

@@ -23,6 +23,8 @@ from cnc_core.frontend.base.source import Source
 FILES_OPEN = 16  # subprogram files kept open for the next call
 BLOCKS_KEPT = 20_000  # prepared blocks of one file
 PLACES_KEPT = 20_000  # found places of one file
+# levels in each other that have run before: what they call is a repetition
+AGAIN_IN_EACH_OTHER = 2
 
 
 class Mark(NamedTuple):
@@ -90,6 +92,7 @@ class Level:
     ``furthest``: the end of the last block that its run has reached.
     ``again``: the block that is executed was executed before, in this run of
     the level or in one of its callers.  ``called_again``: in one of its callers.
+    ``entered_again``: how many of the level and its callers had run before.
     """
 
     file: ProgramFile
@@ -101,6 +104,7 @@ class Level:
     furthest: int = 0
     again: bool = False
     called_again: bool = False
+    entered_again: int = 0
     user: Any = None
 
     def reach(self, begin: int, end: int) -> None:
@@ -128,6 +132,7 @@ class Flow:
         self._levels_max, self._too_deep = levels_max, too_deep
         self.levels: list[Level] = [Level(self.file_of(path), START)]
         self.level = self.levels[0]
+        self._entered: set[tuple[int, int]] = set()  # file and place of levels
         self._asked: tuple[str, Any] | None = None
 
     # files
@@ -222,11 +227,21 @@ class Flow:
     def _enter(self, level: Level, here: Mark) -> Mark:
         level.back = here
         level.repeats = True
-        level.called_again = self.level.again
+        self._enter_again(level)
         self.levels.append(level)
         self.level = level
         self.source.seek(level.start.position)
         return level.start
+
+    def _enter_again(self, level: Level) -> None:
+        """Calls of a file's text are as many as it has lines; calls from calls
+        of what has run before grow beyond that, so they are repetitions.
+        """
+        name = level.file.number, level.start.position
+        level.entered_again = self.level.entered_again + (name in self._entered)
+        self._entered.add(name)
+        deep = level.entered_again > AGAIN_IN_EACH_OTHER
+        level.called_again = self.level.again or deep
 
     def _return(self) -> Mark:
         left = self.levels.pop()

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cnc_core.blocks import NC_BLOCK, NO_ROWS, BlockBatch
+from cnc_core.blocks import COMPENSATION, NC_BLOCK, NO_ROWS, BlockBatch
 from cnc_core.blocks.pool import rows_of
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base import scanner
@@ -42,6 +42,9 @@ ERRORS_MAX = 1000  # that a check collects
 ALIKE_MAX = 10  # of one number and line, with texts of their own
 # what a check follows where blocks come again: without a row; all of them
 IDLE_CHECKED, REPEATS_CHECKED = 50_000, 40_000
+# what a block counts for that is no plain motion, and each of its settings: all
+# stages begin anew behind one
+COMPUTED_WORK, SETTING_WORK = 4, 40
 # all of them, in a program that will not run: behind an error
 REPEATS_BEHIND_ERROR = 8_000
 
@@ -314,7 +317,7 @@ class BlockReader(ABC):
             return
         refused, self._drained = prepared.drain and not self._drained, False
         self._breathe()
-        self._count_repeated(1, prepared.begin, prepared.end)
+        self._count_repeated(COMPUTED_WORK, prepared.begin, prepared.end)
         block, modal = prepared.text, self.modal
         self.flow.source.seek(prepared.end)
         modal.count_lines(1)
@@ -325,6 +328,7 @@ class BlockReader(ABC):
             if items:
                 self._queue.extend(items)
                 self._count_moved_again(1)
+                self._count_settings(items)
         except CncError as error:
             self.flow.forget()
             self._error(error, block)
@@ -369,6 +373,11 @@ class BlockReader(ABC):
             self._repeated += blocks
             self._end_check()
 
+    def _count_settings(self, items: Sequence[Row | Wait]) -> None:
+        """They cost a check much more than a motion does."""
+        if self._collect and self.flow.level.again:
+            self._repeated += SETTING_WORK * sum(map(_is_setting, items))
+
     def _count_moved_again(self, blocks: int) -> None:
         """Blocks with rows: no machine follows those that come again for ever."""
         if not self.flow.level.again or not self._moved_again_max:
@@ -390,7 +399,8 @@ class BlockReader(ABC):
             ends = self._repeated > REPEATS_BEHIND_ERROR
         else:
             ends = (
-                self._repeated > REPEATS_CHECKED > self._computed
+                self._repeated > REPEATS_CHECKED
+                and COMPUTED_WORK * self._computed < REPEATS_CHECKED
             )  # what only computes is an error, later
         if ends:
             most = REPEATS_BEHIND_ERROR if self.errors else REPEATS_CHECKED
@@ -462,6 +472,10 @@ class BlockReader(ABC):
         warning = CncError(code, text, place)
         self.warnings.append(warning)
         self._port.message(str(warning))
+
+
+def _is_setting(item: Row | Wait) -> bool:
+    return isinstance(item, np.ndarray) and item["type"][0] >= COMPENSATION
 
 
 def _key_of(error: CncError) -> Key:

@@ -8,6 +8,7 @@ Errors carry the offset in the block's text that the caller gives.
 from __future__ import annotations
 
 import math
+import weakref
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -17,7 +18,9 @@ from cnc_core.frontend.base.lexer import fail
 Value = float | str
 
 ELEMENTS_MAX = 1_000_000  # of one array
+ELEMENTS_OF_ALL = 4_000_000  # of all arrays of a program together
 DIMENSIONS_MAX = 4
+LOOKED_THROUGH = 1000  # arrays taken before those that are gone are forgotten
 
 NOT_DECLARED, NOT_A_NUMBER, NOT_A_TEXT, OUT_OF_RANGE = (
     907010,
@@ -120,7 +123,14 @@ def whole_type(name: str, bits: int, signed: bool) -> DataType:
 class Variable:
     """A variable or an array; ``dimensions`` is empty for a single value."""
 
-    __slots__ = ("dimensions", "name", "read_only", "type", "values")
+    __slots__ = (
+        "__weakref__",
+        "dimensions",
+        "name",
+        "read_only",
+        "type",
+        "values",
+    )
 
     def __init__(
         self, name: str, kind: DataType, dimensions: tuple[int, ...] = ()
@@ -205,6 +215,33 @@ def check_dimensions(
             offset,
         )
     return tuple(whole)
+
+
+class ArrayRoom:
+    """Elements of the arrays of a program that have not been given up."""
+
+    def __init__(self) -> None:
+        self._held: list[tuple[weakref.ref[object], int]] = []
+        self._elements, self._look_at = 0, LOOKED_THROUGH
+
+    def take(self, array: object, size: int, name: str, offset: int) -> None:
+        """Room for one more; the caller drops it where there is none."""
+        self._held.append((weakref.ref(array), size))
+        self._elements += size
+        many = len(self._held) > self._look_at
+        if many or self._elements > ELEMENTS_OF_ALL:
+            self._look_through()
+        if self._elements > ELEMENTS_OF_ALL:
+            raise fail(
+                OUT_OF_RANGE,
+                f"{name}: more than {ELEMENTS_OF_ALL} elements in all arrays",
+                offset,
+            )
+
+    def _look_through(self) -> None:
+        self._held = [one for one in self._held if one[0]() is not None]
+        self._elements = sum(size for _, size in self._held)
+        self._look_at = 2 * len(self._held) + LOOKED_THROUGH
 
 
 class Scope(dict[str, Variable]):

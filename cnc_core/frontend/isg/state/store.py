@@ -18,6 +18,7 @@ from cnc_core.frontend.base.variables import (
     REAL64,
     TEXT_MAX,
     WRONG_INDEX,
+    ArrayRoom,
     DataType,
     LevelScopes,
     Scope,
@@ -86,6 +87,7 @@ class Store:
         self.cycle = LevelScopes()
         self.parameters: dict[int, float] = {}
         self.arrays: dict[int, Variable] = {}
+        self._room = ArrayRoom()
         self.arguments: list[dict[int, Value]] = [{}]
         self._next_external = 1 + max(
             (e.number + e.blocks - 1 for e in self._externals.values()),
@@ -388,7 +390,7 @@ class Store:
         ``family``: empty for P parameters.
         """
         if not family:
-            self._declare_parameter(int(name), variable)
+            self._declare_parameter(int(name), variable, offset)
             return
         scope = self.scope_of(family)
         target = scope if isinstance(scope, Scope) else scope.innermost
@@ -401,10 +403,22 @@ class Store:
                 f"{variable.name} is declared already, with another type",
                 offset,
             )
+        del old
+        target.pop(name, None)  # its elements are free again
+        self._take_room(variable, offset)
         target[name] = variable
 
-    def _declare_parameter(self, number: int, variable: Variable) -> None:
+    def _take_room(self, variable: Variable, offset: int) -> None:
         if variable.dimensions:
+            size = len(variable.values)
+            self._room.take(variable, size, variable.name, offset)
+
+    def _declare_parameter(
+        self, number: int, variable: Variable, offset: int
+    ) -> None:
+        if variable.dimensions:
+            self.arrays.pop(number, None)
+            self._take_room(variable, offset)
             self.arrays[number] = variable
         else:
             self.parameters[number] = float(variable.values[0])

@@ -9,9 +9,14 @@ from dataclasses import dataclass, field
 
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.base.variables import ArrayRoom
 
 VARIABLES_MAX = 2048
 ELEMENTS_MAX = 1_000_000
+
+
+class Array(list[float]):
+    """Elements of an array; the room that it takes is known by it."""
 
 
 @dataclass
@@ -34,6 +39,7 @@ class Store:
         self.common = UserScope()
         self.scope = UserScope()
         self.list: list[float] = []
+        self._room = ArrayRoom()
         # of a restart: a variable and the value it is to get
         self.watched: tuple[str, float] | None = None
         self.watch_hit = False
@@ -118,7 +124,10 @@ class Store:
                 907017, f"{text}: declare it in front of the LOOP", offset
             )
         scope.values.pop(name, None)
-        scope.arrays[name] = [0.0] * int(size)
+        scope.arrays.pop(name, None)  # its elements are free again
+        array = Array([0.0] * int(size))
+        self._room.take(array, len(array), f"DIM ${name}", offset)
+        scope.arrays[name] = array
 
     def _place(
         self, name: str, index: float, offset: int

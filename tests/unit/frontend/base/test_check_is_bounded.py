@@ -10,7 +10,12 @@ import pytest
 
 from cnc_core.config import CellConfig, load_config
 from cnc_core.errors import CncError
-from cnc_core.frontend.base.reader import IDLE_CHECKED, REPEATS_CHECKED
+from cnc_core.frontend.base.reader import (
+    COMPUTED_WORK,
+    IDLE_CHECKED,
+    REPEATS_CHECKED,
+    SETTING_WORK,
+)
 from cnc_core.program import Program
 
 IDLE = {
@@ -52,6 +57,26 @@ def test_a_loop_that_moves(case: str, tmp_path: Path) -> None:
     assert not program.errors
     assert [w.code for w in program.reader.warnings] == [909173]
     assert 0 < rows <= REPEATS_CHECKED + 10
+
+
+CALLS = "".join(f"%L P{k}\nLL P{k + 1}\nLL P{k + 1}\nM17\n" for k in range(18))
+COSTLY = {
+    "settings": "G1 F100\n$FOR P1=1,100000,1\n#ROTATION ON [ANGLE=P1]\nX1\nX0\n$ENDFOR\nM30\n",
+    "calls": f"{CALLS}%L P18\nG1 X1 F1\nX0\nM17\n%M\nLL P0\nM30\n",
+}
+
+
+@pytest.mark.parametrize("case", COSTLY)
+def test_a_block_that_costs_much_counts_for_many(
+    case: str, tmp_path: Path
+) -> None:
+    """New settings of the stages, calls within calls: the check ends soon."""
+    program, rows = checked(tmp_path, "a.nc", COSTLY[case])
+    assert not program.errors
+    assert [w.code for w in program.reader.warnings] == [909173]
+    assert 0 < rows <= REPEATS_CHECKED / COMPUTED_WORK
+    settings = REPEATS_CHECKED / SETTING_WORK
+    assert case == "calls" or rows <= 5 * settings
 
 
 def test_long_programs_without_loops_are_checked_to_their_end(
@@ -125,3 +150,33 @@ def test_a_subprogram_called_once_is_no_repetition(tmp_path: Path) -> None:
     often = part.format("$FOR P1=1,3,1\nLL UP\n$ENDFOR")
     with pytest.raises(CncError, match="200 blocks"):
         planned(tmp_path, "a.nc", often, 200)
+
+
+ARRAYS = {
+    "V.P": ("a.nc", "#VAR\nV.P.A{}[1000][1000]\n#ENDVAR\n", "M30\n"),
+    "P": ("a.nc", "#VAR\nP{}1[1000000]\n#ENDVAR\n", "M30\n"),
+    "DIM": ("a.isons", "DIM $A{}[1000000]\n", "G1X1F1\n"),
+}
+
+
+@pytest.mark.parametrize("case", ARRAYS)
+def test_arrays_of_a_program_have_a_room_together(
+    case: str, tmp_path: Path
+) -> None:
+    """Four of a million elements; the fifth is an error with its line."""
+    name, one, end = ARRAYS[case]
+    texts = [one.format(k) for k in range(1, 6)]
+    right, _ = checked(tmp_path, name, "".join([*texts[:4], end]))
+    assert not right.errors
+    wrong, _ = checked(tmp_path, name, "".join([*texts, end]))
+    assert [error.code for error in wrong.errors] == [907013]
+    assert "4000000 elements" in wrong.errors[0].text
+
+
+def test_an_array_that_is_gone_takes_no_room(tmp_path: Path) -> None:
+    """Of a subprogram that has ended; one that is declared again."""
+    local = "%L A\n#VAR\nV.L.A[1000000]\n#ENDVAR\nM17\n%M\n"
+    again = "#VAR\nV.P.B[1000000]\n#ENDVAR\n" * 6
+    text = local + "LL A\n" * 6 + again + "M30\n"
+    program, _ = checked(tmp_path, "a.nc", text)
+    assert not program.errors
