@@ -262,13 +262,7 @@ class BlockReader(ABC):
         Returns the number of rows in ``out``.
         """
         file = self.flow.level.file
-        if (
-            file.blocks
-            and (prepared := file.blocks.get(file.source.position)) is not None
-        ):
-            self._run(prepared)
-            if self._ended:
-                self.flow.close()
+        if self._run_again(file):
             return 0
         stop, rows, begin = scanner.OTHER, 0, file.source.position
         if self._scan and self._plain():
@@ -278,7 +272,8 @@ class BlockReader(ABC):
             self._count_repeated(rows, begin, file.source.position)
             self._count_moved_again(rows)
         if stop in (scanner.OTHER, scanner.ERROR):
-            self._block(file)
+            if not self._run_again(file):
+                self._block(file)
         elif stop == scanner.MORE and file.source.exhausted:
             self._level_ended()
         elif stop == scanner.MORE:
@@ -286,6 +281,18 @@ class BlockReader(ABC):
         if self._ended:
             self.flow.close()
         return rows
+
+    def _run_again(self, file: ProgramFile) -> bool:
+        """Execute the next block as it was prepared before, if it was."""
+        if not file.blocks:
+            return False
+        prepared = file.blocks.get(file.source.position)
+        if prepared is None:
+            return False
+        self._run(prepared)
+        if self._ended:
+            self.flow.close()
+        return True
 
     def _block(self, file: ProgramFile) -> None:
         """One block through the parser: its rows, waits or error into the queue."""

@@ -4,7 +4,9 @@ whatever the program asks for.
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,6 +18,7 @@ from cnc_core.frontend.base.reader import (
     REPEATS_CHECKED,
     SETTING_WORK,
 )
+from cnc_core.frontend.isg.front_end import IsgFrontEnd
 from cnc_core.program import Program
 
 IDLE = {
@@ -180,3 +183,21 @@ def test_an_array_that_is_gone_takes_no_room(tmp_path: Path) -> None:
     text = local + "LL A\n" * 6 + again + "M30\n"
     program, _ = checked(tmp_path, "a.nc", text)
     assert not program.errors
+
+
+def test_a_block_behind_plain_lines_is_compiled_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The end of a loop, whether its lines move or not; twice at most."""
+    compiled: Counter[str] = Counter()
+    compile_block = IsgFrontEnd._compile
+
+    def counted(reader: IsgFrontEnd, text: str) -> Any:
+        compiled[text] += 1
+        return compile_block(reader, text)
+
+    monkeypatch.setattr(IsgFrontEnd, "_compile", counted)
+    for line in ("G1 X1 F1", "X1 Y2\nX0"):
+        text = f"G1 F100\n$FOR P1=1,50,1\n{line}\n$ENDFOR\nM30\n"
+        checked(tmp_path, "a.nc", text)
+        assert compiled.pop("$ENDFOR") <= 2
