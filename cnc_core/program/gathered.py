@@ -10,6 +10,7 @@ waits, and the stages see them in one batch.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 
 import numpy as np
@@ -37,6 +38,7 @@ PASSING = np.zeros(256, np.bool_)
 PASSING[[LINEAR, CIRCULAR, DWELL, M, H, S, T, EVENT]] = True
 # rows of a batch that are worth it; rows that are gathered
 SMALL, MOST = 64, 4096
+REFUSED_MAX = 64  # rows that stages hold and refuse, one a drain
 
 
 class Gathered:
@@ -99,7 +101,7 @@ class Gathered:
                 out = joined([out, self._stages.drain()])
             return out
         except RefusedRow:
-            self._stages.drain()
+            self._empty()
             self._stages.resync(start)
         done = []
         for part in parts:
@@ -109,3 +111,10 @@ class Gathered:
             if ended():
                 break
         return joined(done)
+
+    def _empty(self) -> None:
+        """What the stages hold is given up, refused rows too."""
+        for _ in range(REFUSED_MAX):
+            with suppress(RefusedRow):
+                self._stages.drain()
+                return

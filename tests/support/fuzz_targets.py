@@ -350,9 +350,13 @@ def _mock_seeds() -> Iterator[bytes]:
         )
 
 
+NUMBER = re.compile(r"(?<![.\d])\d+(?:\.\d*)?")
+EXTREMES = ("0", "0.000001", "0.001", "65535", "1000000", "1000000000000")
+
+
 class Changing:
     """Texts with one to three changes of their signs, words and lines; in some a
-    line of another text comes or goes before.
+    line of another text comes or goes before, in some a number is extreme.
     """
 
     def __init__(self, seeds: Iterable[bytes]) -> None:
@@ -366,9 +370,18 @@ class Changing:
             lines[at : at + rng.randint(0, 1)] = [rng.choice(self._lines)]
         return "\n".join(lines)
 
+    def _extreme(self, rng: random.Random, text: str) -> str:
+        numbers = list(NUMBER.finditer(text))
+        if not numbers:
+            return text
+        one = rng.choice(numbers)
+        return text[: one.start()] + rng.choice(EXTREMES) + text[one.end() :]
+
     def changed(self, data: bytes, rng: random.Random) -> bytes:
         """The text changed; it is never empty."""
         text = _text(data)
+        if text and rng.random() < 0.3:
+            return self._extreme(rng, text).encode("utf-8", "replace")
         if not text or rng.random() < 0.4:
             text = self._spliced(rng, text)
             if rng.random() < 0.5:
