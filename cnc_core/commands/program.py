@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -103,12 +103,41 @@ def open_program(
     return program
 
 
+class Checked(NamedTuple):
+    """What a check of one program has found."""
+
+    errors: list[CncError]
+    blocks: int
+    setups: list[dict[str, Any]]
+
+
+def checked(file: Path, options: ReadOptions) -> Checked:
+    """Read and execute it without motion."""
+    from ..blocks import number_of_blocks, number_of_last  # noqa: PLC0415
+
+    count = 0
+    try:
+        with program_bar(f"checking {file.name}", file) as bar:
+            program = open_program(file, options, collect=True, programmed=True)
+            for batch in program.batches():
+                count += number_of_blocks(batch)
+                bar.program(program, number_of_last(batch))
+        say_warnings(program)
+    except CncError as error:
+        return Checked([error], count, [])
+    return Checked(program.errors, count, program.reader.setups)
+
+
 @app.command()
 @expanded
 def check(
     file: File,
     options: ReadOptions,
     st: StOptions,
+    more: Annotated[
+        list[Path] | None,
+        typer.Argument(help="programs of further channels of the cell"),
+    ] = None,
     everything: Annotated[
         bool,
         typer.Option("--all", help=f"all errors, not the first {SHOWN_ERRORS}"),
@@ -117,30 +146,26 @@ def check(
 ) -> None:
     """Parse and execute a program without motion and report its errors.
 
+    Without --channel the programs of all channels of a cell are checked.
+
     Example: hli-cosim check part.nc --json
     """
     from plc_client.task import is_st  # noqa: PLC0415
 
-    from ..blocks import number_of_blocks, number_of_last  # noqa: PLC0415
+    from .check_cell import check_cell, takes_all  # noqa: PLC0415
 
     if is_st(file):
         from .structured_text import check_st  # noqa: PLC0415
 
         check_st(file, st.words(), as_json)
         return
-    count, errors = 0, []
-    setups: list[dict[str, Any]] = []
-    try:
-        with program_bar(f"checking {file.name}", file) as bar:
-            program = open_program(file, options, collect=True, programmed=True)
-            for batch in program.batches():
-                count += number_of_blocks(batch)
-                bar.program(program, number_of_last(batch))
-        errors, setups = program.errors, program.reader.setups
-        say_warnings(program)
-    except CncError as error:
-        errors = [error]
-    say_errors(errors, None if everything else SHOWN_ERRORS)
+    files = [file, *(more or ())]
+    shown = None if everything else SHOWN_ERRORS
+    if takes_all(files, options):
+        check_cell(files, options, checked, shown, as_json)
+        return
+    errors, count, setups = checked(file, options)
+    say_errors(errors, shown)
     if as_json:
         emit(
             {"errors": [e.as_json() for e in errors], "blocks": count}

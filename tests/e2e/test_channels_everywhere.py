@@ -81,6 +81,36 @@ def test_what_takes_one_channel_says_so(
     assert "channels (mill, saw)" in found.out + found.err
 
 
+def test_check_takes_the_programs_of_all_channels(
+    cli: Cli, files: list[Path]
+) -> None:
+    """One call tells the errors of each, with the channel; those that the cell
+    file names are checked, too.  With --channel it is one.
+    """
+    cell, mill, saw = files
+    saw.write_text("G1 X20 F6000\n#NIX\nM30\n")
+    found = cli("check", mill, saw, "--config", cell, "--json")
+    assert found.status == 1
+    first, second = found.json["channels"]
+    assert (first["name"], first["errors"], second["name"]) == (
+        "mill",
+        [],
+        "saw",
+    )
+    assert [one["line"] for one in second["errors"]] == [2]
+    assert found.json["errors"] == second["errors"]
+    assert found.json["blocks"] == first["blocks"] + second["blocks"]
+    named = cell.read_text().replace(
+        "[channels.saw", '[channels.saw]\nprogram = "saw.nc"\n[channels.saw'
+    )
+    cell.write_text(named)
+    assert cli("check", mill, "--config", cell).status == 1
+    assert cli("check", mill, "--config", cell, "--channel", "mill").status == 0
+    many = cli("check", mill, saw, mill, "--config", cell)
+    assert many.status == 1
+    assert "3 programs" in many.err
+
+
 ST = """PROGRAM MAIN
 VAR
   clah : ContourLookahead;
