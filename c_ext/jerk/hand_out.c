@@ -26,7 +26,8 @@ static bool worth_planning(const jerk_planner *planner) {
     if (pl->next >= pl->count) {
         return planner->head != planner->tail;
     }
-    if (planner->hold || planner->changed || planner->wait > 0) {
+    if (planner->hold || planner->changed || planner->wait > 0
+        || planner->credit < 0.0) {
         return false;
     }
     if (!pl->final) {
@@ -60,6 +61,24 @@ static double earned_in(const jerk_planner *planner, uint64_t since) {
     return fmin(EARNED_MAX_S, work / WORK_PER_S);
 }
 
+/* A plan over the window takes what motion has earned. What the operator asks
+ * for has its own budget. */
+static bool plan_for_credit(jerk_planner *planner) {
+    const double most = CREDIT_S * WINDOW_WORK_PER_S;
+    double spent = (double)planner->stats.spent;
+    double may = fmax(LEAST_CREDIT_S * WINDOW_WORK_PER_S, planner->credit);
+    planner->most = planner->changed ? INFINITY : spent + may;
+    bool met = plan_window(planner);
+    double left = planner->credit - ((double)planner->stats.spent - spent);
+    planner->credit = fmax(-most, left);
+    return met;
+}
+
+static void earn(jerk_planner *planner, double seconds) {
+    planner->credit = fmin(CREDIT_S * WINDOW_WORK_PER_S,
+                           planner->credit + WINDOW_WORK_PER_S * seconds);
+}
+
 static void plan_again(jerk_planner *planner) {
     double t0 = thread_cpu_s();
     uint64_t work = planner->stats.work;
@@ -72,7 +91,7 @@ static void plan_again(jerk_planner *planner) {
         }
         planner->changed = false;
     } else {
-        met = plan_window(planner);
+        met = plan_for_credit(planner);
     }
     if (!met) {
         planner->changed = true;
@@ -230,6 +249,7 @@ int jerk_next_within(jerk_planner *planner, jerk_law *law, double seconds) {
         split(planner, law, seconds);
     }
     planner->again_s = fmax(0.0, planner->again_s - law->time);
+    earn(planner, law->time);
     planner->stats.laws++;
     return 1;
 }

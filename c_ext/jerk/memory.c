@@ -89,6 +89,7 @@ static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
     }
     problem->gain = take(arena, sizeof(struct gain) * stages);
     problem->block = take(arena, sizeof(struct block) * blocks);
+    problem->used = take(arena, sizeof(struct used) * blocks);
     problem->jerk = take(arena, sizeof(two_sided) * blocks * 2 * axes);
     problem->mid = take(arena, sizeof(two_sided) * blocks * axes);
     problem->acc = take(arena, sizeof(two_sided) * blocks * 2 * axes);
@@ -165,6 +166,7 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     planner->other_s = -CALM_S;
     planner->was = speeds_now(planner);
     planner->reach = 1e30;
+    planner->credit = CREDIT_S * WINDOW_WORK_PER_S;
     struct arena arena = {0};
     lay_out(planner, &arena);
     planner->handed = calloc(HANDED_MAX, sizeof *planner->handed);

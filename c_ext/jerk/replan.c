@@ -60,6 +60,12 @@ static bool slower_than_tail(const jerk_planner *planner,
            > more * time_over(pl->lengths, pl->x, pl->next, pl->count, 1e30);
 }
 
+/* Jerk grows with the power 3/2 of the squared speed. */
+static double slowed_by(double worst) {
+    double all = cbrt(1.0 / (worst * worst));
+    return isfinite(worst) ? fmin(FALLBACK_SCALE, all) : FALLBACK_SCALE;
+}
+
 /* From rest to rest any profile, slowed down, becomes legal: accelerations fall
  * with the square of the speed. */
 static bool slow_bump(jerk_planner *planner, struct grid *grid) {
@@ -69,14 +75,17 @@ static bool slow_bump(jerk_planner *planner, struct grid *grid) {
         return false;
     }
     for (int i = 0; i < FALLBACK_TRIES; i++) {
-        if (check_plan(planner, grid) <= CHECK_SLACK) {
+        double worst = check_plan(planner, grid);
+        planner->stats.spent += (uint64_t)(BESIDE_ITERATIONS * grid->count / 2);
+        if (worst <= CHECK_SLACK) {
             return true;
         }
+        double by = slowed_by(worst);
         for (int k = 0; k <= grid->count; k++) {
-            problem->x[k] *= FALLBACK_SCALE;
-            problem->accel[k] *= FALLBACK_SCALE;
-            problem->input[0][k] *= FALLBACK_SCALE;
-            problem->input[1][k] *= FALLBACK_SCALE;
+            problem->x[k] *= by;
+            problem->accel[k] *= by;
+            problem->input[0][k] *= by;
+            problem->input[1][k] *= by;
         }
     }
     return false;
@@ -106,6 +115,13 @@ static bool other_speeds(const jerk_planner *planner) {
            || was->rapid != planner->rapid_factor;
 }
 
+/* Whether motion has earned another try. From rest there is no other way on:
+ * shorter and shorter windows are. */
+static bool can_afford(const jerk_planner *planner) {
+    return planner->at_standstill
+           || (double)planner->stats.spent < planner->most;
+}
+
 /* The window up to a reach, with finer steps where they turn out to be too
  * long. */
 static bool solve_finer(jerk_planner *planner,
@@ -116,7 +132,7 @@ static bool solve_finer(jerk_planner *planner,
     for (planner->finer_tries = tries; planner->finer_tries > 0;
          planner->finer_tries--) {
         legal = solve_window(planner, grid, true, 1.0);
-        if (legal || !planner->finer) {
+        if (legal || !planner->finer || !can_afford(planner)) {
             break;
         }
         grid_window(planner, grid, reach);
@@ -130,7 +146,7 @@ static bool solve_shorter(jerk_planner *planner,
                           struct grid *grid,
                           double least) {
     double reach = grid->from_start[grid->count];
-    for (int i = 0; i < SHORTER_TRIES; i++) {
+    for (int i = 0; i < SHORTER_TRIES && can_afford(planner); i++) {
         reach *= SHORTER;
         if (reach <= least) {
             return false;

@@ -324,6 +324,8 @@ static bool solve_from_guess(jerk_planner *planner,
     problem->solved = solved;
     planner->stats.iterations += (uint64_t)planner->prob.iterations;
     planner->stats.work += (uint64_t)(problem->iterations * problem->count);
+    planner->stats.spent +=
+        (uint64_t)((problem->iterations + BESIDE_ITERATIONS) * problem->count);
     planner->stats.failed += !solved;
     return solved;
 }

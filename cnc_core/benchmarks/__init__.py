@@ -33,7 +33,13 @@ from ..engine import Engine, Event, bare_loop
 from ..planning import Feeder, plan_program
 from ..process.options import CncOptions, RunOptions
 from ..program import Program
-from .workloads import WORKLOADS, Workload, contour_points, write_program
+from .workloads import (
+    HOSTILE,
+    WORKLOADS,
+    Workload,
+    contour_points,
+    write_program,
+)
 
 # elements an answer carries: 64 x 72 bytes, about the 4.4 KB of published
 # comparisons
@@ -249,6 +255,7 @@ def cycle(seconds: float = 10.0) -> dict[str, Any]:
 # planner, parser of the jerk-limited runs: driven exactly, a polyline has to
 # stand at most of its points
 TOLERANCE_MM = 0.01
+HOSTILE_MM = 0.02
 STEP_CYCLES = 97  # between two changes of override or hold
 WAVE_CYCLES = 10  # between two overrides of a wave: about a commit
 WAVE_PERIOD = 700  # cycles
@@ -304,6 +311,8 @@ def planner(seconds: float = 10.0) -> dict[str, Any]:
     jerk-limited, with steps of the override and feed holds all the time, over a
     tenth of the blocks; "contour/120/wave": with another override for each
     commit. ``planner_us_per_ms``: the planner's CPU time for each ms of motion.
+    "saw-teeth/120/hostile": programs for which planning is dearest, with
+    ``planning_over_motion``.
     """
     n = _blocks_that_fit(seconds, 4_000)
     out: dict[str, Any] = {}
@@ -329,6 +338,9 @@ def planner(seconds: float = 10.0) -> dict[str, Any]:
             out[f"{name}/120/no-jerk/live"] = _figures(
                 work, short, 0.0, 120, jerk=False, live=True
             )
+        for name, work in HOSTILE.items():
+            path = work.write(Path(folder) / f"{name}.nc", n)
+            out[f"{name}/120/hostile"] = _hostile_figures(work, path)
     return out
 
 
@@ -348,6 +360,15 @@ def _figures(
         program, window=window, jerk=jerk, live=operator
     ).as_json()
     return {name: result[name] for name in FIGURES}
+
+
+def _hostile_figures(work: Workload, file: Path) -> dict[str, Any]:
+    """As ``_figures``, and what part of the motion time the planner takes."""
+    program = Program(file, work.cell(), "isg", tolerance=HOSTILE_MM)
+    result = plan_program(program, window=120).as_json()
+    share = result["plan_cpu_s"] / result["motion_time_s"]
+    figures = {name: result[name] for name in FIGURES}
+    return figures | {"planning_over_motion": share}
 
 
 def _wave_figures(work: Workload, file: Path) -> dict[str, Any]:

@@ -105,6 +105,13 @@ def five_axis_points(n: int) -> Points:
     )
 
 
+def saw_points(n: int, step_mm: float, height_mm: float) -> Points:
+    """(n + 1, 3) points up and down, a tooth in two blocks."""
+    k = np.arange(n + 1)
+    points = np.column_stack([step_mm * k, height_mm * (k % 2), 0.0 * k])
+    return np.asarray(np.round(points, 4), np.float64)
+
+
 def write_program(
     path: Path,
     points: Points,
@@ -150,6 +157,18 @@ def write_arcs(path: Path, n: int, feed_mm_min: float) -> Path:
     return path
 
 
+def write_feeds(path: Path, n: int) -> Path:
+    """A random walk in n blocks; every other one is 10 to 100 times slower."""
+    rng = np.random.default_rng(3)
+    points = np.cumsum(rng.normal(size=(n, 3)) * 2.0, axis=0)
+    with path.open("w") as file:
+        for k, (x, y, z) in enumerate(points):
+            feed = 6000.0 * (10.0 ** -rng.uniform(1.0, 2.0) if k % 2 else 1.0)
+            file.write(f"G1 X{x:.4f} Y{y:.4f} Z{z:.4f} F{feed:.2f}\n")
+        file.write("M30\n")
+    return path
+
+
 @dataclass(frozen=True)
 class Workload:
     """A program for n blocks of the densest workload, and its cell.
@@ -189,3 +208,39 @@ WORKLOADS = {
         plain=False,
     ),
 }
+
+# Jerk limits 138 times apart
+UNEQUAL_CELL = """
+name = "unequal"
+[axes.X]
+v_max_mm_s = 1076.0
+a_max_mm_s2 = 11660.0
+j_max_mm_s3 = 8558.0
+[axes.Y]
+v_max_mm_s = 81.57
+a_max_mm_s2 = 20620.0
+j_max_mm_s3 = 1.18e6
+[axes.Z]
+v_max_mm_s = 1046.0
+a_max_mm_s2 = 2028.0
+j_max_mm_s3 = 23230.0
+"""
+
+
+def _saw(step_mm: float, height_mm: float) -> Workload:
+    """Saw-teeth on a machine with very unequal jerk limits."""
+    return Workload(
+        lambda path, n: write_program(
+            path, saw_points(n // 50, step_mm, height_mm), 9928.9
+        ),
+        lambda: parse_config(UNEQUAL_CELL, "unequal"),
+    )
+
+
+HOSTILE = {
+    "saw-teeth": _saw(1.4909, 2.4849),
+    "flat saw-teeth": _saw(1.0, 0.3),
+    "fine saw-teeth": _saw(0.2, 0.05),
+    "feeds": Workload(lambda path, n: write_feeds(path, n // 50)),
+}
+"""Programs for which planning is dearest."""

@@ -53,6 +53,17 @@ static double lean_rate(const jerk_planner *planner,
     return worst;
 }
 
+/* Longest interval for that. What lasts a small part of a cycle is not
+ * resolved: the third derivatives, `bend` over their jerk limits, say how fast
+ * the place is passed at the least. */
+static double lean_length(const jerk_planner *planner,
+                          const jerk_interval *interval,
+                          double bend) {
+    double slow = cbrt(1.0 / fmax(1e-15, bend));
+    return fmax(LEAN_CYCLES * planner->cfg.cycle_s * slow,
+                LEAN / fmax(1e-15, lean_rate(planner, interval)));
+}
+
 /* Longest interval at q: beyond a few degrees of turn the rows at both ends no
  * longer hold the middle. Axes that outrun the path count by the relative
  * change of their rate. */
@@ -68,8 +79,7 @@ static double turn_length(const jerk_planner *planner,
         start += d0 * d0;
         end += d1 * d1;
     }
-    return fmin(MAX_TURN / sqrt(fmax(1e-30, fmax(start, end))),
-                LEAN / fmax(1e-15, lean_rate(planner, interval)));
+    return MAX_TURN / sqrt(fmax(1e-30, fmax(start, end)));
 }
 
 /* Of the third derivatives by the jerk limits: the largest, and the length over
@@ -89,6 +99,7 @@ static void set_bend(const jerk_planner *planner,
                  fabs(interval->d3[1][axis] - interval->d3[0][axis]) / jerk);
     }
     out->even = interval->length * out->bend / fmax(1e-30, change);
+    out->turn = fmin(out->turn, lean_length(planner, interval, out->bend));
     out->little = out->turn > LITTLE_TURN * interval->length;
 }
 
@@ -128,9 +139,9 @@ struct steps interval_steps(const jerk_planner *planner,
         out.longest = planner->cfg.spacing_mm;
     }
     out.turn = turn_length(planner, interval);
+    set_bend(planner, interval, &out);
     out.curve_standstill = STANDSTILL_TURN * out.turn;
     out.shortest = fmin(out.turn, interval->length) / LEAST_PARTS;
-    set_bend(planner, interval, &out);
     out.knots = ceil(interval->length / out.longest);
     return out;
 }

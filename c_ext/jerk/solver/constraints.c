@@ -3,26 +3,17 @@
 #include <math.h>
 #include <string.h>
 #include "jerk/solver/constraints.h"
+#include "jerk/solver/implied_rows.h"
 #include "jerk/state/state.h"
-#include "maths/plain.h"
 
 /* Index of a row's coefficient for stage k. */
 static inline double *lane(vec *v, int k) {
     return (double *)v + k % LANES;
 }
 
-static inline void set_coef(two_sided *row, int which, int k, double value) {
-    *lane(&row->coef[which], k) = value;
-}
-
-static two_sided *jerk_row(struct problem *problem, int k, int end, int axis) {
+static two_sided *jerk_row(struct problem *problem, int k, int end, int i) {
     return &problem->jerk[(k / LANES) * 2 * problem->axes + end * problem->axes
-                          + axis];
-}
-
-static two_sided *acc_row(struct problem *problem, int k, int set, int axis) {
-    return &problem->acc[(k / LANES) * problem->acc_sets * problem->axes
-                         + set * problem->axes + axis];
+                          + i];
 }
 
 static void clear_rows(struct problem *problem) {
@@ -33,10 +24,11 @@ static void clear_rows(struct problem *problem) {
     memset(problem->acc,
            0,
            sizeof *problem->acc
-               * (size_t)(problem->blocks * problem->acc_sets * problem->axes));
+               * (size_t)(problem->blocks * 2 * problem->axes));
     memset(problem->mid,
            0,
            sizeof *problem->mid * (size_t)(problem->blocks * problem->axes));
+    memset(problem->used, 0, sizeof *problem->used * (size_t)problem->blocks);
     memset(problem->one,
            0,
            sizeof *problem->one * (size_t)(problem->blocks * ONE_SIDED_ROWS));
@@ -103,56 +95,111 @@ static void find_axes(const jerk_planner *planner,
     }
 }
 
+/* Rows of one stage, before they go into its lane. */
+typedef struct forms {
+    double coef[2 * JERK_AXES][3];
+    int count;
+} forms;
+
+static void add_form(struct forms *forms, double x, double u, double c) {
+    double *coef = forms->coef[forms->count++];
+    coef[0] = x;
+    coef[1] = u;
+    coef[2] = c;
+}
+
+/* Into the stage's lane; how many rows there are in it now. */
+static int put_forms(const struct forms *forms, two_sided *row, int k) {
+    for (int i = 0; i < forms->count; i++) {
+        for (int n = 0; n < 3; n++) {
+            *lane(&row[i].coef[n], k) = forms->coef[i][n];
+        }
+    }
+    return forms->count;
+}
+
+static int most_of(int one, int other) {
+    return one > other ? one : other;
+}
+
 /* Axis jerk over sqrt(x), at the start and at the end of the stage. */
 static void jerk_rows(const jerk_planner *planner,
                       struct problem *problem,
                       const struct segment *segment,
                       int k) {
     double f3 = planner->scale * planner->scale * planner->scale;
-    for (int i = 0; i < problem->axes; i++) {
-        int axis = problem->axis[i];
-        double weight = f3
-                        / (segment->share * JERK_USABLE
-                           * jerk_max(planner, segment->interval, axis)
-                           * entry_slack(problem, k));
-        const jerk_interval *interval = segment->interval;
-        for (int end = 0; end < 2; end++) {
-            two_sided *row = jerk_row(problem, k, end, i);
-            set_coef(row, 0, k, weight * interval->d3[end][axis]);
-            set_coef(row, 1, k, weight * 3.0 * interval->d2[end][axis]);
-            set_coef(row, 2, k, weight * interval->d1[end][axis]);
+    const jerk_interval *interval = segment->interval;
+    struct used *used = &problem->used[k / LANES];
+    for (int end = 0; end < 2; end++) {
+        struct forms forms = {.count = 0};
+        for (int i = 0; i < problem->axes; i++) {
+            int axis = problem->axis[i];
+            double weight = f3
+                            / (segment->share * JERK_USABLE
+                               * jerk_max(planner, interval, axis)
+                               * entry_slack(problem, k));
+            add_form(&forms,
+                     weight * interval->d3[end][axis],
+                     weight * 3.0 * interval->d2[end][axis],
+                     weight * interval->d1[end][axis]);
         }
+        forms.count = without_implied(forms.coef, forms.count);
+        int count = put_forms(&forms, jerk_row(problem, k, end, 0), k);
+        used->jerk = most_of(used->jerk, count);
     }
 }
 
 /* Stage k has less of the jerk limit from now on. */
 void tighten_rows(struct problem *problem, int k, double by) {
     for (int end = 0; end < 2; end++) {
-        for (int axis = 0; axis < problem->axes; axis++) {
+        for (int n = 0; n < problem->used[k / LANES].jerk; n++) {
             for (int i = 0; i < 3; i++) {
-                *lane(&jerk_row(problem, k, end, axis)->coef[i], k) /= by;
+                *lane(&jerk_row(problem, k, end, n)->coef[i], k) /= by;
             }
         }
     }
 }
 
-static void acc_rows(const jerk_planner *planner,
-                     struct problem *problem,
-                     const struct segment *segment,
-                     int end,
-                     int set,
-                     int k) {
-    const jerk_interval *interval = segment->interval;
+static double acc_weight(const jerk_planner *planner,
+                         const struct problem *problem,
+                         const struct segment *segment,
+                         int axis,
+                         int k) {
+    return planner->scale * planner->scale
+           / (ACC_USABLE * segment->acc[axis]
+              * acc_max(planner, segment->interval, axis)
+              * entry_slack(problem, k));
+}
+
+/* At knot k, by the derivatives at one end of a segment beside it. */
+static void add_acc_forms(const jerk_planner *planner,
+                          const struct problem *problem,
+                          const struct segment *segment,
+                          int end,
+                          int k,
+                          struct forms *forms) {
     for (int i = 0; i < problem->axes; i++) {
         int axis = problem->axis[i];
-        double weight =
-            planner->scale * planner->scale
-            / (ACC_USABLE * segment->acc[axis]
-               * acc_max(planner, interval, axis) * entry_slack(problem, k));
-        two_sided *row = acc_row(problem, k, set, i);
-        set_coef(row, 0, k, weight * interval->d2[end][axis]);
-        set_coef(row, 1, k, weight * interval->d1[end][axis]);
+        double weight = acc_weight(planner, problem, segment, axis, k);
+        add_form(forms,
+                 weight * segment->interval->d2[end][axis],
+                 weight * segment->interval->d1[end][axis],
+                 0.0);
     }
+}
+
+/* On either side of knot k. */
+static void acc_rows(const jerk_planner *planner,
+                     struct problem *problem,
+                     const struct grid *grid,
+                     int k) {
+    struct used *used = &problem->used[k / LANES];
+    struct forms forms = {.count = 0};
+    add_acc_forms(planner, problem, &grid->seg[k], 0, k, &forms);
+    add_acc_forms(planner, problem, &grid->seg[k - 1], 1, k, &forms);
+    forms.count = without_implied(forms.coef, forms.count);
+    two_sided *row = &problem->acc[(k / LANES) * 2 * problem->axes];
+    used->acc = most_of(used->acc, put_forms(&forms, row, k));
 }
 
 /* Between its ends the acceleration may go beyond what it is there: c changes.
@@ -163,12 +210,11 @@ static void mid_rows(const jerk_planner *planner,
                      int k) {
     const jerk_interval *interval = segment->interval;
     double length = interval->length;
+    struct used *used = &problem->used[k / LANES];
+    struct forms forms = {.count = 0};
     for (int i = 0; i < problem->axes; i++) {
         int axis = problem->axis[i];
-        double weight =
-            planner->scale * planner->scale
-            / (ACC_USABLE * segment->acc[axis]
-               * acc_max(planner, interval, axis) * entry_slack(problem, k));
+        double weight = acc_weight(planner, problem, segment, axis, k);
         double d1 =
             0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
             + length
@@ -181,10 +227,11 @@ static void mid_rows(const jerk_planner *planner,
                 / length
             - 7.0 / 16.0 * (interval->d2[0][axis] + interval->d2[1][axis])
             + length / 32.0 * (interval->d3[1][axis] - interval->d3[0][axis]);
-        two_sided *row = &problem->mid[(k / LANES) * problem->axes + i];
-        set_coef(row, 0, k, weight * d2);
-        set_coef(row, 1, k, weight * d1);
+        add_form(&forms, weight * d2, weight * d1, 0.0);
     }
+    forms.count = without_implied(forms.coef, forms.count);
+    two_sided *row = &problem->mid[(k / LANES) * problem->axes];
+    used->mid = most_of(used->mid, put_forms(&forms, row, k));
 }
 
 /* What the caps of knot k come to: hard, feed, and the rest intervals beside
@@ -227,24 +274,6 @@ static void one_row(struct problem *problem,
     *lane(&one_sided->bound, k) = bound;
 }
 
-static bool has_kinks(const jerk_planner *planner, const struct grid *grid) {
-    for (int k = 1; k < grid->count; k++) {
-        for (int axis = 0; axis < planner->cfg.axes; axis++) {
-            const jerk_interval *left = grid->seg[k - 1].interval;
-            const jerk_interval *right = grid->seg[k].interval;
-            if (left->acc_share[axis] != right->acc_share[axis]
-                || grid->seg[k - 1].acc[axis] != grid->seg[k].acc[axis]) {
-                return true;
-            }
-            if (fabs(left->d2[1][axis] - right->d2[0][axis])
-                > 1e-9 + 1e-6 * fabs(right->d2[0][axis])) {
-                return true;
-            }
-        }
-    }
-    return false;
-}
-
 /* The share of the least costs of c^2 that does not outweigh the rows: with low
  * speeds and much jerk c is large. */
 static double convex_share(const jerk_planner *planner) {
@@ -270,7 +299,6 @@ void problem_from_grid(jerk_planner *planner,
     problem->paused = false;
     problem->first = grid->from_standstill ? 1 : 0;
     problem->blocks = (grid->count + 1 + LANES - 1) / LANES;
-    problem->acc_sets = has_kinks(planner, grid) ? 2 : 1;
     problem->x0 = x0;
     problem->u0 = u0;
     problem->terminal = 1.5 * grid->seg[grid->count - 1].length;
@@ -279,10 +307,7 @@ void problem_from_grid(jerk_planner *planner,
     for (int k = 0; k < grid->count; k++) {
         problem->lengths[k] = grid->seg[k].length;
         if (k >= 1) {
-            acc_rows(planner, problem, &grid->seg[k], 0, 0, k);
-        }
-        if (k >= 1 && problem->acc_sets == 2) {
-            acc_rows(planner, problem, &grid->seg[k - 1], 1, 1, k);
+            acc_rows(planner, problem, grid, k);
         }
         if (k < problem->first || k > grid->count - 2) {
             continue;
@@ -312,9 +337,10 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
         top = fmax(top, problem->guess[k]);
     }
     for (int k = 1; k < grid->count; k++) {
-        problem->weight[k] =
-            0.5 * (grid->seg[k - 1].length + grid->seg[k].length)
-            * plain_pow(fmax(problem->guess[k] / top, SLOWEST), -SLOW_GAINS);
+        double x = fmax(problem->guess[k] / top, SLOWEST);
+        problem->weight[k] = 0.5
+                             * (grid->seg[k - 1].length + grid->seg[k].length)
+                             / (x * sqrt(x));
         sum += problem->weight[k] * problem->guess[k];
     }
     for (int k = 1; k < grid->count; k++) {
@@ -332,10 +358,9 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
     }
     for (int k = problem->first; k <= grid->count - 2; k++) {
         double most = 0.0;
-        for (int axis = 0; axis < problem->axes; axis++) {
-            most =
-                fmax(most,
-                     fabs(*lane(&jerk_row(problem, k, 0, axis)->coef[2], k)));
+        for (int i = 0; i < problem->used[k / LANES].jerk; i++) {
+            most = fmax(most,
+                        fabs(*lane(&jerk_row(problem, k, 0, i)->coef[2], k)));
         }
         problem->calm[k] = 0.5 * CALM * problem->lengths[k] / sum * most * most
                            * problem->guess[k] * problem->guess[k + 1];

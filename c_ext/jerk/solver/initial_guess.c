@@ -5,7 +5,6 @@
 #include "jerk/solver/initial_guess.h"
 #include "jerk/solver/riccati.h"
 #include "jerk/state/state.h"
-#include "maths/plain.h"
 
 /* What curvature alone allows on a segment. */
 static double curve_cap(const jerk_planner *planner,
@@ -46,9 +45,14 @@ static void path_limits(const jerk_planner *planner,
     }
 }
 
+/* Under constant path jerk x grows so with the distance from a standstill. */
+static double standstill_power(double way) {
+    return way * cbrt(way);
+}
+
 /* x at distance d from a standstill under constant path jerk. */
 static double x_from_standstill(double distance, double jerk) {
-    return 0.25 * jerk * jerk * plain_pow(6.0 * distance / jerk, 4.0 / 3.0);
+    return 0.25 * jerk * jerk * standstill_power(6.0 * distance / jerk);
 }
 
 /* One pass over the caps, leaving every minimum with limited jerk and
@@ -190,9 +194,9 @@ static void plan_x(const plan *pl,
         double length = pl->lengths[i];
         if (i == pl->count - 1) {
             double left = fmax(0.0, 1.0 - into / length);
-            x[k] = pl->x[i] * plain_pow(left, 4.0 / 3.0);
+            x[k] = pl->x[i] * standstill_power(left);
         } else if (i == 0 && pl->from_standstill) {
-            x[k] = pl->x[1] * plain_pow(into / length, 4.0 / 3.0);
+            x[k] = pl->x[1] * standstill_power(into / length);
         } else {
             x[k] = between(pl->x[i],
                            pl->accel[i],
@@ -415,10 +419,10 @@ bool guess_stop(jerk_planner *planner, const struct grid *grid) {
         double t = grid->from_start[k] / way;
         double cap = fmin(grid->knot_cap[k],
                           fmin(grid->seg[k - 1].soft, grid->seg[k].soft));
-        problem->guess[k] = fmax(TINY,
-                                 fmin(cap,
-                                      planner->x * plain_pow(1.0 - t, 4.0 / 3.0)
-                                          * (1.0 + beta * t)));
+        problem->guess[k] = fmax(
+            TINY,
+            fmin(cap,
+                 planner->x * standstill_power(1.0 - t) * (1.0 + beta * t)));
     }
     problem->guess[grid->count] = 0.0;
     bound_rows(planner, grid);

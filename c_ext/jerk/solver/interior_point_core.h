@@ -14,6 +14,16 @@
 #include "jerk/solver/riccati.h"
 #include "jerk/state/tuning.h"
 
+static int count_sides(const struct problem *problem) {
+    int sides = 0;
+    for (int i = 0; i < problem->blocks; i++) {
+        const struct used *used = &problem->used[i];
+        int two_sided = 2 * used->jerk + used->acc + used->mid;
+        sides += LANES * (2 * two_sided + ONE_SIDED_ROWS);
+    }
+    return sides;
+}
+
 static double step_length(vec most) {
     double m = top(most);
     return m > TO_BOUNDARY ? TO_BOUNDARY / m : 1.0;
@@ -23,8 +33,7 @@ static double step_length(vec most) {
  * With b->pause it stops once at that gap, so that rows may be changed.  false:
  * no convergence (or paused); the checker judges what is there all the same. */
 bool IPM_SOLVE(struct problem *problem, int max_iterations) {
-    int rows = problem->blocks * LANES
-               * (2 * (3 + problem->acc_sets) * problem->axes + ONE_SIDED_ROWS);
+    int rows = count_sides(problem);
     double least = 0.0;
     if (!problem->paused) {
         set_scale(problem);

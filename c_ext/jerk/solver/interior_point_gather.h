@@ -14,7 +14,7 @@ static inline two_sided *jerk_rows_of(const struct problem *problem,
     return &problem->jerk[first + end * problem->axes];
 }
 static inline two_sided *acc_rows_of(const struct problem *problem, int i) {
-    return &problem->acc[i * problem->acc_sets * problem->axes];
+    return &problem->acc[i * 2 * problem->axes];
 }
 static inline two_sided *mid_rows_of(const struct problem *problem, int i) {
     return &problem->mid[i * problem->axes];
@@ -44,7 +44,9 @@ static inline vec one_value(const struct one_sided *row,
     return by_state + coef[2] * input[0] + coef[3] * input[1];
 }
 
-static struct block block_at(const struct problem *problem, int i) {
+static inline void block_at(const struct problem *problem,
+                            int i,
+                            struct block *out) {
     int k = i * LANES;
     struct block block;
     block.length = load(problem->lengths + k);
@@ -68,7 +70,7 @@ static struct block block_at(const struct problem *problem, int i) {
         block.half[end] = 0.5 * on * block.root[end] * t / x;
         block.bound[end] = 1.5 * block.root[end] * t;
     }
-    return block;
+    *out = block;
 }
 
 static inline void add_square(struct sums *sums, vec weight, const vec *coef) {
@@ -121,19 +123,19 @@ static inline void sides(two_sided *row,
 }
 
 /* Adds a row's gradient by the state at one end and the input there. */
-static inline void add_gradient(struct sums *sums, vec t, const vec *coef) {
-    sums->x += t * coef[0];
-    sums->accel += t * coef[1];
-    sums->input += t * coef[2];
+static inline void add_slope(struct slope *slope, vec t, const vec *coef) {
+    slope->x += t * coef[0];
+    slope->accel += t * coef[1];
+    slope->input += t * coef[2];
 }
 
 /* Linear forms of a jerk row pair: q = root * (b . z), m = half * x. */
-static void gather_jerk_end(const struct problem *problem,
-                            int i,
-                            int end,
-                            const struct block *block,
-                            struct sums *sums,
-                            vec least) {
+static inline void gather_jerk_end(const struct problem *problem,
+                                   int i,
+                                   int end,
+                                   const struct block *block,
+                                   struct sums *sums,
+                                   vec least) {
     two_sided *row = jerk_rows_of(problem, i, end);
     vec half = block->half[end];
     vec tangent = half * block->x[end];
@@ -144,7 +146,7 @@ static void gather_jerk_end(const struct problem *problem,
     vec pu = {0};
     vec pc = {0};
     vec tm = {0};
-    for (int axis = 0; axis < problem->axes; axis++, row++) {
+    for (int k = 0; k < problem->used[i].jerk; k++, row++) {
         vec form = root
                    * jerk_value(row,
                                 block->x[end],
@@ -160,29 +162,30 @@ static void gather_jerk_end(const struct problem *problem,
         px += difference * row->coef[0];
         pu += difference * row->coef[1];
         pc += difference * row->coef[2];
-        add_gradient(sums, t, row->coef);
+        add_slope(&sums->slope, t, row->coef);
         wm += both;
         tm += gradient[0] + gradient[1];
     }
     sums->xx += half * (half * wm + 2.0 * px);
     sums->xu += pu * half;
     sums->xc += pc * half;
-    sums->x += tm * half;
+    sums->slope.x += tm * half;
 }
 
-static void gather_jerk(const struct problem *problem,
-                        int i,
-                        const struct block *block,
-                        struct totals *all,
-                        vec least) {
-    struct sums first = {0};
+static inline void gather_jerk(const struct problem *problem,
+                               int i,
+                               const struct block *block,
+                               struct totals *all,
+                               vec least) {
+    struct sums first, last;
+    clear_sums(&first);
     gather_jerk_end(problem, i, 0, block, &first, least);
     add_start(all, &first);
-    add_start_gradient(all, &first);
-    struct sums last = {0};
+    add_start_slope(&all->slopes, &first.slope);
+    clear_sums(&last);
     gather_jerk_end(problem, i, 1, block, &last, least);
     add_end(all, &last, block->length);
-    add_end_gradient(all, &last, block->length);
+    add_end_slope(&all->slopes, &last.slope, block->length);
 }
 
 /* Adds an acceleration row's Hessian and gradient by the state that it reads.
@@ -199,38 +202,37 @@ static inline void add_acc(struct sums *sums,
     sums->xx += both * row->coef[0] * row->coef[0];
     sums->xu += both * row->coef[0] * row->coef[1];
     sums->uu += both * row->coef[1] * row->coef[1];
-    sums->x += t * row->coef[0];
-    sums->accel += t * row->coef[1];
+    sums->slope.x += t * row->coef[0];
+    sums->slope.accel += t * row->coef[1];
 }
 
-static void gather_mid(const struct problem *problem,
-                       int i,
-                       const struct block *block,
-                       struct totals *all,
-                       vec least) {
+static inline void gather_mid(const struct problem *problem,
+                              int i,
+                              const struct block *block,
+                              struct totals *all,
+                              vec least) {
     vec x, accel;
-    struct sums sums = {0};
+    struct sums sums;
+    clear_sums(&sums);
     two_sided *row = mid_rows_of(problem, i);
     middle_of(block->length, block->x, block->accel, block->input, &x, &accel);
-    for (int axis = 0; axis < problem->axes; axis++, row++) {
+    for (int k = 0; k < problem->used[i].mid; k++, row++) {
         add_acc(&sums, row, acc_value(row, x, accel), least);
     }
     add_middle(all, &sums, block->length);
-    add_middle_gradient(all, &sums, block->length);
+    add_middle_slope(&all->slopes, &sums.slope, block->length);
 }
 
-static void gather_acc(const struct problem *problem,
-                       int i,
-                       const struct block *block,
-                       struct totals *totals,
-                       vec least) {
-    int rows = problem->acc_sets * problem->axes;
+static inline void gather_acc(const struct problem *problem,
+                              int i,
+                              const struct block *block,
+                              struct totals *totals,
+                              vec least) {
+    int rows = problem->used[i].acc;
     two_sided *row = acc_rows_of(problem, i);
-    struct sums sums = {.xx = totals->xx,
-                        .xu = totals->xu,
-                        .uu = totals->uu,
-                        .x = totals->x,
-                        .accel = totals->accel};
+    struct sums sums = {.xx = totals->xx, .xu = totals->xu, .uu = totals->uu};
+    sums.slope.x = totals->slopes.x;
+    sums.slope.accel = totals->slopes.accel;
     for (int k = 0; k < rows; k++, row++) {
         vec form = acc_value(row, block->x[0], block->accel[0]);
         add_acc(&sums, row, form, least);
@@ -238,8 +240,8 @@ static void gather_acc(const struct problem *problem,
     totals->xx = sums.xx;
     totals->xu = sums.xu;
     totals->uu = sums.uu;
-    totals->x = sums.x;
-    totals->accel = sums.accel;
+    totals->slopes.x = sums.slope.x;
+    totals->slopes.accel = sums.slope.accel;
 }
 
 /* Adds what a row has by the inputs; `coef`: of both of them. */
@@ -252,18 +254,18 @@ static inline void add_input_row(struct totals *totals,
     for (int k = 0; k < 2; k++) {
         totals->xc[k] += wx * coef[k];
         totals->uc[k] += wu * coef[k];
-        totals->input[k] += t * coef[k];
+        totals->slopes.input[k] += t * coef[k];
     }
     totals->cc[0] += weight * coef[0] * coef[0];
     totals->cc[1] += weight * coef[0] * coef[1];
     totals->cc[2] += weight * coef[1] * coef[1];
 }
 
-static void gather_one(const struct problem *problem,
-                       int i,
-                       const struct block *block,
-                       struct totals *totals,
-                       vec least) {
+static inline void gather_one(const struct problem *problem,
+                              int i,
+                              const struct block *block,
+                              struct totals *totals,
+                              vec least) {
     struct one_sided *row = one_rows_of(problem, i);
     for (int k = 0; k < ONE_SIDED_ROWS; k++, row++) {
         vec value = one_value(row, block->x[0], block->accel[0], block->input);
@@ -281,8 +283,8 @@ static void gather_one(const struct problem *problem,
         totals->xx += wx * row->coef[0];
         totals->xu += wx * row->coef[1];
         totals->uu += wu * row->coef[1];
-        totals->x += t * row->coef[0];
-        totals->accel += t * row->coef[1];
+        totals->slopes.x += t * row->coef[0];
+        totals->slopes.accel += t * row->coef[1];
         if (k >= FIRST_C_ROW) {
             add_input_row(totals, row->coef + 2, wx, wu, weight, t);
         }
@@ -293,8 +295,10 @@ static void gather_one(const struct problem *problem,
 static void gather(struct problem *problem, vec least) {
     for (int i = 0; i < problem->blocks; i++) {
         int k = i * LANES;
-        struct block bl = block_at(problem, i);
-        struct totals totals = {0};
+        struct block bl;
+        struct totals totals;
+        block_at(problem, i, &bl);
+        clear_totals(&totals);
         problem->block[i] = bl;
         gather_jerk(problem, i, &bl, &totals, least);
         gather_acc(problem, i, &bl, &totals, least);
@@ -313,13 +317,13 @@ static void gather(struct problem *problem, vec least) {
                   totals.cc[2 * count] + calm + even
                       + STAGE_LEAST_COST * problem->convex);
             store(problem->grad.input[count] + k,
-                  totals.input[count] + calm * bl.input[count]
+                  totals.slopes.input[count] + calm * bl.input[count]
                       + even * (bl.input[count] - bl.input[1 - count]));
         }
         store(problem->cost.cc[1] + k, totals.cc[1] - even);
         store(problem->grad.x + k,
-              totals.x - load(problem->weight + k) + pull * bl.x[0]);
-        store(problem->grad.accel + k, totals.accel);
+              totals.slopes.x - load(problem->weight + k) + pull * bl.x[0]);
+        store(problem->grad.accel + k, totals.slopes.accel);
     }
 }
 #endif

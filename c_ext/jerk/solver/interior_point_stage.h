@@ -47,17 +47,65 @@ static inline void end_state(vec length,
     *u1 = accel + 0.5 * length * (input[0] + input[1]);
 }
 
+/* Gradient by the state at one end of the stages and c there. */
+typedef struct slope {
+    vec x, accel, input;
+} slope;
+
+/* The same by the state at the start, c0 and c1. */
+typedef struct slopes {
+    vec x, accel, input[2];
+} slopes;
+
 /* Hessian and gradient by the state at one end of the stages and c there. */
 typedef struct sums {
     vec xx, xu, uu, xc, uc, cc;
-    vec x, accel, input;
+    struct slope slope;
 } sums;
 
 /* The same by the state at the start, c0 and c1. */
 typedef struct totals {
     vec xx, xu, uu, xc[2], uc[2], cc[3];
-    vec x, accel, input[2];
+    struct slopes slopes;
 } totals;
+
+/* One store each: compilers fill a whole struct with a slow loop. */
+static inline void clear_slope(struct slope *slope) {
+    slope->x = set1(0.0);
+    slope->accel = set1(0.0);
+    slope->input = set1(0.0);
+}
+
+static inline void clear_slopes(struct slopes *slopes) {
+    slopes->x = set1(0.0);
+    slopes->accel = set1(0.0);
+    slopes->input[0] = set1(0.0);
+    slopes->input[1] = set1(0.0);
+}
+
+static inline void clear_sums(struct sums *sums) {
+    sums->xx = set1(0.0);
+    sums->xu = set1(0.0);
+    sums->uu = set1(0.0);
+    sums->xc = set1(0.0);
+    sums->uc = set1(0.0);
+    sums->cc = set1(0.0);
+    clear_slope(&sums->slope);
+}
+
+static inline void clear_totals(struct totals *totals) {
+    totals->xx = set1(0.0);
+    totals->xu = set1(0.0);
+    totals->uu = set1(0.0);
+    for (int i = 0; i < 2; i++) {
+        totals->xc[i] = set1(0.0);
+        totals->uc[i] = set1(0.0);
+    }
+    for (int i = 0; i < 3; i++) {
+        totals->cc[i] = set1(0.0);
+    }
+    clear_slopes(&totals->slopes);
+}
 
 static inline void add_start(struct totals *totals, const struct sums *sums) {
     totals->xx += sums->xx;
@@ -68,11 +116,11 @@ static inline void add_start(struct totals *totals, const struct sums *sums) {
     totals->cc[0] += sums->cc;
 }
 
-static inline void add_start_gradient(struct totals *totals,
-                                      const struct sums *sums) {
-    totals->x += sums->x;
-    totals->accel += sums->accel;
-    totals->input[0] += sums->input;
+static inline void add_start_slope(struct slopes *slopes,
+                                   const struct slope *slope) {
+    slopes->x += slope->x;
+    slopes->accel += slope->accel;
+    slopes->input[0] += slope->input;
 }
 
 /* x1 = x + 2 h u + third (2 c0 + c1), u1 = u + half (c0 + c1). */
@@ -101,15 +149,15 @@ static inline void add_end(struct totals *totals,
     totals->cc[2] += third * x1 + half * u1 + 2.0 * c1 + sums->cc;
 }
 
-static inline void add_end_gradient(struct totals *totals,
-                                    const struct sums *sums,
-                                    vec length) {
-    vec third = length * length / 3.0 * sums->x;
-    vec half = 0.5 * length * sums->accel;
-    totals->x += sums->x;
-    totals->accel += 2.0 * length * sums->x + sums->accel;
-    totals->input[0] += 2.0 * third + half;
-    totals->input[1] += third + half + sums->input;
+static inline void add_end_slope(struct slopes *slopes,
+                                 const struct slope *slope,
+                                 vec length) {
+    vec third = length * length / 3.0 * slope->x;
+    vec half = 0.5 * length * slope->accel;
+    slopes->x += slope->x;
+    slopes->accel += 2.0 * length * slope->x + slope->accel;
+    slopes->input[0] += 2.0 * third + half;
+    slopes->input[1] += third + half + slope->input;
 }
 
 /* In the middle of the stages: x + h u + h^2 (5 c0 + c1) / 24, and the middle
@@ -156,13 +204,13 @@ static inline void add_middle(struct totals *totals,
     totals->cc[2] += ax[1] * x[1] + au[1] * accel[1];
 }
 
-static inline void add_middle_gradient(struct totals *totals,
-                                       const struct sums *sums,
-                                       vec length) {
-    totals->x += sums->x;
-    totals->accel += length * sums->x + sums->accel;
-    totals->input[0] +=
-        length * (length * 5.0 / 24.0 * sums->x + 0.5 * sums->accel);
-    totals->input[1] += length * length / 24.0 * sums->x;
+static inline void add_middle_slope(struct slopes *slopes,
+                                    const struct slope *slope,
+                                    vec length) {
+    slopes->x += slope->x;
+    slopes->accel += length * slope->x + slope->accel;
+    slopes->input[0] +=
+        length * (length * 5.0 / 24.0 * slope->x + 0.5 * slope->accel);
+    slopes->input[1] += length * length / 24.0 * slope->x;
 }
 #endif

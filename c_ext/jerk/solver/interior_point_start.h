@@ -53,7 +53,7 @@ static void start_jerk(const struct problem *problem,
                        double mu) {
     for (int end = 0; end < 2; end++) {
         two_sided *row = jerk_rows_of(problem, i, end);
-        for (int axis = 0; axis < problem->axes; axis++, row++) {
+        for (int k = 0; k < problem->used[i].jerk; k++, row++) {
             vec value[2];
             jerk_sides(block, end, row, value);
             start_sides(row, value, block->bound[end], mu);
@@ -84,18 +84,19 @@ static void start_one(const struct problem *problem,
 /* Slacks of the guess, kept off the boundary, and multipliers on the central
  * path. */
 static void start(struct problem *problem, double mu) {
-    int axes = problem->axes;
     for (int i = 0; i < problem->blocks; i++) {
-        struct block block = block_at(problem, i);
+        struct block block;
+        block_at(problem, i, &block);
+        const struct used *used = &problem->used[i];
         start_jerk(problem, i, &block, mu);
         start_acc(acc_rows_of(problem, i),
-                  problem->acc_sets * axes,
+                  used->acc,
                   block.x[0],
                   block.accel[0],
                   mu);
         vec x, accel;
         middle_of(block.length, block.x, block.accel, block.input, &x, &accel);
-        start_acc(mid_rows_of(problem, i), axes, x, accel, mu);
+        start_acc(mid_rows_of(problem, i), used->mid, x, accel, mu);
         start_one(problem, i, &block, mu);
     }
 }
@@ -104,10 +105,11 @@ static void start(struct problem *problem, double mu) {
  * what is missed. Left as small as they were, they would stop every step. */
 static void reopen(struct problem *problem) {
     for (int i = 0; i < problem->blocks; i++) {
-        struct block block = block_at(problem, i);
+        struct block block;
+        block_at(problem, i, &block);
         for (int end = 0; end < 2; end++) {
             two_sided *row = jerk_rows_of(problem, i, end);
-            for (int axis = 0; axis < problem->axes; axis++, row++) {
+            for (int k = 0; k < problem->used[i].jerk; k++, row++) {
                 vec side[2];
                 jerk_sides(&block, end, row, side);
                 for (int count = 0; count < 2; count++) {

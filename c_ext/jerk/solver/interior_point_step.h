@@ -49,18 +49,27 @@ static inline void predict_sides(two_sided *row,
     }
 }
 
-/* Adds to the gradients of corrector (k) and centring (z). */
-static inline void two_gradients(const vec *coef,
-                                 vec t,
-                                 vec z,
-                                 struct sums *corr,
-                                 struct sums *cent) {
-    corr->x += t * coef[0];
-    corr->accel += t * coef[1];
-    corr->input += t * coef[2];
-    cent->x += z * coef[0];
-    cent->accel += z * coef[1];
-    cent->input += z * coef[2];
+/* Gradients of corrector and centring. */
+typedef struct two_slopes {
+    struct slopes corr, cent;
+} two_slopes;
+
+/* The same by the state at one end. */
+typedef struct end_slopes {
+    struct slope corr, cent;
+} end_slopes;
+
+static inline void add_two(const vec *coef,
+                           vec t,
+                           vec z,
+                           struct end_slopes *slopes) {
+    add_slope(&slopes->corr, t, coef);
+    add_slope(&slopes->cent, z, coef);
+}
+
+static inline void clear_two(struct end_slopes *slopes) {
+    clear_slope(&slopes->corr);
+    clear_slope(&slopes->cent);
 }
 
 /* A step of the states and inputs: index 0 of x, u at the start, 1 at the end.
@@ -85,111 +94,106 @@ static inline struct change change_at(const struct problem *problem,
     return change;
 }
 
-static void predict_jerk_end(struct problem *problem,
-                             int i,
-                             int end,
-                             const struct block *block,
-                             const struct change *dz,
-                             struct scan *scan,
-                             struct sums *corr,
-                             struct sums *cent) {
+static inline void predict_jerk_end(struct problem *problem,
+                                    int i,
+                                    int end,
+                                    const struct block *block,
+                                    const struct change *dz,
+                                    struct scan *scan,
+                                    struct end_slopes *slopes) {
     two_sided *row = jerk_rows_of(problem, i, end);
     vec root = block->root[end];
     vec tm = {0};
     vec zm = {0};
     vec dm = block->half[end] * dz->x[end];
-    for (int axis = 0; axis < problem->axes; axis++, row++) {
+    for (int k = 0; k < problem->used[i].jerk; k++, row++) {
         vec form =
             root * jerk_value(row, dz->x[end], dz->accel[end], dz->input[end]);
         const vec dq[2] = {dm + form, dm - form};
         predict_sides(row, dq, scan);
         const vec *step = row->dual_step;
         const vec *inverse = row->inverse;
-        two_gradients(row->coef,
-                      root * (step[1] - step[0]),
-                      root * (inverse[0] - inverse[1]),
-                      corr,
-                      cent);
+        add_two(row->coef,
+                root * (step[1] - step[0]),
+                root * (inverse[0] - inverse[1]),
+                slopes);
         tm -= step[0] + step[1];
         zm += inverse[0] + inverse[1];
     }
-    corr->x += tm * block->half[end];
-    cent->x += zm * block->half[end];
+    slopes->corr.x += tm * block->half[end];
+    slopes->cent.x += zm * block->half[end];
 }
 
-static void predict_jerk(struct problem *problem,
-                         int i,
-                         const struct block *block,
-                         const struct change *dz,
-                         struct scan *scan,
-                         struct totals *corr,
-                         struct totals *cent) {
-    struct sums one = {0};
-    struct sums two = {0};
-    predict_jerk_end(problem, i, 0, block, dz, scan, &one, &two);
-    add_start_gradient(corr, &one);
-    add_start_gradient(cent, &two);
-    one = two = (struct sums){0};
-    predict_jerk_end(problem, i, 1, block, dz, scan, &one, &two);
-    add_end_gradient(corr, &one, block->length);
-    add_end_gradient(cent, &two, block->length);
+static inline void predict_jerk(struct problem *problem,
+                                int i,
+                                const struct block *block,
+                                const struct change *dz,
+                                struct scan *scan,
+                                struct two_slopes *all) {
+    struct end_slopes first, last;
+    clear_two(&first);
+    predict_jerk_end(problem, i, 0, block, dz, scan, &first);
+    add_start_slope(&all->corr, &first.corr);
+    add_start_slope(&all->cent, &first.cent);
+    clear_two(&last);
+    predict_jerk_end(problem, i, 1, block, dz, scan, &last);
+    add_end_slope(&all->corr, &last.corr, block->length);
+    add_end_slope(&all->cent, &last.cent, block->length);
 }
 
-static void predict_acc(struct problem *problem,
-                        int i,
-                        const struct change *dz,
-                        struct scan *scan,
-                        struct totals *corr,
-                        struct totals *cent) {
-    int rows = problem->acc_sets * problem->axes;
-    two_sided *row = acc_rows_of(problem, i);
-    for (int k = 0; k < rows; k++, row++) {
-        vec form = acc_value(row, dz->x[0], dz->accel[0]);
+/* So many acceleration rows, for the change (x, accel) of the state they read.
+ */
+static inline void predict_acc(two_sided *row,
+                               int count,
+                               vec x,
+                               vec accel,
+                               struct scan *scan,
+                               struct end_slopes *slopes) {
+    for (int k = 0; k < count; k++, row++) {
+        vec form = acc_value(row, x, accel);
         const vec dq[2] = {form, -form};
         predict_sides(row, dq, scan);
         vec t = row->dual_step[1] - row->dual_step[0];
         vec z = row->inverse[0] - row->inverse[1];
-        corr->x += t * row->coef[0];
-        corr->accel += t * row->coef[1];
-        cent->x += z * row->coef[0];
-        cent->accel += z * row->coef[1];
+        slopes->corr.x += t * row->coef[0];
+        slopes->corr.accel += t * row->coef[1];
+        slopes->cent.x += z * row->coef[0];
+        slopes->cent.accel += z * row->coef[1];
     }
 }
 
-static void predict_mid(struct problem *problem,
-                        int i,
-                        const struct block *block,
-                        const struct change *dz,
-                        struct scan *scan,
-                        struct totals *corr,
-                        struct totals *cent) {
-    two_sided *row = mid_rows_of(problem, i);
-    struct sums one = {0};
-    struct sums two = {0};
+static inline void predict_accs(struct problem *problem,
+                                int i,
+                                vec length,
+                                const struct change *dz,
+                                struct scan *scan,
+                                struct two_slopes *all) {
+    const struct used *used = &problem->used[i];
+    struct end_slopes start, middle;
     vec x, accel;
-    middle_of(block->length, dz->x, dz->accel, dz->input, &x, &accel);
-    for (int axis = 0; axis < problem->axes; axis++, row++) {
-        vec form = acc_value(row, x, accel);
-        const vec dq[2] = {form, -form};
-        predict_sides(row, dq, scan);
-        two_gradients(row->coef,
-                      row->dual_step[1] - row->dual_step[0],
-                      row->inverse[0] - row->inverse[1],
-                      &one,
-                      &two);
-    }
-    add_middle_gradient(corr, &one, block->length);
-    add_middle_gradient(cent, &two, block->length);
+    clear_two(&start);
+    predict_acc(acc_rows_of(problem, i),
+                used->acc,
+                dz->x[0],
+                dz->accel[0],
+                scan,
+                &start);
+    add_start_slope(&all->corr, &start.corr);
+    add_start_slope(&all->cent, &start.cent);
+    clear_two(&middle);
+    middle_of(length, dz->x, dz->accel, dz->input, &x, &accel);
+    predict_acc(mid_rows_of(problem, i), used->mid, x, accel, scan, &middle);
+    add_middle_slope(&all->corr, &middle.corr, length);
+    add_middle_slope(&all->cent, &middle.cent, length);
 }
 
-static void predict_one(struct problem *problem,
-                        int i,
-                        const struct change *dz,
-                        struct scan *scan,
-                        struct totals *corr,
-                        struct totals *cent) {
+static inline void predict_one(struct problem *problem,
+                               int i,
+                               const struct change *dz,
+                               struct scan *scan,
+                               struct two_slopes *all) {
     struct one_sided *row = one_rows_of(problem, i);
-    for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, row++) {
+    for (int n = 0; n < ONE_SIDED_ROWS; n++, row++) {
         vec dq = one_value(row, dz->x[0], dz->accel[0], dz->input);
         vec k1;
         side_predict(dq,
@@ -201,15 +205,24 @@ static void predict_one(struct problem *problem,
                      &row->slack_step,
                      &k1);
         row->dual_step = k1;
-        corr->x -= k1 * row->coef[0];
-        corr->accel -= k1 * row->coef[1];
-        cent->x += row->inverse * row->coef[0];
-        cent->accel += row->inverse * row->coef[1];
-        for (int k = 0; k < 2; k++) {
-            corr->input[k] -= k1 * row->coef[2 + k];
-            cent->input[k] += row->inverse * row->coef[2 + k];
+        all->corr.x -= k1 * row->coef[0];
+        all->corr.accel -= k1 * row->coef[1];
+        all->cent.x += row->inverse * row->coef[0];
+        all->cent.accel += row->inverse * row->coef[1];
+        for (int k = 0; k < 2 && n >= FIRST_C_ROW; k++) {
+            all->corr.input[k] -= k1 * row->coef[2 + k];
+            all->cent.input[k] += row->inverse * row->coef[2 + k];
         }
     }
+}
+
+static inline void store_slopes(const struct slopes *from,
+                                const struct stage_grad *to,
+                                int k) {
+    store(to->x + k, from->x);
+    store(to->accel + k, from->accel);
+    store(to->input[0] + k, from->input[0]);
+    store(to->input[1] + k, from->input[1]);
 }
 
 /* The predictor's step in all rows, and the gradients that corrector and
@@ -218,22 +231,16 @@ static struct scan predict(struct problem *problem) {
     struct scan scan = {0};
     for (int i = 0; i < problem->blocks; i++) {
         int k = i * LANES;
-        const struct block bl = problem->block[i];
-        const struct change dz = change_at(problem, k, bl.length);
-        struct totals corr = {0};
-        struct totals cent = {0};
-        predict_jerk(problem, i, &bl, &dz, &scan, &corr, &cent);
-        predict_acc(problem, i, &dz, &scan, &corr, &cent);
-        predict_mid(problem, i, &bl, &dz, &scan, &corr, &cent);
-        predict_one(problem, i, &dz, &scan, &corr, &cent);
-        store(problem->corr.x + k, corr.x);
-        store(problem->corr.accel + k, corr.accel);
-        store(problem->cent.x + k, cent.x);
-        store(problem->cent.accel + k, cent.accel);
-        for (int count = 0; count < 2; count++) {
-            store(problem->corr.input[count] + k, corr.input[count]);
-            store(problem->cent.input[count] + k, cent.input[count]);
-        }
+        const struct block *block = &problem->block[i];
+        const struct change dz = change_at(problem, k, block->length);
+        struct two_slopes all;
+        clear_slopes(&all.corr);
+        clear_slopes(&all.cent);
+        predict_jerk(problem, i, block, &dz, &scan, &all);
+        predict_accs(problem, i, block->length, &dz, &scan, &all);
+        predict_one(problem, i, &dz, &scan, &all);
+        store_slopes(&all.corr, &problem->corr, k);
+        store_slopes(&all.cent, &problem->cent, k);
     }
     return scan;
 }
@@ -285,16 +292,16 @@ static inline void correct_sides(two_sided *row,
     }
 }
 
-static void correct_jerk(struct problem *problem,
-                         int i,
-                         const struct change *dz,
-                         vec mu,
-                         struct scan *scan) {
+static inline void correct_jerk(struct problem *problem,
+                                int i,
+                                const struct change *dz,
+                                vec mu,
+                                struct scan *scan) {
     const struct block *block = &problem->block[i];
     for (int end = 0; end < 2; end++) {
         two_sided *row = jerk_rows_of(problem, i, end);
         vec dm = block->half[end] * dz->x[end];
-        for (int axis = 0; axis < problem->axes; axis++, row++) {
+        for (int k = 0; k < problem->used[i].jerk; k++, row++) {
             vec form =
                 block->root[end]
                 * jerk_value(row, dz->x[end], dz->accel[end], dz->input[end]);
@@ -319,11 +326,11 @@ static inline void correct_acc(two_sided *row,
     }
 }
 
-static void correct_one(struct problem *problem,
-                        int i,
-                        const struct change *dz,
-                        vec mu,
-                        struct scan *scan) {
+static inline void correct_one(struct problem *problem,
+                               int i,
+                               const struct change *dz,
+                               vec mu,
+                               struct scan *scan) {
     struct one_sided *row = one_rows_of(problem, i);
     for (int k = 0; k < ONE_SIDED_ROWS; k++, row++) {
         side_correct(one_value(row, dz->x[0], dz->accel[0], dz->input),
@@ -340,23 +347,41 @@ static void correct_one(struct problem *problem,
 static struct scan correct(struct problem *problem, double sigma_mu) {
     struct scan scan = {0};
     const vec mu = set1(sigma_mu);
-    int axes = problem->axes;
     for (int i = 0; i < problem->blocks; i++) {
         vec length = problem->block[i].length;
         const struct change dz = change_at(problem, i * LANES, length);
         correct_jerk(problem, i, &dz, mu, &scan);
         correct_acc(acc_rows_of(problem, i),
-                    problem->acc_sets * axes,
+                    problem->used[i].acc,
                     dz.x[0],
                     dz.accel[0],
                     mu,
                     &scan);
         vec x, accel;
         middle_of(length, dz.x, dz.accel, dz.input, &x, &accel);
-        correct_acc(mid_rows_of(problem, i), axes, x, accel, mu, &scan);
+        correct_acc(mid_rows_of(problem, i),
+                    problem->used[i].mid,
+                    x,
+                    accel,
+                    mu,
+                    &scan);
         correct_one(problem, i, &dz, mu, &scan);
     }
     return scan;
+}
+
+static inline void move_rows(two_sided *row,
+                             int count,
+                             double ap,
+                             double ad,
+                             vec *gap) {
+    for (int k = 0; k < count; k++, row++) {
+        for (int side = 0; side < 2; side++) {
+            row->slack[side] += ap * row->slack_step[side];
+            row->dual[side] += ad * row->dual_step[side];
+            *gap += row->slack[side] * row->dual[side];
+        }
+    }
 }
 
 /* The step; returns the gap behind it. */
@@ -367,25 +392,19 @@ static double move(struct problem *problem, double ap, double ad) {
         problem->input[0][i] += ap * problem->dc[0][i];
         problem->input[1][i] += ap * problem->dc[1][i];
     }
-    int two = problem->blocks * 2 * problem->axes;
-    int acc = problem->blocks * problem->acc_sets * problem->axes;
-    int one = problem->blocks * ONE_SIDED_ROWS;
     vec gap = {0};
-    int mid = problem->blocks * problem->axes;
-    for (int i = 0; i < two + acc + mid; i++) {
-        two_sided *row = i < two         ? &problem->jerk[i]
-                         : i < two + acc ? &problem->acc[i - two]
-                                         : &problem->mid[i - two - acc];
-        for (int side = 0; side < 2; side++) {
-            row->slack[side] += ap * row->slack_step[side];
-            row->dual[side] += ad * row->dual_step[side];
-            gap += row->slack[side] * row->dual[side];
+    for (int i = 0; i < problem->blocks; i++) {
+        const struct used *used = &problem->used[i];
+        move_rows(jerk_rows_of(problem, i, 0), used->jerk, ap, ad, &gap);
+        move_rows(jerk_rows_of(problem, i, 1), used->jerk, ap, ad, &gap);
+        move_rows(acc_rows_of(problem, i), used->acc, ap, ad, &gap);
+        move_rows(mid_rows_of(problem, i), used->mid, ap, ad, &gap);
+        struct one_sided *one = one_rows_of(problem, i);
+        for (int k = 0; k < ONE_SIDED_ROWS; k++, one++) {
+            one->slack += ap * one->slack_step;
+            one->dual += ad * one->dual_step;
+            gap += one->slack * one->dual;
         }
-    }
-    for (int i = 0; i < one; i++) {
-        problem->one[i].slack += ap * problem->one[i].slack_step;
-        problem->one[i].dual += ad * problem->one[i].dual_step;
-        gap += problem->one[i].slack * problem->one[i].dual;
     }
     return sum(gap);
 }

@@ -90,6 +90,7 @@ typedef struct jerk_stats {
     uint64_t solves, failed, refused, slower, holds, hold_solves, laws,
         iterations;
     uint64_t work;        /* iterations, each times the planner intervals */
+    uint64_t spent;       /* the same, and what solves have beside it */
     double worst_solve_s; /* CPU seconds of the slowest plan */
     uint64_t straight;    /* lines from rest to rest, without the solver */
     uint64_t segments;    /* planner intervals handed out */

@@ -34,6 +34,12 @@ typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5
     vec dual_step[2];
 } two_sided;
 
+/* Rows of a block that say something: of jerk at either end of its stages, of
+ * acceleration at their starts and in their middles. */
+typedef struct used {
+    int jerk, acc, mid;
+} used;
+
 typedef struct one_sided { /* b (x, u, c0, c1) <= bound */
     vec coef[4], bound, slack, dual, inverse, residual, slack_step, dual_step;
 } one_sided;
@@ -72,10 +78,9 @@ typedef struct gain {
 } gain;
 
 typedef struct problem {
-    int count, first, blocks, axes,
-        acc_sets; /* intervals; first stage with rows; blocks of LANES stages;
-                     axes that move */
-    int axis[JERK_AXES]; /* which they are */
+    int count, first, blocks, axes; /* intervals; first stage with rows; blocks
+                                       of LANES stages; axes that move */
+    int axis[JERK_AXES];            /* which they are */
     bool from_standstill;
     double *lengths, *x, *accel, *input[2]; /* stages */
     double *dx, *du, *dc[2];
@@ -86,6 +91,7 @@ typedef struct problem {
     double *calm;        /* quadratic cost of c0 and c1 */
     double *on;          /* 1 where a stage has jerk rows */
     struct block *block; /* of the present iterate */
+    struct used *used;
     two_sided *jerk, *acc,
         *mid; /* [block][rows]; mid: accelerations in the middle of stages */
     struct one_sided *one;

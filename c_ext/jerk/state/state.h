@@ -53,7 +53,9 @@ struct jerk_planner {
     int finer_tries; /* so often may solutions still ask for finer steps */
     bool finer;      /* the last one has */
     bool near; /* the present plan is a first answer: it reaches to rest only */
-    int wait;  /* segments to hand out before the next plan is tried */
+    double credit; /* work that motion has earned for windows */
+    double most;   /* stats.spent up to which the present plan may go */
+    int wait;      /* segments to hand out before the next plan is tried */
     double again_s,
         waited_s; /* s to hand out before what has changed is tried again (no
                      plan for it was found), and at the last try */

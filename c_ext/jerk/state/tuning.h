@@ -300,6 +300,28 @@
  * share. Evidence: test_feed_hold_distance. */
 #define NEAR_ENOUGH 1.05
 
+/* ---- Work that motion earns ---- */
+
+/* Work that a second of motion earns for windows: iterations, each times the
+ * intervals. With 1.5e5 planning takes a twentieth of the motion time and
+ * saw-teeth between jerk limits 138 times apart take 1.3 to 2 times as long.
+ * Unit: 1/s. Evidence: `bench planner` (hostile), test_unequal_jerk,
+ * test_work_earned. */
+#define WINDOW_WORK_PER_S 1e6
+
+/* Iterations' worth of guess, grid and check that a solve has beside them.
+ * Unit: iterations. Evidence: `bench planner`. */
+#define BESIDE_ITERATIONS 6
+
+/* So much is there at first, is kept for harder places, and may be owed. Unit:
+ * s of motion. Evidence: `bench planner` (saw-teeth). */
+#define CREDIT_S 1.0
+
+/* A window may take so much in any case: from rest something must be planned.
+ * Unit: s of motion. Evidence: `bench planner` (saw-teeth), test_work_earned.
+ */
+#define LEAST_CREDIT_S 0.05
+
 /* ---- Other speeds while it moves ---- */
 
 /* Other speeds that come sooner behind the last ones are answered by a short
@@ -405,6 +427,11 @@
  * such rate. Unit: share. Evidence: test_jerk_planner_limits,
  * test_unequal_jerk. */
 #define LEAN 0.14
+
+/* The way driven in so much of a cycle is short enough for that: saw-teeth with
+ * jerk limits 138 times apart take a third of the work. Unit: cycles. Evidence:
+ * `bench planner` (saw-teeth), test_unequal_jerk. */
+#define LEAN_CYCLES 0.25
 
 /* Of either from rest: under constant path jerk the axes see nine times the
  * change. Unit: share. Evidence: bench/planner_parts.py,
@@ -558,10 +585,8 @@
  * test_planner_optimum. */
 #define ENTRY_SLACK 0.01
 
-/* Of the squared speed, by which a gain of it counts less: that of the time.
- * Equal weights cost 3.4 % on the raster. Unit: power. Evidence:
- * bench/planner_parts.py, test_planner_optimum. */
-#define SLOW_GAINS 1.5
+/* Rows that differ by less are the same. Unit: share. Evidence: rounding. */
+#define SAME_ROW 1e-6
 
 /* Of the largest squared speed: below it a gain counts no more. Unit: share.
  * Evidence: bench/planner_parts.py, test_planner_optimum. */
@@ -639,7 +664,7 @@
 
 /* The solver has ended below it. Unit: share of the objective. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */
-#define GAP 3e-4
+#define GAP 3e-3
 
 /* A gap that has grown by it is given up. Unit: factor. Evidence:
  * test_extreme_limits. */
@@ -656,7 +681,7 @@
 
 /* Of the first residuals: rows with less left are met. Unit: share. Evidence:
  * test_jerk_planner_limits, test_unequal_jerk. */
-#define ROWS_MET 1e-6
+#define ROWS_MET 3e-3
 
 /* ---- Laws and lines ---- */
 

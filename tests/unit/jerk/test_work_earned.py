@@ -1,0 +1,45 @@
+"""Planning takes what motion has earned: on paths where windows fail or are dear the
+plan is made anew more seldom, and the stored tail is driven meanwhile.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cnc_core.benchmarks.jerk_paths import Knots, by_length
+from cnc_core.engine.jerk_planner import JerkPlanner, Limits, run
+from cnc_core.units import FloatArray
+
+WORK_PER_S = 1e6
+"""WINDOW_WORK_PER_S of the planner's tuning table."""
+BEGINNING_S = 2.0
+"""Motion that would earn what is there at first, and what may be owed."""
+PERIOD_MM, HEIGHT_MM = 0.3, 0.03
+UNEQUAL = Limits([300.0, 300.0], [3000.0, 3000.0], [1.18e6, 8558.0])
+
+
+def _wave(periods: int) -> Knots:
+    """A fine wave along the quick axis, across the slow one."""
+    rate = 2.0 * np.pi / PERIOD_MM
+
+    def curve(t: FloatArray, order: int) -> FloatArray:
+        along = t if order == 0 else np.full_like(t, 1.0 if order == 1 else 0.0)
+        turn = order * np.pi / 2
+        across = HEIGHT_MM * rate**order * np.sin(rate * t + turn)
+        return np.column_stack([along, across])
+
+    return by_length(
+        curve, np.linspace(0.0, periods * PERIOD_MM, 24 * periods + 1)
+    )
+
+
+def test_windows_take_no_more_work_than_motion_earns() -> None:
+    """Jerk limits 138 times apart on a wave of 0.3 mm: iterations times intervals, and
+    what comes beside them, stay below what a second of motion earns.
+    """
+    planner = JerkPlanner(UNEQUAL, window=120, knots=360)
+    path = _wave(40)
+    laws = run(planner, path.intervals(100.0))
+    time_s = float(laws["time"].sum())
+    assert abs(float(laws["length"].sum()) - path.length) < 1e-6
+    assert planner.stats["spent"] <= WORK_PER_S * (time_s + BEGINNING_S)
