@@ -20,6 +20,7 @@ from support.command_line import SHM, Outcome
 from support.osai_programs import shop
 from support.paths import EVERY
 from support.processes import leftovers
+from support.rewriting import share_rewriting
 from support.warm_commands import Server
 
 __all__ = ["leftovers", "shop"]
@@ -89,6 +90,10 @@ def nothing_left_in_shared_memory() -> Iterator[None]:
     yield
     left = _left_since(before, begin)
     assert not left, f"left in shared memory: {left}"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    share_rewriting(config)
 
 
 @pytest.hookimpl(optionalhook=True)
