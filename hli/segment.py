@@ -389,6 +389,9 @@ def _map_checked(name: str, fd: int, access_: int) -> mmap.mmap:
         # behind the ready word, which was stored last
         head = layout.HLI_SEGMENT_HEAD.from_buffer_copy(memory)
         problem = _head_problem(name, head, ready, size)
+        # behind the ready word: the creator's draft is gone when it publishes
+        if problem is None and os.fstat(fd).st_nlink > 1:
+            problem = HliAccessError(f"segment {name!r} has a second name")
         if problem is not None:
             raise problem
     except BaseException:
@@ -454,13 +457,16 @@ def sweep() -> list[str]:
 
 
 def _sweep_drafts() -> None:
-    """Remove what creators left that died before their segment had its name."""
+    """Remove what creators of this user left that died before their segment had
+    its name.
+    """
     for path in SHM_DIR.iterdir():
         found = DRAFT_RULE.fullmatch(path.name)
         if found and not lib.hs_process_alive(int(found[1]), int(found[2])):
-            # another user's, or swept by someone else
+            # swept by someone else meanwhile
             with contextlib.suppress(HliAccessError, OSError):
-                _unlink(path.name)
+                if path.lstat().st_uid == os.getuid():
+                    _unlink(path.name)
 
 
 def _remove_stale(path: Path) -> bool:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import signal
 import sys
@@ -47,6 +48,7 @@ from .task import PlcError
 _FIRST_RETRY_S, _RETRY_S = 0.001, 0.05
 _TELL_S, _GAP_S = 3.0, 4.0  # a wait for a CNC is told, and again
 _FIRST_ATTACH_S = 30.0  # with --once: a CNC that starts at the same time
+"""A launched PLC has no limit: its launcher ends it where the CNC has failed."""
 
 
 class Process:
@@ -130,7 +132,8 @@ class Process:
             self._wait_gone()
 
     def _attach(self) -> Hli | None:
-        end = time.monotonic() + _FIRST_ATTACH_S
+        lasts = _FIRST_ATTACH_S if self._args.parent is None else math.inf
+        end = time.monotonic() + lasts
         pause = _FIRST_RETRY_S
         began = told = time.monotonic()
         gap = _TELL_S

@@ -13,14 +13,17 @@ from hli._sync import lib as sync
 SCRATCH = "hli-cosim-run-"
 
 
-def scratch_folder() -> Path:
-    """A folder named after this process and its start, so that the next start
-    knows when nobody needs it.
+def scratch_prefix() -> str:
+    """How folders of this process begin: with it and its start, so that the next
+    launcher knows when nobody needs them.
     """
     me = os.getpid()
-    return Path(
-        tempfile.mkdtemp(prefix=f"{SCRATCH}{me}-{sync.hs_process_start(me)}-")
-    )
+    return f"{SCRATCH}{me}-{sync.hs_process_start(me)}-"
+
+
+def scratch_folder() -> Path:
+    """A folder of this process."""
+    return Path(tempfile.mkdtemp(prefix=scratch_prefix()))
 
 
 def sweep_folders() -> None:

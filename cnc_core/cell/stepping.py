@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -31,9 +30,9 @@ from ..recording.parts import Parts
 from .child import Child
 from .kept import plc_part
 from .programs import Programs, programs_of, refuse_mcap
+from .scratch import scratch_folder
 from .worker import worker_for_start
 
-_START_S = 30.0
 _RETRY_S = 0.01
 
 
@@ -51,7 +50,7 @@ class _Machine:
         only: tuple[str, ...],
     ) -> None:
         self.parts = Parts(record) if record else None
-        self.folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
+        self.folder = scratch_folder()
         self.name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         chosen = RunOptions(
             dialect=dialect,
@@ -74,14 +73,13 @@ class _Machine:
 
     def connect(self) -> Hli:
         """As soon as its segment is there; CncError with what it said if it
-        ended before.
+        ended before.  A busy machine may take long.
         """
-        end = time.monotonic() + _START_S
         while True:
             try:
                 return connect(self.name, present=False)
             except (HliNotFound, HliNotReady):
-                if self.child.ended or time.monotonic() > end:
+                if self.child.ended:
                     said = self.child.said().splitlines()
                     raise CncError(
                         905001,

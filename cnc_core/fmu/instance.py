@@ -6,7 +6,7 @@ import atexit
 import ctypes
 import json
 import math
-import tempfile
+import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from plc_client import AcknowledgeAll, AutoContinue, task
 from plc_client.blocks import FeedControl, StartProgram
 from plc_client.runner import PlcRunner
 
+from ..cell.scratch import scratch_folder
 from ..cell.stepping import start_plc
 from ..config import CellConfig, load_config
 from ..config.reading import config_of, config_text
@@ -307,6 +308,6 @@ def changed(
 
 def folder_of_slave() -> Path:
     """A folder of this process alone, removed with it."""
-    folder = tempfile.TemporaryDirectory(prefix="hli-cosim-fmu-")
-    atexit.register(folder.cleanup)
-    return Path(folder.name)
+    folder = scratch_folder()
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import tempfile
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +14,7 @@ from ..engine import Engine
 from ..recording.account import account, as_bytes
 from ..recording.parts import Parts, part_of_channel
 from ..recording.recorder import Recorder, check_columns
+from .identity import scratch_folder
 from .options import CncOptions
 
 
@@ -124,7 +124,7 @@ class SoleRecording:
     ) -> None:
         check_record_only(load_config(config), only)
         self._parts = Parts(target)
-        self._folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
+        self._folder = scratch_folder()
         self._report = self._folder / "cnc.json"
         self.told: list[str] = []
         if self._parts.recovered:

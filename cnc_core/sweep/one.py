@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..cell import Cell, RunResult
+from ..cell.scratch import scratch_prefix
 from ..config import CellConfig
 from ..config.reading import config_of
 from ..errors import CncError
@@ -146,7 +147,7 @@ def _run(
     point: Point,
     record: Path | None,
 ) -> Row:
-    with tempfile.TemporaryDirectory(prefix="hli-cosim-sweep-") as aside:
+    with tempfile.TemporaryDirectory(prefix=scratch_prefix()) as aside:
         options: dict[str, Any] = {
             **of_family(point, "run"),
             "clock": study.clock,

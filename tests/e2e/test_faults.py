@@ -9,6 +9,7 @@ import random
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -16,27 +17,50 @@ from pathlib import Path
 
 import pytest
 
-from fault_matrix import Fault, clean, one
+import hli
+from fault_apart import one_apart
+from fault_run import Fault, Setting, clean, one
 from support.command_line import T1, command, wait_for_cycle
 
 pytestmark = pytest.mark.ci
 
+BUSY_S = 120.0
+"""A machine that tests crowd may take so long; the bench asks for 5 s."""
 SAMPLE = [
     Fault("cnc", "KILL", "M pending", "lockstep"),
     Fault("plc", "KILL", "request pending", "lockstep"),
     Fault("plc", "STOP", "motion", "lockstep"),
     Fault("launcher", "KILL", "motion", "lockstep"),
+    Fault("launcher", "KILL", "recording", "lockstep"),
+    Fault("terminal", "HUP", "recording", "lockstep"),
+    Fault("machine", "STOP", "backward", "freerun"),
 ]
 
 
 def test_faults_end_the_run_and_leave_nothing(tmp_path: Path) -> None:
-    """Each fault ends the run within 5 s; behind them a clean run completes and
-    sweeps a killed launcher's folder.
+    """Each fault ends the run; its recording can be read; behind them a clean run
+    completes and sweeps a killed launcher's folder.
     """
     rng = random.Random(5)
     for fault in SAMPLE:
-        one(fault, tmp_path, rng)
-    clean(tmp_path)
+        recorded = fault.when == "recording"
+        back = fault.when == "backward"
+        setting = Setting(back=back, recorded=recorded)
+        hit, _ = one(fault, tmp_path, rng, BUSY_S, setting)
+        assert hit, fault
+    clean(tmp_path, BUSY_S)
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "realtime"])
+def test_plcs_that_die_lose_and_double_no_function(
+    tmp_path: Path, clock: str
+) -> None:
+    """kill -9 of the PLC at a function, three times, with another PLC behind each:
+    what the CNC calls seen has been with one of them, for the first time once.
+    """
+    fault = Fault("plc", "AGAIN", "M pending", clock)
+    hit, _ = one_apart(fault, tmp_path, random.Random(7), BUSY_S)
+    assert hit
 
 
 def test_faults_mix_nothing_up_between_channels(tmp_path: Path) -> None:
@@ -46,8 +70,8 @@ def test_faults_mix_nothing_up_between_channels(tmp_path: Path) -> None:
     rng = random.Random(5)
     for what, when in (("RESTART", "M pending"), ("STOP", "request pending")):
         fault = Fault("plc", what, when, "lockstep")
-        one(fault, tmp_path, rng, channels=3)
-    clean(tmp_path, channels=3)
+        one(fault, tmp_path, rng, BUSY_S, Setting(3))
+    clean(tmp_path, BUSY_S, channels=3)
 
 
 def owner_of(name: str) -> int:
@@ -120,6 +144,57 @@ def test_a_killed_launchers_folder_is_swept(
         == 0
     )
     assert list(scratch.iterdir()) == [foreign]
+
+
+STEPPED = """
+import os, sys, time
+from cnc_core import start_plc
+from plc_client import task
+@task()
+class T:
+    def cyclic(self): pass
+plc = start_plc(sys.argv[1], T)
+plc.step(5)
+print("there", flush=True)
+time.sleep(600)
+"""
+
+
+@pytest.mark.parametrize("kind", ["cnc --record", "start_plc"])
+def test_a_killed_process_leaves_its_folder_to_the_next_run(
+    program: Callable[..., Path], tmp_path: Path, kind: str
+) -> None:
+    """Not the launcher alone: each process that makes a folder names it so that the
+    next run knows when nobody needs it.
+    """
+    scratch, part = tmp_path / "scratch", program(T1)
+    scratch.mkdir()
+    name = f"hli-test-{os.getpid()}"
+    options = ("--name", name, "--no-wait", "--record", tmp_path / "r.npz")
+    call = {
+        "cnc --record": command("cnc", part, *options),
+        "start_plc": [sys.executable, "-P", "-c", STEPPED, str(part)],
+    }[kind]
+    environment = os.environ | {"TMPDIR": str(scratch)}
+    killed = subprocess.Popen(
+        call,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    )
+    assert killed.stdout is not None
+    while not list(scratch.iterdir()):
+        assert killed.poll() is None
+        time.sleep(0.01)
+    killed.kill()
+    killed.wait()
+    killed.stdout.close()
+    assert list(scratch.iterdir())
+    subprocess.run(
+        command("run", part), env=environment, capture_output=True, check=True
+    )
+    assert not list(scratch.iterdir())
+    hli.sweep()
 
 
 FULL = """mount -t tmpfs -o size=64k none /dev/shm || exit 77

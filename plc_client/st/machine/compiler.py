@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import os
@@ -29,13 +30,31 @@ _RUNTIME = ("st_state.c", "st_numbers.c", "st_texts.c")
 
 
 def cache_folder() -> Path:
-    """``$XDG_CACHE_HOME/hli-cosim/st``; ``HLI_COSIM_CACHE`` names another one."""
+    """``$XDG_CACHE_HOME/hli-cosim/st``; ``HLI_COSIM_CACHE`` names another one.
+
+    PlcError: another user could lay a program there, which this one would load.
+    """
     own = os.environ.get("HLI_COSIM_CACHE")
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    folder = Path(own) if own else Path(base) / "hli-cosim"
-    folder = folder / "st"
-    folder.mkdir(parents=True, exist_ok=True)
+    above = Path(own) if own else Path(base) / "hli-cosim"
+    above.parent.mkdir(parents=True, exist_ok=True)
+    for folder in (above, above / "st"):
+        _own_folder(folder)
     return folder
+
+
+def _own_folder(folder: Path) -> None:
+    """A folder that nobody else writes into, made where there is none."""
+    with contextlib.suppress(FileExistsError):
+        folder.mkdir(mode=0o700)
+    info = folder.stat()
+    if info.st_uid != os.getuid():
+        problem = f"belongs to user {info.st_uid}; set HLI_COSIM_CACHE"
+    elif info.st_mode & 0o022:
+        problem = "can be written by other users; remove it"
+    else:
+        return
+    raise PlcError(f"the cache of compiled programs, {folder}, {problem}")
 
 
 def compiler() -> str:

@@ -19,30 +19,18 @@ from hli.areas import Areas
 from hli.queue import BUSY, Ask, Queue, Told
 from support.inside import Inside
 from support.limits import legal
+from support.threaded import (
+    CONFIG,
+    FORESIGHT,
+    FUNCTIONS,
+    PROGRAM,
+    TURNS,
+    drive,
+    far_enough,
+)
 
 pytestmark = pytest.mark.sanitize_threads
 
-PROGRAM = """N10 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]
-N20 G01 X30 Y0 F6000
-N25 M20
-N30 X30 Y40
-N40 #CONTOUR LOOKAHEAD LOG OFF [PARAM=2]
-N50 #RT WHILE
-N60 G01 X31 F8000
-N70 X30
-N80 #RT ENDWHILE
-""" + "".join(
-    f"N{100 + k} G01 X{30 + k % 7} Y{40 + (k * k) % 11} F8000\n"
-    for k in range(3000)
-)
-FUNCTIONS = "FCT_IPO_DEFAULT | FCT_CONTOUR_LAH"
-FORESIGHT = (
-    f"{FUNCTIONS} | FCT_CALC_TIME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"
-)
-CONFIG = (
-    '[channel]\ninterpolator_function = "%s"\nesa_time = [0.05]\n'
-    '[channel.m_synch]\n20 = "MVS_SVS"\n'
-)
 SECONDS = 2.5
 
 
@@ -62,64 +50,15 @@ def test_commands_beside_running_threads(
         CONFIG % functions,
         service=layout.HLI_SERVICE_IMMEDIATE,
     ) as cnc:
-        cnc.engine.serve_start()
-        cnc.engine.start()
-        end, turn = time.monotonic() + SECONDS, 0
-        late = end + 60.0  # the machine may be busy
-        while time.monotonic() < end or (
-            not _far_enough(cnc, turn) and time.monotonic() < late
-        ):
-            event = cnc.engine.wait(0.005)
-            if event is Event.NEED_BLOCKS:
-                cnc.preparation.pump()
-            elif event is Event.DRAINED:
-                cnc.preparation.drained()
-            cnc._take()
-            command(cnc, turn, rng)
-            turn += 1
-        cnc.engine.stop()
-        cnc.engine.serve_stop()
-        cnc._take()
+        drive(cnc, rng, SECONDS)
         state = cnc.engine.state
-        assert _far_enough(cnc, turn)
+        assert far_enough(cnc, TURNS + 1)
         assert state.requests_mode1 + state.requests_mode2 > 10
         assert not state.fault
         assert state.techno_functions > 0
         assert cnc.preparation.error is None
         if not state.record_lost:
             legal(cnc.pos, cnc.cell)
-
-
-def _far_enough(cnc: Inside, turn: int) -> bool:
-    """Commands and motion have met each other; by what was recorded, since the
-    threads own the engine's state.
-    """
-    driven = [path[-1] for path in cnc.paths if len(path)]
-    return bool(turn > 50 and driven and driven[-1] > 50.0)
-
-
-def command(cnc: Inside, turn: int, rng: np.random.Generator) -> None:
-    """One of the PLC's commands by turns, and a request."""
-    bahn, insert = cnc.bahn, cnc.bahn.insert_cmd
-    cnc.level(bahn.override_valid, True)
-    cnc.level(bahn.override, int(rng.integers(200, 1500)))
-    cnc.level(bahn.backward_motion, turn % 40 > 30)
-    cnc.level(bahn.feedhold, turn % 17 == 0)
-    cnc.level(bahn.delete_distance_to_go, turn % 50 == 25)
-    cnc.level(bahn.continue_machining, turn % 3 == 0)
-    cnc.level(bahn.single_block, turn % 60 == 10)
-    cnc.level(bahn.rt_loop_enable, turn < 30)
-    if turn % 20 == 5 and not insert.command_semaphor_rw:
-        insert.enable_w = True
-        insert.command_w.dist_or_pos, insert.command_w.rel_abs_mode = 5e4, 2
-        insert.command_semaphor_rw = True
-    for unit in cnc.channel.techno_unit_std_sync[:4]:
-        if unit.please_rw:
-            unit.done_w, unit.please_rw = True, False
-    if not cnc.clah.semaphor_rw:
-        cnc.clah.request.start_position = float(rng.integers(0, 300_000))
-        cnc.clah.request.length = float(rng.integers(0, 2) * 50_000)
-        cnc.clah.semaphor_rw = True
 
 
 def test_starting_and_stopping_threads(tmp_path: Path) -> None:

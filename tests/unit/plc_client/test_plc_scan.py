@@ -1,6 +1,7 @@
 """The scan runtime in real processes, and its schedule on a pacer the test moves."""
 
 import json
+import os
 import signal
 import textwrap
 import time
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import hli
+import plc_client.__main__ as plc_main
 from hli import layout
 from hli.errors import HliTimeout
 from plc_client import connect, image, task
@@ -269,6 +271,33 @@ def test_plc_ends_with_its_parent() -> None:
         run_plc(unique_name(), "--builtin", "acknowledge", "--parent", "1")[0]
         == 1
     )
+
+
+@pytest.mark.parametrize("launched", [True, False])
+def test_a_launched_plc_waits_as_long_as_its_launcher_lives(
+    monkeypatch: pytest.MonkeyPatch, launched: bool
+) -> None:
+    """On a busy machine a CNC may take long to start; the launcher ends the PLC
+    of a CNC that has failed.  Without a launcher --once has a limit.
+    """
+    tries = iter([hli.HliNotFound("not yet")] * 20 + [None])
+
+    def connect_late(_name: str, present: bool) -> str:
+        assert not present
+        if (problem := next(tries)) is not None:
+            raise problem
+        return "attached"
+
+    monkeypatch.setattr(plc_main, "connect", connect_late)
+    monkeypatch.setattr(plc_main, "_FIRST_ATTACH_S", 0.0)
+    words = ["--name", "n", "--builtin", "acknowledge", "--once"]
+    words += ["--parent", str(os.getppid())] if launched else []
+    process = plc_main.Process(plc_main._arguments(words))
+    if launched:
+        assert process._attach() == "attached"
+    else:
+        with pytest.raises(hli.HliNotFound):
+            process._attach()
 
 
 class ManualPacer:
