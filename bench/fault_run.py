@@ -32,8 +32,6 @@ FUNCTIONS = 14
 OF_A_CHANNEL = 100
 """Numbers of the functions of channel i begin behind i times that."""
 RECORDING = "part.parquet"
-ROWS_BYTES = 40_000
-"""So long is the CNC's part of a recording once rows are in it."""
 LOOK_S = 0.001
 GONE = (129, -signal.SIGHUP)
 """How a launcher ends whose terminal has gone; the signal: before it has begun."""
@@ -187,7 +185,10 @@ def moment_of(seg: layout.HLI_SEGMENT, moment: str, channels: int = 1) -> bool:
         "backward": lambda: any(
             ch.bahn_state.backward_active_r for ch in all_of
         ),
-        "end": lambda: any(ch.bahn_state.program_end_r for ch in all_of),
+        "end": lambda: any(
+            ch.bahn_state.program_end_r and ch.bahn_state.dist_prog_start > 0
+            for ch in all_of
+        ),
         "shutdown": lambda: side.cnc.phase == layout.HLI_PHASE_SHUTDOWN,
     }
     return looks[moment]()
@@ -240,6 +241,7 @@ class Run:
         )
         self.pids: dict[str, int] = {"launcher": self.launcher.pid}
         self.seen = False
+        self._head = 0  # bytes of the CNC's part when it was first seen
 
     def find(self) -> None:
         """Process ids of the children, as they appear."""
@@ -274,6 +276,13 @@ class Run:
             return looked_at(path)
         return None
 
+    def _records(self) -> bool:
+        """The CNC's part has grown behind its head."""
+        part = folder_of(self.recording) / "cnc.arrow"
+        size = part.stat().st_size if part.exists() else 0
+        self._head = self._head or size
+        return size > self._head
+
     def reached(self, moment: str, random_at: float) -> bool:
         """Whether the moment has come."""
         if moment == "start":
@@ -281,8 +290,7 @@ class Run:
         if moment == "random":
             return time.monotonic() > random_at
         if moment == "recording":
-            part = folder_of(self.recording) / "cnc.arrow"
-            return part.exists() and part.stat().st_size > ROWS_BYTES
+            return self._records()
         seg = self.segment()
         if seg is None:
             return moment == "shutdown" and self.seen

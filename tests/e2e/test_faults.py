@@ -33,7 +33,7 @@ SAMPLE = [
     Fault("launcher", "KILL", "motion", "lockstep"),
     Fault("launcher", "KILL", "recording", "lockstep"),
     Fault("terminal", "HUP", "recording", "lockstep"),
-    Fault("machine", "STOP", "backward", "freerun"),
+    Fault("machine", "STOP", "motion", "freerun"),
 ]
 
 
@@ -44,8 +44,7 @@ def test_faults_end_the_run_and_leave_nothing(tmp_path: Path) -> None:
     rng = random.Random(5)
     for fault in SAMPLE:
         recorded = fault.when == "recording"
-        back = fault.when == "backward"
-        setting = Setting(back=back, recorded=recorded)
+        setting = Setting(recorded=recorded)
         hit, _ = one(fault, tmp_path, rng, BUSY_S, setting)
         assert hit, fault
     clean(tmp_path, BUSY_S)
