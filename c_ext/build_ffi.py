@@ -66,8 +66,8 @@ def write_layout_header() -> None:
         path.write_text(text)
 
 
-def compile_args() -> tuple[list[str], list[str]]:
-    """(compiler, linker) arguments.
+def compile_args(root: Path = ROOT) -> tuple[list[str], list[str]]:
+    """(compiler, linker) arguments; ``root``: the folder that is built in.
 
     No -ffast-math and no contraction: distances must add up the same
     everywhere.
@@ -83,6 +83,9 @@ def compile_args() -> tuple[list[str], list[str]]:
     ]
     args += ["-Wno-psabi", "-pthread"]
     args += os.environ.get("HLI_COSIM_FLAGS", "").split()
+    if os.environ.get("SOURCE_DATE_EPOCH"):
+        # the debugger's tables name the same folder wherever that is
+        args.append(f"-ffile-prefix-map={root}=.")
     link = ["-pthread", "-lm", "-lrt"]
     if os.environ.get("HLI_COSIM_WERROR"):
         args.append("-Werror")
