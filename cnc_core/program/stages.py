@@ -31,11 +31,13 @@ def smoothing_machine(cell: CellConfig) -> SmoothingMachine:
     linear = [
         axis for axis in cell.axes.values() if axis.kind == "linear"
     ] or list(cell.axes.values())
+    jerks = [axis.j_max_mm_s3 for axis in linear if axis.j_max_mm_s3 > 0.0]
     return SmoothingMachine(
         main=cell.main_axes,
         rotary=sum(1 << i for i, is_rotary in enumerate(rotary) if is_rotary),
         accel=min(axis.a_max_mm_s2 for axis in linear),
         feed=min(axis.v_max_mm_s for axis in linear),
+        jerk=min(jerks, default=0.0),
     )
 
 

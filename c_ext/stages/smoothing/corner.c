@@ -5,7 +5,6 @@
  * triangle of the corner, so the blend leaves the chords nowhere by more than
  * it leaves the corner itself, which is 7/64 d |v - u|.
  */
-#include "stages/smoothing/corner.h"
 #include "stages/smoothing/emit.h"
 #include "stages/smoothing/state.h"
 #include "stages/square.h"

@@ -29,4 +29,12 @@ void emit_row(nc_smooth *smooth, const nc_block *row);
 
 /* Coefficients into the pool; where they begin. */
 uint32_t emit_pool(nc_smooth *smooth, const double *values, size_t count);
+
+/* corner.c */
+/* The exact chords from nodes[0] (from contour parameter out_t on) to
+ * nodes[end] with blends at the corners between. */
+void corner_path(nc_smooth *smooth, int end);
+/* Distance from the corner at which a blend begins that uses up the tolerance.
+ */
+double corner_distance(const nc_smooth *smooth, double turn);
 #endif

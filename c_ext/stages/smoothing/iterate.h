@@ -5,4 +5,10 @@
 
 /* False: it is not. `deviation`: of each span, scaled. */
 bool iterate(nc_smooth *smooth, int end, double *deviation);
+
+/* refine.c */
+/* The window's curve, certified up to nodes[end], gives way to a faster one
+ * that is certified too. `join`: span at which the next window goes on, 0: the
+ * section ends. `deviation`: of each span. */
+void refine_window(nc_smooth *smooth, int end, int join, double *deviation);
 #endif

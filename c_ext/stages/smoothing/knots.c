@@ -1,6 +1,6 @@
 /* Knots where the integral of one over the wanted span length has grown by one.
  */
-#include "stages/smoothing/knots.h"
+#include "stages/smoothing/sites.h"
 #include "stages/smoothing/state.h"
 #include "maths/plain.h"
 

@@ -1,6 +1,5 @@
 /* Nodes to sections: which points belong to one smooth section, which chords
  * are driven exactly, where corners are. */
-#include "stages/smoothing/corner.h"
 #include "stages/smoothing/emit.h"
 #include "stages/smoothing/nodes.h"
 #include "stages/smoothing/sections.h"
@@ -78,7 +77,8 @@ static double run_out(const nc_smooth *this_smooth,
     double corner = corner_distance(this_smooth, turn);
     double smooth = fmin(3.0 * sqrt(8.0 * this_smooth->tol * beside / turn),
                          fast_length(this_smooth, turn));
-    double bend = fmax(fmin(smooth, KINK * this_smooth->tol / turn),
+    double kink = this_smooth->cfg.jerk > 0.0 ? KINK_JERK : KINK;
+    double bend = fmax(fmin(smooth, kink * this_smooth->tol / turn),
                        10.0 * this_smooth->tol);
     return fmax(corner, bend + sharpness(turn) * (corner - bend));
 }
@@ -203,6 +203,12 @@ static void finish_section(nc_smooth *smooth, int end) {
     }
 }
 
+static double spans_wanted(const nc_smooth *smooth, int known) {
+    bool coarse =
+        smooth->cfg.jerk > 0.0 && smooth->measure >= COARSE * (double)known;
+    return coarse ? SPANS_COARSE : SPANS_FULL;
+}
+
 /* Work off what is known: the first `known` nodes are settled. */
 void section_work(nc_smooth *smooth, int known) {
     int end;
@@ -213,7 +219,8 @@ void section_work(nc_smooth *smooth, int known) {
         smooth->measure = 0.0;
     }
     while (known > 4
-           && (smooth->measure >= SPANS_FULL || smooth->n_nodes > NODES_FULL)) {
+           && (smooth->measure >= spans_wanted(smooth, known)
+               || smooth->n_nodes > NODES_FULL)) {
         int before = smooth->n_nodes;
         window_advance(smooth, known - 1, false);
         known -= before - smooth->n_nodes;

@@ -14,4 +14,9 @@ void site_add(struct window *window,
 
 /* Nodes, and the middle of every span that holds none. */
 void lay_sites(nc_smooth *smooth, int end);
+
+/* knots.c */
+/* Append knots behind tau[count - 1] up to nodes[end], or as far as there is
+ * room; returns the node reached. */
+int make_knots(nc_smooth *smooth, double *tau, int *count, int room, int end);
 #endif

@@ -9,6 +9,7 @@
  * sections.c: points to sections, which end at corners and on long lines.
  * window.c: one section through a sliding window, and its fallback.
  * knots.c, sites.c, iterate.c: knots, points that pull, weights of a window.
+ * refine.c, law.c: a coarse curve made faster at its own speed.
  * spline_fit.c: quintic B-splines and their banded system.
  * corner.c, emit.c: blends at corners, and the output in program order.
  * certify.c: a polynomial against the programmed contour.
@@ -29,6 +30,7 @@ typedef struct nc_smooth_config {
     uint32_t rotary;    /* bit i: axis i is a rotary axis */
     double accel, feed; /* mm/s2, mm/s: what limits speed in curves and what is
                            fast; shapes the fairness only */
+    double jerk; /* mm/s3, of the axes; shapes coarse curves; 0: no limit */
     double tolerance; /* mm; 0: rows pass unchanged until an NC_SMOOTHING row */
     double rotary_tolerance; /* degrees */
     double turn_max;         /* rad; a larger turn stays an exact corner */

@@ -345,6 +345,81 @@ void spline_solve(struct window *window, int axes) {
     }
 }
 
+void spline_band_solve(double (*band)[ORDER], pair *right, int count) {
+    struct equations equations = {band + ORDER, right + ORDER, count};
+    factor(&equations);
+    substitute(&equations, 1);
+}
+
+/* The roughness of an axis at the speed of the law. */
+static void add_rough(const struct equations *equations,
+                      const struct window *window,
+                      int span,
+                      int axis) {
+    for (int place = 0; place < LAW_PLACES; place++) {
+        double weight = window->heavy[span][place][axis];
+        const double *row = window->row[span][place];
+        for (int i = 0; i < ORDER; i++) {
+            double part = weight * row[i];
+            double *to = equations->band[span + i];
+            for (int j = i; j < ORDER; j++) {
+                to[j - i] += part * row[j];
+            }
+        }
+    }
+}
+
+static void add_wall(const struct equations *equations,
+                     const struct site *site,
+                     int axis,
+                     int group) {
+    for (int i = 0; i < ORDER; i++) {
+        double part = site->force[group] * site->basis[i];
+        double *to = equations->band[site->span + i];
+        for (int k = 0; 2 * k < ORDER - i; k++) {
+            put(to + 2 * k,
+                at(to + 2 * k) + both(part) * at(site->basis + i + 2 * k));
+        }
+        equations->right[site->span + i][0] += part * site->aim[axis];
+    }
+}
+
+static void solve_axis(struct window *window, int axis, int group) {
+    pair room[ORDER + CONTROLS + ORDER];
+    int count = window->spans + 5;
+    struct equations equations = {window->band + ORDER, room + ORDER, count};
+    size_t rows = (size_t)(count + 2 * ORDER);
+    memset(room, 0, sizeof *room * rows);
+    memset(window->band, 0, sizeof window->band[0] * rows);
+    for (int k = 0; k < window->spans; k++) {
+        add_rough(&equations, window, k, axis);
+    }
+    for (int k = 0; k < window->sites_n; k++) {
+        add_wall(&equations, &window->sites[k], axis, group);
+    }
+    for (int k = 0; k < count; k++) {
+        equations.right[k][0] += window->pull[k][axis];
+    }
+    int last = count - window->fixed_tail;
+    for (int k = 0; k < count; k++) {
+        if (k < window->fixed_head || k >= last) {
+            double control[2] = {window->control[k][axis], 0.0};
+            fix(&equations, control, k, 1);
+        }
+    }
+    spline_band_solve(window->band, room, count);
+    for (int k = window->fixed_head; k < last; k++) {
+        window->control[k][axis] = equations.right[k][0];
+    }
+}
+
+void spline_solve_timed(struct window *window, uint32_t rotary) {
+    for (int k = 0; k < window->moving_n; k++) {
+        int axis = window->moving[k];
+        solve_axis(window, axis, rotary >> axis & 1);
+    }
+}
+
 /* Inverse of the system that was solved last, within its band; control points
  * that are fixed do not give. */
 void spline_invert(struct window *window) {

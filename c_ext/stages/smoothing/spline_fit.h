@@ -15,6 +15,14 @@ void spline_basis_at(const double basis[ORDER][ORDER],
 /* Control points that minimise the weighted fairness and residuals. */
 void spline_solve(struct window *window, int axes);
 
+/* A banded system of its own, lost afterwards: rows ORDER.. of `band` and
+ * `right`, zeros before and behind them. The solution is in `right`. */
+void spline_band_solve(double (*band)[ORDER], pair *right, int count);
+
+/* Control points that minimise the roughness at the speed of the law, with
+ * walls, axis by axis; bits of `rotary`: axes. */
+void spline_solve_timed(struct window *window, uint32_t rotary);
+
 /* Inverse of the system that was solved last, within its band. */
 void spline_invert(struct window *window);
 
@@ -33,4 +41,19 @@ void spline_hull(const struct window *window,
                  int span,
                  int axes,
                  double out[][ORDER]);
+
+/* law.c */
+/* A law for the curve found so far, nearly the fastest; false: there is none.
+ * `end`: node where the window ends, `final`: and the section. */
+bool law_begin(nc_smooth *smooth, int end, bool final);
+
+/* One step towards the fastest law for the present curve; false: there is none.
+ */
+bool law_step(nc_smooth *smooth);
+
+/* What the motion costs: its time, s, and a part for its jerk. */
+double law_cost(const nc_smooth *smooth);
+
+/* The cost as a square around the present curve, for the next solution. */
+void law_roughness(nc_smooth *smooth);
 #endif

@@ -65,6 +65,9 @@ typedef struct site {
     double miss; /* residual over target */
     double allowed;
     bool wish; /* the target is closer than the tolerance asks for */
+    /* as a wall: where it draws the curve to, and how strongly it draws linear
+     * and rotary axes; the target is where it stands */
+    double aim[AXES_EVEN], force[2];
 } site;
 
 typedef struct window {
@@ -88,13 +91,28 @@ typedef struct window {
                   [ORDER]; /* of the system, as far as the band reaches: row i,
                               control points i + 0.. */
     int spans, sites_n, fixed_head, fixed_tail;
+    /* The law of motion (law.c), if there is one: control points of ln v, how
+     * many are fixed, and the largest ln v of each span */
+    bool timed;
+    double law[CONTROLS], law_top[SPANS_ROOM];
+    int law_head, law_tail;
+    int moving[NC_AXES], moving_n; /* axes that move */
+    /* basis functions and three derivatives at the places looked at */
+    double place[SPANS_ROOM][LAW_PLACES][4][ORDER];
+    /* roughness at each place: a row over the control points, squared with a
+     * weight for every axis; and what it draws them to, times the weight */
+    double row[SPANS_ROOM][LAW_PLACES][ORDER];
+    double heavy[SPANS_ROOM][LAW_PLACES][NC_AXES];
+    double pull[CONTROLS][NC_AXES];
 } window;
 
 /* What is kept of the last accepted window. */
 typedef struct carry {
     bool valid;
     double tau[KNOTS], control[CONTROLS][AXES_EVEN];
-    int spans; /* certified spans not committed yet */
+    int spans;  /* certified spans not committed yet */
+    bool timed; /* with a law */
+    double law[CONTROLS];
 } carry;
 
 #define LEFT_OUT 64

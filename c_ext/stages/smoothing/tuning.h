@@ -100,6 +100,10 @@
  * bench/test_bench_smoothing.py. */
 #define SPANS_FULL 60
 
+/* The same of coarse ones, before their knots are set closer: what is not
+ * written is refined in vain. Unit: spans. Evidence: bench/tube_oracle.py. */
+#define SPANS_COARSE 90
+
 /* With fewer, nodes are waited for. Unit: spans. Evidence:
  * bench/test_bench_smoothing.py. */
 #define SPANS_LEAST 50
@@ -199,6 +203,108 @@
 /* Least factor on a span's fairness. Unit: share. Evidence:
  * bench/test_bench_smoothing.py. */
 #define RHO_MIN 1e-5
+
+/* ---- A certified curve made faster at its own speed (law.c, refine.c) ---- */
+
+/* A window whose knots are that many for each point is coarse, and worth it.
+ * Unit: factor. Evidence: bench/tube_oracle.py, bench/test_bench_smoothing.py.
+ */
+#define COARSE 1.5
+
+/* Knot spans of a coarse window. Unit: factor on their wanted length. Evidence:
+ * bench/tube_oracle.py. */
+#define COARSE_SIZE 0.67
+
+/* Run-out of a curve at a kink, of machines with limited jerk. Unit: tolerances
+ * over the turn. Evidence: bench/tube_oracle.py. */
+#define KINK_JERK 120.0
+
+/* Places of a span that are looked at. Unit: count. Evidence: as above. */
+#define LAW_PLACES 3
+
+/* Cost of the fourth power of the jerk over its limit, beside the time. Unit:
+ * 1. Evidence: as above. */
+#define LAW_JERK 0.07
+
+/* Cost of the square of ln v above the feed. Unit: 1. Evidence: as above. */
+#define LAW_TOP 100.0
+
+/* Added to the diagonal of a step's equations. Unit: share. Evidence: as above.
+ */
+#define LAW_DAMP 1e-3
+
+/* Largest change of ln v in one step. Unit: 1. Evidence: as above. */
+#define LAW_STEP 0.4
+
+/* Steps for the first law at the most. Unit: count. Evidence: as above. */
+#define LAW_STEPS 12
+
+/* Change that ends them. Unit: 1. Evidence: as above. */
+#define LAW_SETTLED 0.02
+
+/* Growth of v^1.5 along the way in the first guess. Unit: roots of the jerk.
+ * Evidence: as above. */
+#define LAW_SLOPE 0.75
+
+/* Taken off the first guess of ln v, which has to be slow. Unit: 1. Evidence:
+ * as above. */
+#define LAW_SLOWER 0.2
+
+/* Speed at which a section leaves its standstill. Unit: that which the jerk
+ * gives over a span. Evidence: as above. */
+#define LAW_REST 0.5
+
+/* Weight of places without jerk. Unit: square of the jerk's limit. Evidence: as
+ * above. */
+#define LAW_FLOOR 0.05
+
+/* Solutions of a refinement at the most. Unit: count. Evidence: as above. */
+#define REFINE 16
+
+/* Gain of one below which no more are worth it. Unit: share of the cost.
+ * Evidence: as above. */
+#define REFINE_GAIN 2e-4
+
+/* Cost of being near the tolerance, at first. Unit: share of the cost for each
+ * wall. Evidence: as above. */
+#define WALL_FIRST 1e-3
+
+/* Its change from one solution to the next. Unit: factor. Evidence: as above.
+ */
+#define WALL_NEXT 0.6
+
+/* The same at the end. Unit: share. Evidence: as above. */
+#define WALL_LAST 1e-5
+
+/* Where the walls stand: humps lie between points. Unit: share of the
+ * tolerance. Evidence: as above. */
+#define WALL 0.994
+
+/* The same around the place where the next window goes on, which needs room.
+ * Unit: share of the tolerance. Evidence: as above. */
+#define WALL_JOIN 0.9
+
+/* Which are around it: before. Unit: spans. Evidence: as above. */
+#define JOIN_BEFORE 2
+
+/* And behind. Unit: spans. Evidence: as above. */
+#define JOIN_BEHIND 6
+
+/* A wall stands behind the curve in any case. Unit: factor on its residual.
+ * Evidence: rounding. */
+#define WALL_BEHIND 1.0005
+
+/* Walls of a span. Unit: count. Evidence: bench/tube_oracle.py. */
+#define WALLS 3
+
+/* Two walls are not closer. Unit: share of the span. Evidence: as above. */
+#define WALLS_APART 0.01
+
+/* Shares of a step that are tried. Unit: count. Evidence: as above. */
+#define TRIES 8
+
+/* One of them over the one before. Unit: factor. Evidence: as above. */
+#define TRY_NEXT 0.6
 
 /* ---- Certificate and output (certify.c, emit.c) ---- */
 

@@ -1,11 +1,9 @@
 /* One window of a smooth section: knots, weights, iteration, acceptance; what
  * is not accepted falls back to what was. */
-#include "stages/smoothing/corner.h"
 #include "stages/smoothing/emit.h"
 #include "stages/smoothing/iterate.h"
-#include "stages/smoothing/knots.h"
-#include "stages/smoothing/nodes.h"
 #include "stages/smoothing/sites.h"
+#include "stages/smoothing/nodes.h"
 #include "stages/smoothing/spline_fit.h"
 #include "stages/smoothing/state.h"
 #include "stages/smoothing/window.h"
@@ -27,6 +25,8 @@ static void clamp(nc_smooth *smooth, int chord, int first) {
  * nodes[end]; returns the node reached. */
 static int lay_out(nc_smooth *smooth, int end, bool final) {
     struct window *window = &smooth->window;
+    window->law_head = smooth->keep.valid && smooth->keep.timed ? 5 : 0;
+    window->timed = false;
     int count; /* knots up to and with the last one, once */
     if (smooth->keep.valid) {
         count = smooth->keep.spans + 6 < HEAD_KNOTS ? smooth->keep.spans + 6
@@ -35,6 +35,7 @@ static int lay_out(nc_smooth *smooth, int end, bool final) {
         memcpy(window->control,
                smooth->keep.control,
                sizeof(window->control[0]) * 5);
+        memcpy(window->law, smooth->keep.law, sizeof *window->law * 5);
         window->fixed_head = 5;
     } else {
         for (count = 0; count < 6; count++) {
@@ -103,6 +104,10 @@ static void keep_tail(nc_smooth *smooth, int from) {
     int count = window->spans - from;
     smooth->keep.valid = true;
     smooth->keep.spans = count;
+    smooth->keep.timed = window->timed;
+    memcpy(smooth->keep.law,
+           window->law + from,
+           sizeof *window->law * (size_t)(count + 5));
     memcpy(smooth->keep.tau,
            window->tau + from,
            sizeof(double) * (size_t)(count + 11));
@@ -161,11 +166,73 @@ static void fall_back(nc_smooth *smooth, int end) {
     }
 }
 
+/* Spans that are written of a window behind which the section goes on. */
+static int commit_of(const struct window *window) {
+    int spans = window->spans;
+    if (spans <= 6) {
+        return spans;
+    }
+    return spans - 5 < COMMIT_SPANS   ? spans - 5
+           : spans > 2 * COMMIT_SPANS ? spans - COMMIT_SPANS
+                                      : COMMIT_SPANS;
+}
+
+/* Whether speed may be gained: the points are far apart beside the knots. */
+static bool is_coarse(const nc_smooth *smooth, int end) {
+    return smooth->cfg.jerk > 0.0
+           && smooth->window.spans >= COARSE * (double)end;
+}
+
+/* A curve for the window that is laid out; then a faster one. */
+static bool solve_window(nc_smooth *smooth,
+                         int end,
+                         bool final,
+                         double *deviation) {
+    bool coarse = is_coarse(smooth, end);
+    lay_sites(smooth, end);
+    if (!iterate(smooth, end, deviation)) {
+        return false;
+    }
+    if (coarse) {
+        int join = final ? 0 : commit_of(&smooth->window);
+        refine_window(smooth, end, join, deviation);
+    }
+    return true;
+}
+
+/* Write what is certified and keep what is not written. */
+static void accept(nc_smooth *smooth,
+                   int reached,
+                   bool final,
+                   const double *deviation) {
+    double pieces[SPANS_ROOM][NC_AXES][ORDER];
+    int spans = smooth->window.spans;
+    int commit = final ? spans : commit_of(&smooth->window);
+    for (int k = 0; k < commit; k++) {
+        note_deviation(smooth, deviation[k]);
+        spline_piece(&smooth->window, k, smooth->cfg.axes, pieces[k]);
+    }
+    write_spans(smooth, pieces, smooth->window.tau, commit, reached);
+    smooth->keep.valid = false;
+    smooth->measure = spans - commit;
+    if (commit < spans) {
+        keep_tail(smooth, commit);
+    }
+    if (final) {
+        drop_nodes(smooth, reached);
+        return;
+    }
+    forget_nodes(smooth);
+    if (!smooth->keep.valid) {
+        smooth->nodes[0].kind = NODE_BREAK;
+    }
+}
+
 /* Smooth from what is written towards nodes[end]: everything if that is the
  * section's end, else the spans that later nodes hardly change; nothing if more
  * nodes are needed to know them. */
 void window_advance(nc_smooth *smooth, int end, bool final) {
-    double pieces[SPANS_ROOM][NC_AXES][ORDER], deviation[SPANS_ROOM];
+    double deviation[SPANS_ROOM];
     static const double finer[] = {1.0, 0.5};
     int reached = end;
     bool good = false;
@@ -179,8 +246,12 @@ void window_advance(nc_smooth *smooth, int end, bool final) {
                                     what follows is known */
             return;
         }
-        lay_sites(smooth, reached);
-        good = iterate(smooth, reached, deviation);
+        if (is_coarse(smooth, reached)) {
+            smooth->finer = COARSE_SIZE * finer[k];
+            reached = lay_out(smooth, end, final);
+        }
+        good =
+            solve_window(smooth, reached, final && reached == end, deviation);
     }
     if (!good) {
         fall_back(smooth, reached);
@@ -188,31 +259,5 @@ void window_advance(nc_smooth *smooth, int end, bool final) {
             fmin(smooth->measure - COMMIT_SPANS, (double)SPANS_FULL - 20.0);
         return;
     }
-    final = final && reached == end;
-    int commit = smooth->window.spans;
-    if (!final && commit > 6) {
-        commit = commit - 5 < COMMIT_SPANS   ? commit - 5
-                 : commit > 2 * COMMIT_SPANS ? commit - COMMIT_SPANS
-                                             : COMMIT_SPANS;
-    }
-    for (int k = 0; k < commit; k++) {
-        note_deviation(smooth, deviation[k]);
-    }
-    for (int k = 0; k < commit; k++) {
-        spline_piece(&smooth->window, k, smooth->cfg.axes, pieces[k]);
-    }
-    write_spans(smooth, pieces, smooth->window.tau, commit, reached);
-    smooth->keep.valid = false;
-    smooth->measure = smooth->window.spans - commit;
-    if (commit < smooth->window.spans) {
-        keep_tail(smooth, commit);
-    }
-    if (final) {
-        drop_nodes(smooth, reached);
-        return;
-    }
-    forget_nodes(smooth);
-    if (!smooth->keep.valid) {
-        smooth->nodes[0].kind = NODE_BREAK;
-    }
+    accept(smooth, reached, final && reached == end, deviation);
 }

@@ -36,13 +36,14 @@ CARRIED_SHARE = 0.1
 @dataclass(frozen=True)
 class SmoothingMachine:
     """What the stage has to know of the machine: main axes by channel index,
-    mask of rotary axes, mm/s2, mm/s.
+    mask of rotary axes, mm/s2, mm/s, mm/s3 (0: no limit).
     """
 
     main: tuple[int, int, int]
     rotary: int
     accel: float
     feed: float
+    jerk: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,7 @@ class Smoothing:
         config.main_axis = list(machine.main)
         config.rotary = machine.rotary
         config.accel, config.feed = machine.accel, machine.feed
+        config.jerk = machine.jerk
         self._carried = carried
         # what is left to them now: less from the first tolerance on that has no
         # room for it

@@ -1,0 +1,266 @@
+/* A certified curve made faster: Newton's steps on the cost of the motion, with
+ * walls at the tolerance. Every step that is taken is certified, so the curve
+ * at hand is always good, and work may end at any time. */
+#include "stages/smoothing/certify.h"
+#include "stages/smoothing/spline_fit.h"
+#include "stages/smoothing/nodes.h"
+#include "stages/smoothing/iterate.h"
+#include "stages/smoothing/sites.h"
+#include "stages/smoothing/state.h"
+#include "stages/square.h"
+#include "maths/plain.h"
+
+/* The best curve so far, certified, and its law. */
+typedef struct best {
+    double control[CONTROLS][AXES_EVEN], law[CONTROLS], deviation[SPANS_ROOM];
+    double cost;  /* of the motion */
+    double walls; /* how close it is to them */
+} best;
+
+/* Position at a wall, and squares of the residuals of linear and rotary axes.
+ */
+static void look(const nc_smooth *smooth,
+                 const struct site *site,
+                 double *position,
+                 double sum[2]) {
+    const struct window *window = &smooth->window;
+    sum[0] = sum[1] = 0.0;
+    for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+        double at = 0.0;
+        for (int j = 0; j < ORDER; j++) {
+            at += site->basis[j] * window->control[site->span + j][axis];
+        }
+        position[axis] = at;
+        sum[smooth->cfg.rotary >> axis & 1] +=
+            square(at - site->position[axis]);
+    }
+}
+
+/* Minus the logarithms of the shares of room that are left; infinite: the curve
+ * is behind a wall. */
+static double walls(const nc_smooth *smooth) {
+    const struct window *window = &smooth->window;
+    double product = 1.0;
+    double sum = 0.0;
+    double position[NC_AXES], off[2];
+    for (int k = 0; k < window->sites_n; k++) {
+        const struct site *site = &window->sites[k];
+        look(smooth, site, position, off);
+        for (int group = 0; group < 2; group++) {
+            double room = 1.0 - off[group] / square(site->target);
+            if (!(room > 0.0)) {
+                return INFINITY;
+            }
+            product *= room;
+        }
+        if (product < 1e-200) {
+            sum -= plain_log(product);
+            product = 1.0;
+        }
+    }
+    return sum - plain_log(product);
+}
+
+static double wall_share(const struct site *site, int join) {
+    bool near = join && site->span >= join - JOIN_BEFORE
+                && site->span < join + JOIN_BEHIND;
+    return near ? WALL_JOIN : WALL;
+}
+
+/* Walls as springs, with their slope and curvature at the present curve. */
+static void set_walls(nc_smooth *smooth, int join, double weight) {
+    struct window *window = &smooth->window;
+    double position[NC_AXES], off[2], share[2];
+    for (int k = 0; k < window->sites_n; k++) {
+        struct site *site = &window->sites[k];
+        look(smooth, site, position, off);
+        double most = sqrt(fmax(off[0], off[1]));
+        site->target =
+            fmax(wall_share(site, join) * site->allowed, WALL_BEHIND * most);
+        for (int group = 0; group < 2; group++) {
+            double room = square(site->target) - off[group];
+            double slope = 2.0 * weight / room;
+            share[group] = 1.0 / (1.0 + 2.0 * off[group] / room);
+            site->force[group] = slope / share[group];
+        }
+        for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+            double miss = position[axis] - site->position[axis];
+            int group = smooth->cfg.rotary >> axis & 1;
+            site->aim[axis] = position[axis] - share[group] * miss;
+        }
+    }
+}
+
+/* One more wall on the chord behind node i. */
+static void add_wall(nc_smooth *smooth, int i, double t, int span) {
+    struct window *window = &smooth->window;
+    double position[NC_AXES];
+    double slack = smooth->nodes[i + 1].slack;
+    double allowed = fmax(smooth->tol - slack, 0.1 * smooth->tol);
+    if (window->sites_n < SITES) {
+        on_chord(smooth, i, t, position);
+        site_add(window, position, t, allowed, allowed, span, smooth->cfg.axes);
+    }
+}
+
+/* Walls besides the points that pull. */
+static void lay_walls(nc_smooth *smooth, int end) {
+    struct window *window = &smooth->window;
+    int i = 0;
+    for (int k = 0; k < window->spans; k++) {
+        double from = window->tau[k + 5];
+        double length = window->tau[k + 6] - from;
+        for (int part = 0; part < WALLS; part++) {
+            double t = from + (part + 0.5) / WALLS * length;
+            while (i + 1 < end && smooth->nodes[i + 1].t <= t) {
+                i++;
+            }
+            add_wall(smooth, i, t, k);
+        }
+    }
+}
+
+/* A wall where a span has failed, unless there is one. */
+static void wall_at(nc_smooth *smooth, int span, double t, int chord) {
+    const struct window *window = &smooth->window;
+    double apart =
+        WALLS_APART * (window->tau[span + 6] - window->tau[span + 5]);
+    for (int k = 0; k < window->sites_n; k++) {
+        if (fabs(window->sites[k].t - t) < apart) {
+            return;
+        }
+    }
+    while (chord > 0 && smooth->nodes[chord].t > t) {
+        chord--;
+    }
+    add_wall(smooth, chord, t, span);
+}
+
+/* Is the curve within the tolerance? Spans that fail get a wall where they do.
+ */
+static bool certified(nc_smooth *smooth, int end, double *deviation) {
+    const struct window *window = &smooth->window;
+    contour path = {smooth->nodes, end + 1};
+    int chord = 0;
+    bool good = true;
+    for (int k = 0; k < window->spans; k++) {
+        double hull[NC_AXES][ORDER];
+        spline_hull(window, k, smooth->cfg.axes, hull);
+        struct verdict verdict = certify_piece(smooth,
+                                               hull,
+                                               window->tau[k + 5],
+                                               window->tau[k + 6],
+                                               &path,
+                                               &chord);
+        deviation[k] = verdict.distance;
+        if (!(verdict.worst <= 1.0)) {
+            wall_at(smooth, k, verdict.t, chord);
+            good = false;
+        }
+    }
+    return good;
+}
+
+/* A share of the way from the best curve to another one. */
+static void part_way(struct window *window,
+                     const struct best *best,
+                     double full[CONTROLS][AXES_EVEN],
+                     double share) {
+    for (int k = 0; k < window->spans + 5; k++) {
+        for (int i = 0; i < window->moving_n; i++) {
+            int axis = window->moving[i];
+            double from = best->control[k][axis];
+            window->control[k][axis] = from + share * (full[k][axis] - from);
+        }
+    }
+}
+
+static void back(struct window *window, const struct best *best) {
+    memcpy(window->control, best->control, sizeof best->control);
+}
+
+/* The largest share of a step that is faster and certified. */
+static bool take_step(nc_smooth *smooth,
+                      struct best *best,
+                      int end,
+                      double weight) {
+    struct window *window = &smooth->window;
+    double full[CONTROLS][AXES_EVEN], deviation[SPANS_ROOM];
+    double share = 1.0;
+    memcpy(full, window->control, sizeof full);
+    for (int i = 0; i < TRIES; i++, share *= TRY_NEXT) {
+        int known = window->sites_n;
+        part_way(window, best, full, share);
+        double close = walls(smooth);
+        if (!isfinite(close)) {
+            continue;
+        }
+        double cost = law_cost(smooth);
+        if (!(cost + weight * close < best->cost + weight * best->walls)) {
+            continue;
+        }
+        if (certified(smooth, end, deviation)) {
+            memcpy(best->control, window->control, sizeof best->control);
+            memcpy(best->deviation, deviation, sizeof deviation);
+            best->cost = cost;
+            return true;
+        }
+        /* the new walls are for the next solution */
+        for (int k = known; k < window->sites_n; k++) {
+            window->sites[k].target = INFINITY;
+        }
+    }
+    back(window, best);
+    return false;
+}
+
+/* A step of the law, or a part of it, if the motion gets faster. */
+static void take_law(nc_smooth *smooth, struct best *best) {
+    struct window *window = &smooth->window;
+    bool good = law_step(smooth);
+    for (int i = 0; i < 3 && good; i++) {
+        double cost = law_cost(smooth);
+        if (cost < best->cost) {
+            memcpy(best->law, window->law, sizeof best->law);
+            best->cost = cost;
+            return;
+        }
+        for (int k = 0; k < window->spans + 5; k++) {
+            window->law[k] = 0.5 * (window->law[k] + best->law[k]);
+        }
+    }
+    memcpy(window->law, best->law, sizeof best->law);
+}
+
+void refine_window(nc_smooth *smooth, int end, int join, double *deviation) {
+    struct window *window = &smooth->window;
+    struct best best;
+    if (!law_begin(smooth, end, !join)) {
+        return;
+    }
+    window->timed = true;
+    lay_walls(smooth, end);
+    memcpy(best.control, window->control, sizeof best.control);
+    memcpy(best.law, window->law, sizeof best.law);
+    memcpy(best.deviation, deviation, sizeof best.deviation);
+    best.cost = law_cost(smooth);
+    double weight = WALL_FIRST * best.cost;
+    double least = WALL_LAST * best.cost;
+    for (int i = 0; i < REFINE; i++) {
+        double before = best.cost;
+        law_roughness(smooth);
+        set_walls(smooth, join, weight);
+        best.walls = walls(smooth);
+        spline_solve_timed(window, smooth->cfg.rotary);
+        smooth->stats.solves++;
+        take_step(smooth, &best, end, weight);
+        take_law(smooth, &best);
+        if (weight == least && before - best.cost < REFINE_GAIN * before) {
+            break;
+        }
+        weight = fmax(least, WALL_NEXT * weight);
+    }
+    memcpy(deviation,
+           best.deviation,
+           sizeof *deviation * (size_t)window->spans);
+}

@@ -1,0 +1,162 @@
+"""Coarse data on a machine with limited jerk: the curve is chosen for the time
+that its motion takes, inside the same certified tolerance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cnc_core.blocks import BlockBatch
+from cnc_core.config import CellConfig
+from cnc_core.engine import Engine, Event
+from cnc_core.planning.measure import TrajectoryCheck
+from support.drive import FloatArray, line_rows
+from support.smoothed_paths import (
+    FIVE_AXES,
+    MACHINE,
+    distance,
+    judge,
+    rounded_curve,
+    sampled,
+    smooth,
+)
+
+pytestmark = pytest.mark.sanitize("stages/smoothing")
+
+JERK = 50000.0
+FAST = replace(MACHINE, jerk=JERK)
+
+
+def coarse(seed: int, turn: float, count: int = 24) -> FloatArray:
+    """Chords of 0.5 to 3 mm in the plane, turns up to so many degrees."""
+    rng = np.random.default_rng(seed)
+    angle = np.cumsum(rng.uniform(-1.0, 1.0, count)) * np.radians(turn)
+    length = rng.uniform(0.5, 3.0, count)
+    steps = np.column_stack(
+        [length * np.cos(angle), length * np.sin(angle), 0.0 * angle]
+    )
+    return np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]).round(4)
+
+
+def driven(batch: BlockBatch) -> tuple[float, TrajectoryCheck]:
+    """Motion time, and the check of all samples."""
+    cell = CellConfig()
+    engine, check, first = (
+        Engine(cell, record_rows=65536),
+        TrajectoryCheck(cell),
+        0,
+    )
+    check.table.add(batch.rows, batch.pool)
+    while (event := engine.run(1_000_000)) in (
+        Event.NEED_BLOCKS,
+        Event.RECORD_FULL,
+    ):
+        if event is Event.NEED_BLOCKS:
+            first += engine.push(batch, first)
+            if first == len(batch.rows):
+                engine.finish()
+        check.add(engine.take_samples())
+    check.add(engine.take_samples())
+    check.finish()
+    time = float(engine.state.motion_time_s)
+    engine.close()
+    return time, check
+
+
+@pytest.mark.parametrize(("turn", "gain"), [(25, 0.03), (60, 0.06), (90, 0.08)])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_machine_with_limited_jerk_is_faster(
+    turn: int, gain: float, seed: int
+) -> None:
+    """The motion takes less time than over the curve that knows no jerk, within
+    the same tolerance and within all limits on every sample.
+    """
+    points = coarse(seed, turn)
+    rows = line_rows(points, 100.0)
+    plain, _ = smooth(rows, points[0], 0.01)
+    chosen, report = smooth(rows, points[0], 0.01, machine=FAST)
+    judge(rows, points[0], 0.01, chosen)
+    assert report.deviation <= 0.01 * (1 + 1e-9)
+    assert report.irregular == report.fallbacks == 0
+    before, _ = driven(plain)
+    time, check = driven(chosen)
+    assert time < (1.0 - gain) * before
+    assert check.ratio["velocity"] <= 1.0
+    assert check.ratio["acceleration"] <= 1.02
+    assert check.ratio["jerk"] <= 1.02
+    assert check.ratio["feed"] <= 1.005
+    assert check.deviation <= 0.01 + 1e-9
+
+
+@pytest.mark.ci_cases(4)
+@pytest.mark.parametrize("seed", range(24))
+def test_every_coarse_path_stays_within_the_tolerance(seed: int) -> None:
+    """Random sections of many windows in space, with changes of feed, whatever
+    the tolerance and the jerk: both ways within it, smooth, to the exact end.
+    """
+    rng = np.random.default_rng(seed)
+    tolerance = float(rng.choice([0.003, 0.01, 0.05]))
+    machine = replace(MACHINE, jerk=float(10.0 ** rng.uniform(3.0, 6.5)))
+    points = np.cumsum(
+        rng.normal(size=(60, 3)) * rng.uniform(0.1, 1.0) + [1.0, 0.0, 0.0],
+        axis=0,
+    ).round(3)
+    points = points - points[0]
+    rows = line_rows(points, 100.0)
+    rows["feed"] = rng.choice([20.0, 200.0], size=6).repeat(10)[: len(rows)]
+    batch, report = smooth(rows, points[0], tolerance, machine=machine)
+    judge(rows, points[0], tolerance, batch)
+    assert report.deviation <= tolerance * (1 + 1e-9)
+    assert report.irregular == 0
+
+
+@pytest.mark.parametrize("chunk", [1, 7])
+def test_batches_do_not_matter_for_coarse_data(chunk: int) -> None:
+    """The same rows come out, whatever the batches were."""
+    points = coarse(3, 60, count=60)
+    rows = line_rows(points, 100.0)
+    whole, _ = smooth(rows, points[0], 0.01, machine=FAST)
+    parts, _ = smooth(rows, points[0], 0.01, chunk, machine=FAST)
+    assert whole.rows.tobytes() == parts.rows.tobytes()
+    assert (whole.pool == parts.pool).all()
+
+
+def test_dense_data_do_not_change() -> None:
+    """Where there is nothing to gain the machine's jerk makes no difference."""
+    points = rounded_curve(np.random.default_rng(4), 600, 0.2)
+    rows = line_rows(points, 100.0)
+    plain, _ = smooth(rows, points[0], 0.01)
+    fast, _ = smooth(rows, points[0], 0.01, machine=FAST)
+    assert plain.rows.tobytes() == fast.rows.tobytes()
+    assert (plain.pool == fast.pool).all()
+
+
+def five_axis_points() -> FloatArray:
+    """Main axes in coarse chords, both rotary axes to and fro with them."""
+    main = coarse(5, 50)
+    t = np.linspace(0.0, 3.0, len(main))
+    rotary = np.column_stack(
+        [4.0 * np.sin(5.0 * t), 6.0 * np.cos(7.0 * t) - 6.0]
+    )
+    return np.column_stack([main, rotary]).round(4)
+
+
+def test_rotary_axes_keep_to_their_own_tolerance() -> None:
+    """Linear and rotary deviation each within theirs, sampled from outside."""
+    points = five_axis_points()
+    rows = line_rows(points, 100.0)
+    rows["length"] = rows["length_min"] = np.linalg.norm(
+        np.diff(points[:, :3], axis=0), axis=1
+    )
+    machine: Any = replace(FIVE_AXES, jerk=JERK)
+    batch, report = smooth(
+        rows, points[0], 0.01, machine=machine, rotary_tolerance=0.05
+    )
+    path = sampled(batch, points[0]).reshape(-1, 5)
+    assert report.curves > len(rows)
+    assert distance(points[:, :3], path[:, :3]) <= 0.01
+    assert distance(points[:, 3:], path[:, 3:]) <= 0.05
