@@ -39,9 +39,7 @@ class Areas:
             "gpVECh", root.ext_var_channel, self.gNrCh
         )
         self.gpVEGlobal: HLI_EXT_VAR = root.ext_var_global
-        self.gpAhead: Pointers[HLI_AHEAD] = Pointers(
-            "gpAhead", root.ahead, min(self.gNrCh, len(root.ahead))
-        )
+        self.gpAhead: Pointers[HLI_AHEAD] = Pointers("gpAhead", root.ahead, 1)
         self.sidecar: HLI_SIDECAR = root.sidecar
 
     if not TYPE_CHECKING:  # a type checker shall find unknown names

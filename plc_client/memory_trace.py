@@ -97,7 +97,7 @@ def _areas(hli: Areas, base: int) -> Iterator[tuple[int, int, Any]]:
     for view in views:
         yield view._address - base, ctypes.sizeof(view._c), ffi.NULL
     area = layout.HLI_AHEAD
-    for view in hli.gpAhead[: min(hli.gNrCh, len(hli.root.ahead))]:
+    for view in hli.gpAhead[:1]:
         begin = view._address - base
         yield begin, area.plan.offset, ffi.NULL
         plan = begin + area.plan.offset

@@ -101,9 +101,11 @@ static void attach_segment(struct engine *engine, void *segment) {
     }
     engine->hli.spindle = &first[own];
     engine->hli.side = &engine->hli.segment->sidecar;
-    engine->hli.ahead = &engine->hli.segment->ahead[engine->cfg.channel];
-    engine->hli.ahead->version_r = HLI_AHEAD_VERSION;
-    engine->hli.ahead->sizeof_r = sizeof *engine->hli.ahead;
+    if (engine->cfg.channel == 0) { /* in every channel it costs too much */
+        engine->hli.ahead = &engine->hli.segment->ahead[0];
+        engine->hli.ahead->version_r = HLI_AHEAD_VERSION;
+        engine->hli.ahead->sizeof_r = sizeof *engine->hli.ahead;
+    }
     publish_initial(engine);
 }
 

@@ -81,7 +81,7 @@ class MockAhead:
 
     def __init__(self, cnc: Any) -> None:
         self._cnc = cnc
-        self._area: Any = cnc.areas.gpAhead[cnc.index]
+        self._area: Any = cnc.areas.root.ahead[cnc.index]
         self._area.version_r = layout.HLI_AHEAD_VERSION
         self._area.sizeof_r = ctypes.sizeof(layout.HLI_AHEAD)
         self._queue = Queue(self._area)

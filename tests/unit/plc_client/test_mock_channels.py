@@ -9,7 +9,6 @@ import pytest
 from cnc_core.pytest_plugin import PlcFactory
 from hli import layout
 from plc_client import ContourLookahead, FeedControl, TechnoServer, task
-from plc_client.blocks import ContourQueue
 from plc_client.mock import MockCnc, line, m
 
 SCRIPTS = [[line(10), m(8), line(20)], [line(7), m(9), line(8), line(9)]]
@@ -23,7 +22,6 @@ class LoopsOverChannels:
         self.hli = hli
         channels = [hli.gpCh[i] for i in range(hli.gNrCh)]
         self.asks = [ContourLookahead(ch) for ch in channels]
-        self.queues = [ContourQueue(ch) for ch in channels]
         self.feeds = [FeedControl(ch) for ch in channels]
         self.functions = TechnoServer(hli)
         numbers = enumerate((8, 9))
@@ -39,9 +37,8 @@ class LoopsOverChannels:
             block(done=block.active)
         for i, feed in enumerate(self.feeds):
             feed(feedhold=self.held and i == 0)
-        for ask, queue in zip(self.asks, self.queues, strict=True):
+        for ask in self.asks:
             ask(start_position=0.0, length=1e6)
-            queue(start_position=0.0, length=1e6)
 
 
 def test_each_channel_plays_its_script(plc: PlcFactory) -> None:
@@ -54,8 +51,8 @@ def test_each_channel_plays_its_script(plc: PlcFactory) -> None:
         [100_000.0, 200_000.0],
         [70_000.0, 80_000.0, 90_000.0],
     ]
-    for answers in (runner.task.asks, runner.task.queues):
-        assert [one.blocks["length"].tolist() for one in answers] == lengths
+    found = [one.blocks["length"].tolist() for one in runner.task.asks]
+    assert found == lengths
     assert [runner.hli.gpCh[i].head.channel_nr for i in range(2)] == [1, 2]
     runner.run_until(lambda: runner.ended)
     assert sorted(runner.task.done) == [0, 1]
