@@ -13,15 +13,16 @@
 #include "jerk/stop.h"
 #include "jerk/window.h"
 
-/* Speed that the path may come to before the next plan, mm/s. */
-static double highest_speed(const jerk_planner *planner,
-                            const jerk_interval *interval) {
+/* Speed that the path may come to in such a time, mm/s. */
+static double speed_within(const jerk_planner *planner,
+                           const jerk_interval *interval,
+                           double seconds) {
     double now = planner->scale * sqrt(planner->x);
     double most = fmin(asked_speed(planner, interval), 10.0 * planner->scale);
     for (int i = 0; i < planner->cfg.axes; i++) {
         double along = larger(interval->d1[0][i], interval->d1[1][i]);
         if (along > 0.0) {
-            double gain = NEAR_S * acc_max(planner, interval, i) / along;
+            double gain = seconds * acc_max(planner, interval, i) / along;
             most = fmin(most, now + gain);
             most = fmin(most, planner->cfg.v_max[i] / along);
         }
@@ -32,8 +33,17 @@ static double highest_speed(const jerk_planner *planner,
 /* mm: to rest from there, and some more. */
 static double near_reach(const jerk_planner *planner) {
     const jerk_interval *interval = ring_at(planner, planner->head);
-    double most = highest_speed(planner, interval);
+    double most = speed_within(planner, interval, NEAR_S);
     double way = NEAR_WAYS * way_from(planner, interval, most) + NEAR_S * most;
+    return fmax(way, NEAR_WAYS * jerk_stop_distance(planner));
+}
+
+/* The operator may give another command soon, so a plan over all of the window
+ * would be thrown away. */
+double live_reach(const jerk_planner *planner) {
+    const jerk_interval *interval = ring_at(planner, planner->head);
+    double most = speed_within(planner, interval, LIVE_S);
+    double way = LIVE_WAYS * way_from(planner, interval, most) + LIVE_S * most;
     return fmax(way, NEAR_WAYS * jerk_stop_distance(planner));
 }
 
@@ -98,7 +108,8 @@ static bool plan_over(jerk_planner *planner,
         return false;
     }
     planner->was = speeds_now(planner);
-    planner->reach = near ? REFILL_WAYS * reach : reach;
+    planner->reach = near ? REFILL_WAYS * reach : LONGER * reach;
+    planner->live = true;
     return true;
 }
 
@@ -106,7 +117,7 @@ static bool plan_over(jerk_planner *planner,
 bool plan_fall(jerk_planner *planner) {
     double asked = asked_speed(planner, ring_at(planner, planner->head));
     double ramp = RAMP_WAYS * way_down_to(planner, asked);
-    double reach = REFILL_WAYS * near_reach(planner);
+    double reach = live_reach(planner);
     return plan_over(planner, reach, ramp, false, false);
 }
 

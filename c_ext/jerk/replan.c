@@ -171,6 +171,7 @@ static void reach_further(jerk_planner *planner, const struct grid *grid) {
     }
     if (planner->reach > REACH_FORGOTTEN) {
         planner->reach = 1e30;
+        planner->live = false;
     }
 }
 
@@ -205,10 +206,35 @@ static bool is_hurried(const jerk_planner *planner) {
            && planner->plan.next < planner->plan.count && other_speeds(planner);
 }
 
+/* The stop is driven to its end: what has changed is planned from there. */
+static bool rests_first(jerk_planner *planner) {
+    if (!planner->changed || planner->at_standstill || !must_rest(planner)) {
+        return false;
+    }
+    planner->changed = false;
+    planner->near = true;
+    planner->wait = planner->plan.count;
+    return true;
+}
+
+/* mm: how far a window reaches, beside what is left of the plan. */
+static double window_reach(jerk_planner *planner, double left) {
+    if (planner->changed && planner->commanded) {
+        planner->live = true;
+        planner->reach = live_reach(planner);
+        planner->commanded = false;
+        return planner->reach;
+    }
+    return fmax(planner->reach, TAIL_MORE * left);
+}
+
 /* A new plan over the window, if it is legal and not slower than the stored
  * tail; else the tail stays. False: it is not what is wanted. */
 bool plan_window(jerk_planner *planner) {
     struct grid *grid = &planner->grid;
+    if (rests_first(planner)) {
+        return true;
+    }
     if (is_hurried(planner)) {
         return plan_other_speeds(planner);
     }
@@ -219,7 +245,7 @@ bool plan_window(jerk_planner *planner) {
     double left = planner->plan.next < planner->plan.count
                       ? fmax(0.0, planner->plan.remaining)
                       : 0.0;
-    double ahead = fmax(planner->reach, TAIL_MORE * left);
+    double ahead = window_reach(planner, left);
     grid_window(planner, grid, ahead);
     if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return true;

@@ -1,6 +1,7 @@
 /* Feed hold: the shortest legal stop on the path, found by halving the distance
  * to the standstill. */
 #include <math.h>
+#include "jerk/brake.h"
 #include "jerk/path/grid.h"
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/initial_guess.h"
@@ -75,6 +76,14 @@ static double likely_stop(const jerk_planner *planner) {
                    : brake_estimate(planner, 0.0).distance;
 }
 
+bool must_rest(const jerk_planner *planner) {
+    double a = path_acceleration(planner);
+    double v = planner->scale * sqrt(planner->x);
+    double falls = 0.5 * a * a / limits_at_head(planner).jerk;
+    return a < 0.0 && v <= MUST_REST * falls
+           && planner->plan.remaining <= NEAR_ENOUGH * likely_stop(planner);
+}
+
 double way_down_to(const jerk_planner *planner, double v1) {
     return brake_estimate(planner, v1).distance;
 }
@@ -116,6 +125,82 @@ static bool try_stop(jerk_planner *planner, double distance, double found) {
     return plan_accept(planner, grid, true);
 }
 
+/* The brake becomes the plan, on a grid that ends where it does. */
+static bool take_brake(jerk_planner *planner, const brake_path *brake) {
+    struct grid *grid = &planner->grid;
+    if (!grid_to(planner, grid, brake->s[brake->count]) || grid->count < 2) {
+        return false;
+    }
+    allow_present(planner, grid, INFINITY, INFINITY);
+    planner->stats.hold_solves++;
+    problem_from_grid(planner, grid, planner->x, planner->accel);
+    brake_speeds(planner, grid, brake, planner->scratch);
+    if (!guess_from(planner, grid, planner->scratch)
+        || !solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS)) {
+        give_back(grid);
+        return false;
+    }
+    grid->stands = false;
+    return plan_accept(planner, grid, true);
+}
+
+/* Whether the jerk along the path changes much over the grid: there a brake
+ * that goes as deep as it can at each place need not be the shortest. */
+static bool uneven(const jerk_planner *planner, const struct grid *grid) {
+    double least = 1e30;
+    double most = 0.0;
+    for (int k = 0; k < grid->count; k++) {
+        double jerk = 1e30;
+        for (int i = 0; i < planner->cfg.axes; i++) {
+            const jerk_interval *part = grid->seg[k].interval;
+            double along = fmax(fabs(part->d1[0][i]), 1e-9);
+            jerk = fmin(jerk, jerk_max(planner, part, i) / along);
+        }
+        least = fmin(least, jerk);
+        most = fmax(most, jerk);
+    }
+    return most > BRAKE_UNEVEN * least;
+}
+
+/* No brake takes longer, s. */
+static double longest_brake(const jerk_planner *planner) {
+    path_limits most = limits_at_head(planner);
+    double v = planner->scale * sqrt(planner->x);
+    double ramp = fmin(most.acc, sqrt(most.jerk * v));
+    double before = fabs(path_acceleration(planner)) / most.jerk;
+    return BRAKE_LONGEST * (v / ramp + ramp / most.jerk + before);
+}
+
+/* The fastest brake is integrated and made the plan, or the stored tail of
+ * `tail` mm is no longer by much. False: neither; `*likely`: how far it goes
+ * then. */
+static bool brake_now(jerk_planner *planner, double tail, double *likely) {
+    struct grid *grid = &planner->grid;
+    double first = fmin(0.999 * tail, BRAKE_WAYS * *likely);
+    double longest = longest_brake(planner);
+    double share = BRAKE_SHARE;
+    brake_path brake;
+    for (int i = 0; i < BRAKE_SHARES; i++) {
+        if (!grid_to(planner, grid, first) || grid->count < 2
+            || uneven(planner, grid)) {
+            return false;
+        }
+        enum brake_end end =
+            brake_to_rest(planner, grid, share, longest, &brake);
+        bool rests = end == BRAKE_RESTS;
+        double way = rests ? brake.s[brake.count] : first;
+        if (end == BRAKE_NONE || way > BRAKE_AS_TAIL * tail) {
+            return end != BRAKE_NONE && i == 0;
+        }
+        if (rests && take_brake(planner, &brake)) {
+            return true;
+        }
+        *likely = rests ? fmax(*likely, way) : *likely;
+        share *= BRAKE_SHARE;
+    }
+    return false;
+}
+
 /* Replace the plan by the shortest stop; the stored tail is the longest that is
  * considered. False if none was found that is shorter by much; given up after
  * so many tries without one. */
@@ -128,7 +213,11 @@ bool shortest_stop(jerk_planner *planner, int hopeless) {
         high += planner->plan.lengths[k];
     }
     planner->stats.holds++;
-    double distance = fmin(0.999 * high, 1.02 * likely_stop(planner));
+    double likely = likely_stop(planner);
+    if (brake_now(planner, high, &likely)) {
+        return true;
+    }
+    double distance = fmin(0.999 * high, 1.02 * likely);
     for (int i = 0; i < (found ? MAX_HALVINGS : hopeless)
                     && high - low > CLOSE_ENOUGH * high;
          i++) {

@@ -257,6 +257,42 @@
 
 /* ---- Feed hold and ramps down ---- */
 
+/* Of a brake that is integrated in time, over the longest one. Unit: steps.
+ * Evidence: test_feed_hold_distance. */
+#define BRAKE_STEPS 300
+
+/* Of the time on a line: no brake lasts longer. Unit: share. Evidence:
+ * test_feed_hold_distance. */
+#define BRAKE_LONGEST 3.0
+
+/* Of the limits, that such a brake uses. Unit: share. Evidence:
+ * test_feed_hold_distance. */
+#define BRAKE_SHARE 0.975
+
+/* With a share, its square and so on a brake is tried. Unit: count. Evidence:
+ * test_feed_hold_distance. */
+#define BRAKE_SHARES 2
+
+/* Where the largest jerk along the path is so many times the least, no brake
+ * is integrated. Unit: factor. Evidence: test_feed_hold_distance (circle). */
+#define BRAKE_UNEVEN 3.0
+
+/* Of the stored tail: a brake that is longer gains nothing. Unit: share.
+ * Evidence: test_feed_hold_distance. */
+#define BRAKE_AS_TAIL 0.97
+
+/* Of the likely way to rest: a brake may be so much longer. Unit: ways.
+ * Evidence: test_feed_hold_distance. */
+#define BRAKE_WAYS 5.0
+
+/* Halvings of the moment when its second ramp begins. Unit: count. Evidence:
+ * test_feed_hold_distance. */
+#define BRAKE_TRIES 16
+
+/* An axis that follows the path with less of its speed limits no brake. Unit:
+ * of the direction. Evidence: test_feed_hold_distance. */
+#define BRAKE_LEAST_RATE 0.02
+
 /* Solutions that are checked for one stopping distance. Unit: count.
  * Evidence: test_feed_hold_distance. */
 #define STOP_TRIES 3
@@ -295,6 +331,10 @@
 /* It grows by this, so that looking ahead takes a bounded time. Unit: factor.
  * Evidence: test_place_of_standstill. */
 #define PREVIEW_GROWS 1.3
+
+/* Of the speed that is lost while the deceleration ends: with less the path
+ * comes to rest first. Unit: share. Evidence: test_feed_hold_distance. */
+#define MUST_REST 1.05
 
 /* A stored tail so much longer than the estimate is a stop already. Unit:
  * share. Evidence: test_feed_hold_distance. */
@@ -344,6 +384,14 @@
 /* A plan for other speeds counts so long before the next one. Unit: s.
  * Evidence: `bench planner` (live). */
 #define NEAR_S 0.03
+
+/* Of the way to rest: behind a command a window is so long at first. Unit:
+ * ways. Evidence: `bench planner` (live), test_lookahead_epochs. */
+#define LIVE_WAYS 1.6
+
+/* Beside it so much motion: so far ahead the PLC is told the motion. Unit: s.
+ * Evidence: `bench planner` (live), test_lookahead_epochs. */
+#define LIVE_S 0.15
 
 /* Times such a window: the plan that follows it reaches so far, for what is
  * told of the path ahead. Unit: factor. Evidence: test_lookahead_epochs. */

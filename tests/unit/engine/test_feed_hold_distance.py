@@ -317,6 +317,76 @@ def shortest_by_programs(
     return best
 
 
+def contour_planner() -> JerkPlanner:
+    """A planner with a whole contour ahead, at 100 mm/s."""
+    planner = JerkPlanner(Limits([V] * 3, [A] * 3, [J] * 3))
+    planner.push(contour(400, 3).intervals(100.0))
+    planner.finish()
+    return planner
+
+
+def test_most_holds_take_one_solution() -> None:
+    """The brake that is integrated is a stop: at half of 20 moments on a wavy
+    contour one distance is enough, and none leaves the limits.
+    """
+    distances = []
+    for moment in np.linspace(0.1, 1.1, 20):
+        planner = contour_planner()
+        before = planner.take(float(moment))
+        first = planner.stats["hold_solves"]
+        planner.hold(True)
+        laws = planner.take()
+        distances.append(planner.stats["hold_solves"] - first)
+        assert planner.stats["worst_ratio"] <= 1.012
+        v = sample(np.concatenate([before, laws]), DT)[:, 1]
+        assert v[-1] <= A * DT
+    assert sum(n <= 1 for n in distances) >= 10
+
+
+@pytest.mark.parametrize("seconds", [0.3, 0.5, 0.7])
+def test_a_hold_that_is_let_go_just_before_rest_comes_to_rest(
+    seconds: float,
+) -> None:
+    """Where the deceleration cannot end in time the stop is driven to its end,
+    without a solution; then the path goes on.
+    """
+    planner = contour_planner()
+    planner.take(seconds)
+    planner.hold(True)
+    stop = planner.take()["time"].sum()
+    planner = contour_planner()
+    planner.take(seconds)
+    planner.hold(True)
+    planner.take(stop - 0.003)
+    planner.hold(False)
+    before = planner.stats["solves"]
+    rest = planner.take(0.0025)
+    assert planner.stats["solves"] == before
+    assert (np.diff(sample(rest, 0.0005)[:, 1]) < 0.0).all()
+    assert planner.take()["time"].sum() > 0.1
+
+
+def test_a_command_is_answered_by_a_short_window() -> None:
+    """Behind a step of the override the plan reaches less far than before it,
+    and grows again while nothing is commanded.
+    """
+    planner = contour_planner()
+    planner.take(0.001)
+    whole = planner.tail()["length"].sum()
+    planner.take(0.3)
+    planner.override(0.2)
+    planner.take(0.3)
+    planner.override(0.3)
+    planner.take(0.001)
+    short = planner.tail()["length"].sum()
+    assert short < 0.6 * whole
+    reaches = []
+    while len(laws := planner.take(0.05)) and len(reaches) < 60:
+        assert laws["time"].sum() > 0.0
+        reaches.append(planner.tail()["length"].sum())
+    assert max(reaches) > 1.5 * short
+
+
 LONGER = pytest.mark.xfail(
     reason="1.09: the shorter stop is missed by halving the distance"
     " (docs/explanation/planner.md, Limits)"

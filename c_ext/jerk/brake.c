@@ -1,0 +1,184 @@
+/* The fastest brake: all of the jerk down to all of the deceleration, then all
+ * of the jerk back, so that speed and acceleration end together.
+ *
+ * When the second ramp begins is the one unknown.  Begun too early, the
+ * acceleration ends before the speed; too late, after it.  So halving finds it,
+ * and each try is one integration over the limits that the path leaves.  It is
+ * a guess for the solver: nothing of it is driven unchecked.
+ */
+#include <math.h>
+#include "jerk/brake.h"
+
+typedef struct room {
+    double jerk[2], acc; /* mm/s3: least, most; mm/s2: the deepest */
+} room;
+
+/* The derivatives of an axis at the share t of a segment, linearly. */
+static double mixed(const double at[2][JERK_AXES], int axis, double t) {
+    return at[0][axis] + t * (at[1][axis] - at[0][axis]);
+}
+
+/* What an axis leaves of the room. */
+static void narrow(const jerk_planner *planner,
+                   const struct segment *segment,
+                   int axis,
+                   double t,
+                   const double state[2],
+                   double share,
+                   room *out) {
+    const jerk_interval *part = segment->interval;
+    double v = state[0];
+    double d1 = mixed(part->d1, axis, t);
+    double d2 = mixed(part->d2, axis, t);
+    double acc = segment->acc[axis] * acc_max(planner, part, axis);
+    double jerk = share * segment->share * jerk_max(planner, part, axis);
+    double bend = 3.0 * d2 * state[1] + mixed(part->d3, axis, t) * v * v;
+    double along = fabs(d1);
+    if (along < BRAKE_LEAST_RATE) {
+        return;
+    }
+    double sign = d1 < 0.0 ? -1.0 : 1.0;
+    out->jerk[0] = fmax(out->jerk[0], (-jerk - sign * bend * v) / along);
+    out->jerk[1] = fmin(out->jerk[1], (jerk - sign * bend * v) / along);
+    out->acc = fmax(out->acc, (-share * acc - sign * d2 * v * v) / along);
+}
+
+static room room_at(const jerk_planner *planner,
+                    const struct segment *segment,
+                    double t,
+                    const double state[2],
+                    double share) {
+    room least = {{-1e30, 1e30}, -1e30};
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        narrow(planner, segment, axis, t, state, share, &least);
+    }
+    return least;
+}
+
+/* The next step, over dt. Where the axes contradict each other it goes between
+ * them. */
+static void brake_step(const room *room,
+                       brake_path *path,
+                       double dt,
+                       bool back) {
+    int i = path->count++;
+    double a = path->a[i];
+    double most = room->jerk[1];
+    double jerk = back ? most : fmax(room->jerk[0], (room->acc - a) / dt);
+    jerk =
+        room->jerk[0] <= most ? fmin(jerk, most) : 0.5 * (room->jerk[0] + most);
+    path->a[i + 1] = a + jerk * dt;
+    path->v[i + 1] = path->v[i] + dt * (a + 0.5 * jerk * dt);
+    path->s[i + 1] =
+        path->s[i] + dt * (path->v[i] + dt * (0.5 * a + jerk * dt / 6.0));
+}
+
+/* The second ramp begins at `turn`: 1 if that was too early, -1 too late, 0:
+ * the path does not let it. */
+static int shoot(const jerk_planner *planner,
+                 const struct grid *grid,
+                 double share,
+                 double dt,
+                 double turn,
+                 brake_path *path) {
+    double t = 0.0;
+    int k = 0;
+    path->count = 0;
+    path->beyond = false;
+    while (path->count < BRAKE_STEPS) {
+        int i = path->count;
+        while (k < grid->count && grid->from_start[k + 1] <= path->s[i]) {
+            k++;
+        }
+        if (k >= grid->count) {
+            path->beyond = true;
+            return 1;
+        }
+        const struct segment *segment = &grid->seg[k];
+        const double state[2] = {path->v[i], path->a[i]};
+        double into = (path->s[i] - grid->from_start[k]) / segment->length;
+        room room = room_at(planner, segment, into, state, share);
+        bool back = t >= turn;
+        double step = back ? dt : fmin(dt, turn - t);
+        brake_step(&room, path, step, back);
+        t += step;
+        if (!(path->v[i + 1] > 0.0)) {
+            return -1;
+        }
+        if (back && path->a[i + 1] >= 0.0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* The last step ends at rest, with the acceleration at the end of the ramp. */
+static void end_at_rest(brake_path *path) {
+    int i = path->count - 1;
+    double v = path->v[i];
+    double a = fmin(path->a[i], -1e-9);
+    path->s[i + 1] = path->s[i] + v * v / (1.5 * -a);
+    path->v[i + 1] = path->a[i + 1] = 0.0;
+}
+
+enum brake_end brake_to_rest(const jerk_planner *planner,
+                             const struct grid *grid,
+                             double share,
+                             double longest,
+                             brake_path *out) {
+    double low = 0.0;
+    double high = longest;
+    double dt = longest / BRAKE_STEPS;
+    out->s[0] = 0.0;
+    out->v[0] = planner->scale * sqrt(planner->x);
+    out->a[0] = planner->scale * planner->scale * planner->accel;
+    for (int i = 0; i < BRAKE_TRIES; i++) {
+        double turn = 0.5 * (low + high);
+        int found = shoot(planner, grid, share, dt, turn, out);
+        if (found == 0) {
+            return BRAKE_NONE;
+        }
+        *(found > 0 ? &low : &high) = turn;
+    }
+    bool beyond = out->beyond;
+    if (shoot(planner, grid, share, dt, high, out) >= 0) {
+        return beyond || out->beyond ? BRAKE_BEYOND : BRAKE_NONE;
+    }
+    end_at_rest(out);
+    return BRAKE_RESTS;
+}
+
+/* Speed at the place s of the brake, mm/s; `from`: a step no later, moved on.
+ */
+static double speed_of(const brake_path *path, double s, int *from) {
+    int i = *from;
+    while (i + 1 < path->count && path->s[i + 1] <= s) {
+        i++;
+    }
+    *from = i;
+    double way = path->s[i + 1] - path->s[i];
+    double t = way > 0.0 ? (s - path->s[i]) / way : 0.0;
+    double x0 = path->v[i] * path->v[i];
+    double x1 = path->v[i + 1] * path->v[i + 1];
+    return sqrt(fmax(0.0, x0 + t * (x1 - x0)));
+}
+
+void brake_speeds(const jerk_planner *planner,
+                  const struct grid *grid,
+                  const brake_path *path,
+                  double *x) {
+    int from = 0;
+    double whole = path->s[path->count];
+    double longer = whole / grid->from_start[grid->count];
+    for (int k = 0; k <= grid->count; k++) {
+        double at = longer * grid->from_start[k];
+        double v = speed_of(path, at, &from);
+        double left = fmax(0.0, whole - at);
+        if (from + 1 >= path->count) {
+            double rest = whole - path->s[path->count - 1];
+            v = path->v[path->count - 1]
+                * cbrt(left * left / fmax(1e-30, rest * rest));
+        }
+        x[k] = v * v / (planner->scale * planner->scale);
+    }
+}
