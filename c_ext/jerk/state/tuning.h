@@ -267,7 +267,7 @@
 
 /* Of the limits, that such a brake uses. Unit: share. Evidence:
  * test_feed_hold_distance. */
-#define BRAKE_SHARE 0.975
+#define BRAKE_SHARE 0.987
 
 /* With a share, its square and so on a brake is tried. Unit: count. Evidence:
  * test_feed_hold_distance. */
