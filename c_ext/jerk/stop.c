@@ -1,7 +1,7 @@
 /* Feed hold: the shortest legal stop on the path, found by halving the distance
  * to the standstill. */
 #include <math.h>
-#include "jerk/brake.h"
+#include "jerk/solver/brake.h"
 #include "jerk/path/grid.h"
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/initial_guess.h"

@@ -7,7 +7,7 @@
  * a guess for the solver: nothing of it is driven unchecked.
  */
 #include <math.h>
-#include "jerk/brake.h"
+#include "jerk/solver/brake.h"
 
 typedef struct room {
     double jerk[2], acc; /* mm/s3: least, most; mm/s2: the deepest */
