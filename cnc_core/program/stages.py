@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from cnc_core._engine import lib
+
 from ..config import SYNCH, CellConfig, synch_value
 from ..geometry.filters.feed_control import FeedControl
 from ..geometry.filters.low_pass import LowPass
@@ -31,7 +33,12 @@ def smoothing_machine(cell: CellConfig) -> SmoothingMachine:
     linear = [
         axis for axis in cell.axes.values() if axis.kind == "linear"
     ] or list(cell.axes.values())
-    jerks = [axis.j_max_mm_s3 for axis in linear if axis.j_max_mm_s3 > 0.0]
+    seen = lib.ENGINE_JERK_SEEN / cell.cycle_s
+    jerks = [
+        min(axis.j_max_mm_s3, seen * axis.a_max_mm_s2)
+        for axis in linear
+        if axis.j_max_mm_s3 > 0.0
+    ]
     return SmoothingMachine(
         main=cell.main_axes,
         rotary=sum(1 << i for i, is_rotary in enumerate(rotary) if is_rotary),

@@ -61,8 +61,8 @@ static jerk_planner *spare(const struct engine *engine) {
 /* More jerk than that is not seen in a cycle. */
 static void bound_jerk(engine_config *cfg) {
     for (int i = 0; i < cfg->axis_count; i++) {
-        cfg->j_max[i] =
-            fmin(cfg->j_max[i], JERK_SEEN * cfg->a_max[i] / cfg->cycle_s);
+        cfg->j_max[i] = fmin(cfg->j_max[i],
+                             ENGINE_JERK_SEEN * cfg->a_max[i] / cfg->cycle_s);
     }
 }
 

@@ -11,8 +11,6 @@
 /* knots: of the window for each block, on the whole */
 #define KNOTS_PER_BLOCK 3.0
 #define MAX_KNOTS 1000.0 /* knots of the window at the most */
-/* accelerations per cycle: a higher jerk limit is seen by nobody */
-#define JERK_SEEN 3.0
 
 /* Intervals of curves. Evidence: jerk sampled on curves stays within the limit
  * (tests/unit/jerk/test_curve_derivatives.py). */

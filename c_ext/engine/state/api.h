@@ -13,6 +13,8 @@
 #include "rows/nc_block.h"
 
 /* cdef begin */
+/* No sample shows more jerk than this times the acceleration over a cycle. */
+#define ENGINE_JERK_SEEN 3
 /* results of engine_run and engine_wait */
 #define ENGINE_DONE 0 /* the cycles asked for have run */
 /* preparation is to push rows (or to declare the end) */

@@ -15,7 +15,8 @@ typedef struct room {
 
 /* The derivatives of an axis at the share t of a segment, linearly. */
 static double mixed(const double at[2][JERK_AXES], int axis, double t) {
-    return at[0][axis] + t * (at[1][axis] - at[0][axis]);
+    double from = at[0][axis];
+    return from + t * (at[1][axis] - from);
 }
 
 /* What an axis leaves of the room. */
@@ -32,15 +33,17 @@ static void narrow(const jerk_planner *planner,
     double d2 = mixed(part->d2, axis, t);
     double acc = segment->acc[axis] * acc_max(planner, part, axis);
     double jerk = share * segment->share * jerk_max(planner, part, axis);
-    double bend = 3.0 * d2 * state[1] + mixed(part->d3, axis, t) * v * v;
+    double d3 = mixed(part->d3, axis, t);
     double along = fabs(d1);
     if (along < BRAKE_LEAST_RATE) {
         return;
     }
-    double sign = d1 < 0.0 ? -1.0 : 1.0;
-    out->jerk[0] = fmax(out->jerk[0], (-jerk - sign * bend * v) / along);
-    out->jerk[1] = fmin(out->jerk[1], (jerk - sign * bend * v) / along);
-    out->acc = fmax(out->acc, (-share * acc - sign * d2 * v * v) / along);
+    double forward = d1 < 0.0 ? -v : v;
+    double bend_acc = forward * d2 * v;
+    double bend_jerk = forward * (3.0 * d2 * state[1] + d3 * v * v);
+    out->jerk[0] = fmax(out->jerk[0], (-jerk - bend_jerk) / along);
+    out->jerk[1] = fmin(out->jerk[1], (jerk - bend_jerk) / along);
+    out->acc = fmax(out->acc, (-share * acc - bend_acc) / along);
 }
 
 static room room_at(const jerk_planner *planner,
@@ -64,13 +67,14 @@ static void brake_step(const room *room,
     int i = path->count++;
     double a = path->a[i];
     double most = room->jerk[1];
-    double jerk = back ? most : fmax(room->jerk[0], (room->acc - a) / dt);
-    jerk =
-        room->jerk[0] <= most ? fmin(jerk, most) : 0.5 * (room->jerk[0] + most);
+    double least = room->jerk[0];
+    double jerk = back ? most : fmax(least, (room->acc - a) / dt);
+    jerk = least <= most ? fmin(jerk, most) : 0.5 * (least + most);
+    double mean_a = a + 0.5 * jerk * dt;
+    double mean_v = path->v[i] + dt * (0.5 * a + jerk * dt / 6.0);
     path->a[i + 1] = a + jerk * dt;
-    path->v[i + 1] = path->v[i] + dt * (a + 0.5 * jerk * dt);
-    path->s[i + 1] =
-        path->s[i] + dt * (path->v[i] + dt * (0.5 * a + jerk * dt / 6.0));
+    path->v[i + 1] = path->v[i] + dt * mean_a;
+    path->s[i + 1] = path->s[i] + dt * mean_v;
 }
 
 /* The second ramp begins at `turn`: 1 if that was too early, -1 too late, 0:
