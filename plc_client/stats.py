@@ -13,6 +13,9 @@ from itertools import pairwise
 from typing import Any
 
 RESERVOIR = 20_000
+EDGES_US = [10.0 ** (k / 4) for k in range(-4, 21)]
+"""Of histograms of times: four a factor of ten."""
+
 SHOWN = 1000  # of them in a histogram
 _LARGEST = 1.0 - 1e-12
 
@@ -128,12 +131,11 @@ class Reservoir:
         """
         step = -(-len(self._kept) // SHOWN) or 1
         part = sorted(self._kept[::step])
-        edges = [10.0 ** (k / 4) for k in range(-4, 21)]
-        ends = [bisect_right(part, 1e3 * edge) for edge in edges]
+        ends = [bisect_right(part, 1e3 * edge) for edge in EDGES_US]
         quantiles = self._quantiles(part)
         n = quantiles.pop("n")
         return {
-            "edges": edges,
+            "edges": EDGES_US,
             "counts": [b - a for a, b in pairwise([0, *ends, len(part)])],
             "n": n,
             **{name: value / 1e3 for name, value in quantiles.items()},

@@ -33,7 +33,8 @@ PAGE_OPEN = "a page is open"
 EXTRA = "the monitor needs the extra: pip install 'hli-cosim[monitor]'"
 PORT = 8765
 RECORDINGS = (".parquet", ".arrow", ".npz")
-READY_S = 20.0
+READY_S = 120.0  # on a machine that does much else; one that fails ends at once
+END_S = 20.0
 NICE = 5  # the cell comes first
 
 
@@ -199,7 +200,7 @@ class Beside:
     def __exit__(self, *_: object) -> None:
         self._process.terminate()
         try:
-            self._process.wait(READY_S)
+            self._process.wait(END_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()

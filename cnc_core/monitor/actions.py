@@ -5,11 +5,13 @@ and who gave them.
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import sys
 from collections.abc import Callable
 from typing import Any
 
 from plc_client.online import parse_force
-from plc_client.panel import LEVELS
+from plc_client.panel import COMMANDS, LEVELS
 
 from ..observing.events import Events
 from ..observing.plc import PlcLine, RefusedError
@@ -46,9 +48,16 @@ class Desk:
             raise
         self._note(page, order, answer)
         self._tell("action", text, who)
+        await self._give_cycles(order)
         if page not in self._open:  # closed while the PLC obeyed
             await self.leave(page, who)
         return answer
+
+    async def _give_cycles(self, order: dict[str, Any]) -> None:
+        """A command needs cycles, also while a dialog of the program is open."""
+        if order["do"] == "operate" and order["what"] in COMMANDS:
+            with contextlib.suppress(RefusedError):
+                await self.look({"do": "cycles"})
 
     def _note(
         self, page: str, order: dict[str, Any], answer: dict[str, Any]
@@ -119,7 +128,7 @@ def order_of(given: Any) -> tuple[Order, str]:
         name, value = _text(given.get("what")), given.get("value")
         if isinstance(value, str):
             value = _text(value)
-        elif value is not None and not isinstance(value, (bool, int, float)):
+        elif value not in (None, True, False) and not _is_number(value):
             raise RefusedError(
                 "a value is a number, a text, true, false or null"
             )
@@ -151,7 +160,7 @@ def _answer(given: dict[str, Any]) -> tuple[Order, str]:
     if len(values) > SYMBOLS_MAX:
         raise RefusedError(f"set: at most {SYMBOLS_MAX} inputs")
     for name, value in values.items():
-        if len(name) > TEXT_MAX or type(value) not in (int, float):
+        if len(name) > TEXT_MAX or not _is_number(value):
             raise RefusedError("set: numbers by the names of inputs")
     shown = [f"{name}={value:g}" for name, value in values.items()]
     order = {"do": "answer", "number": number, "set": values, "press": press}
@@ -159,6 +168,14 @@ def _answer(given: dict[str, Any]) -> tuple[Order, str]:
         order,
         f"answered the dialog: {', '.join([*shown, press or 'Enter'])}",
     )
+
+
+def _is_number(value: Any) -> bool:
+    """A finite number; a whole one of JSON may be too large to be one."""
+    if type(value) not in (int, float):
+        return False
+    most = sys.float_info.max
+    return -most <= value <= most
 
 
 def _list(value: Any) -> list[Any]:
@@ -182,6 +199,6 @@ def _pair(value: Any) -> tuple[str, Any]:
             raise RefusedError(str(error)) from None
     if isinstance(value, list) and len(value) == 2:
         path, wanted = value
-        if isinstance(wanted, (bool, int, float, str)):
+        if isinstance(wanted, (bool, str)) or _is_number(wanted):
             return _text(path), wanted
     raise RefusedError("a force is SYMBOL=VALUE")

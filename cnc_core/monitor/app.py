@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route as Path_
 from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
@@ -26,17 +26,20 @@ from hli.cells import running_cells
 from hli.export import json_layout
 from hli.segment import NAME_RULE
 from hli.units import members_told
+from plc_client.stats import EDGES_US
 
 from ..observing.cores import keep_off
 from ..observing.plc import RefusedError
-from .hub import Hub, finite
+from .hub import Hub, as_text
 from .pages import Gate, Page
 from .recorded import Recorded
 from .security import App, Guard, bearer, body_of, same_token
 from .source import Source
 
 PAGES_MAX = 24
-RAW_BLOCKS, RAW_S = 50, 0.2
+RAW_BLOCKS = 50
+RAW_FIRST_S, RAW_S = 0.02, 0.2  # a short look by itself; when it is asked for
+RAW_PAUSE_S = 2.0  # between two measurements: they keep two processors busy
 HUBS_MAX = 8
 HUB_IDLE_S = 60.0
 TYPES = {
@@ -80,6 +83,8 @@ class Monitor:
         self._gate = Gate()
         self._seen = False
         self._measuring = asyncio.Lock()
+        self._raw_found: dict[str, Any] = {}
+        self._raw_at = 0.0
         self._recorded = Recorded(served.recordings)
         self._start_with = (
             "cell" if served.name else
@@ -173,7 +178,7 @@ class Monitor:
         if not self._allowed(request):
             return _problem(401, "the token is missing or wrong")
         try:
-            return JSONResponse(finite(await asyncio.to_thread(content)))
+            return _json(await asyncio.to_thread(content))
         except RefusedError as error:
             return _problem(404, str(error))
 
@@ -224,12 +229,27 @@ class Monitor:
             return _problem(error.status, str(error))
         except RefusedError as error:
             return _problem(422, str(error))
-        return JSONResponse(finite(answer))
+        return _json(answer)
 
     async def _raw(self, request: Request) -> Response:
-        """The raw exchange of this machine, us; one measurement at a time."""
+        """The raw exchange of this machine, us: as it was measured once, or,
+        with ``again``, anew; one measurement at a time.
+        """
+        try:
+            again = bool((await self._order(request)).get("again"))
+        except _NotTaken as error:
+            return _problem(error.status, str(error))
         async with self._measuring:
-            return await self._answer(request, raw_exchange)
+            return await self._answer(request, lambda: self._raw_now(again))
+
+    def _raw_now(self, again: bool) -> dict[str, Any]:
+        first = not self._raw_found
+        late = time.monotonic() - self._raw_at > RAW_PAUSE_S
+        if first or (again and late):
+            seconds = RAW_S if again else RAW_FIRST_S
+            self._raw_found = raw_exchange(seconds)
+            self._raw_at = time.monotonic()
+        return self._raw_found
 
     async def _order(self, request: Request) -> dict[str, Any]:
         """What a page wants done.  _NotTaken: it may not, or it is no order."""
@@ -238,7 +258,10 @@ class Monitor:
         kind = request.headers.get("content-type", "").partition(";")[0]
         if kind.strip() != "application/json":
             raise _NotTaken(415, "application/json is needed")
-        body = await body_of(request)
+        try:
+            body = await body_of(request)
+        except TimeoutError:
+            raise _NotTaken(408, "the order did not come to its end") from None
         if body is None:
             raise _NotTaken(413, "the order is too long")
         try:
@@ -296,17 +319,30 @@ def _signed(name: Any, who: str) -> str:
     return who
 
 
-def raw_exchange() -> dict[str, float]:
-    """Quantiles of a short measurement in C, us."""
-    found = bench.measure_raw(RAW_BLOCKS, RAW_S).ns
+def raw_exchange(seconds: float) -> dict[str, Any]:
+    """Histogram and quantiles of a measurement in C, us; ``two_cores``: each
+    side had a processor of its own.
+    """
+    found = bench.measure_raw(RAW_BLOCKS, seconds)
+    us = found.ns / 1e3
+    ends = np.searchsorted(np.sort(us), EDGES_US, "right")
     return {
-        name: float(np.quantile(found, share)) / 1e3
-        for name, share in (("p50", 0.5), ("p99", 0.99))
+        "edges": EDGES_US,
+        "counts": np.diff([0, *ends, len(us)]).tolist(),
+        "n": len(us),
+        "p50": float(np.quantile(us, 0.5)),
+        "p99": float(np.quantile(us, 0.99)),
+        "two_cores": found.pinned,
     }
 
 
+def _json(value: Any, status: int = 200) -> Response:
+    """An answer in ASCII: a text may hold half a surrogate pair."""
+    return Response(as_text(value), status, media_type="application/json")
+
+
 def _problem(status: int, text: str) -> Response:
-    return JSONResponse({"error": text}, status)
+    return _json({"error": text}, status)
 
 
 def page_files() -> dict[str, bytes]:

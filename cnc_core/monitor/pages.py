@@ -19,9 +19,10 @@ from .hub import FIRST_TRAIL, FRAME_S, SAMPLE_S, Hub, as_text
 from .security import same_token
 
 SYMBOLS_MAX = 64
+PATHS_MAX = 400  # that a page may name; each further one gets no answer
 SCOPE_MAX = 8
 PATH_MAX = 200
-HELLO_S = 5.0
+HELLO_S = 15.0  # until the token is said; a busy computer needs some of it
 WAITING_MAX = 32  # streams that have not said the token yet
 SEND_S = 5.0  # a page that takes no frame for so long is left
 MESSAGES_A_SECOND = 20
@@ -41,6 +42,7 @@ class Page:
         self._wanted: list[str] = []
         self._symbols: dict[str, Symbol | None] = {}
         self._problems: dict[str, str] = {}
+        self._problems_told = False
         self._life = 0
         self._trail = -1
         self._event = 0
@@ -72,7 +74,7 @@ class Page:
     async def _receive(self) -> None:
         window, count = time.monotonic(), 0
         while True:
-            message = await self._socket.receive_text()
+            message = await _text_of(self._socket)
             now = time.monotonic()
             if now - window > 1.0:
                 window, count = now, 0
@@ -93,6 +95,7 @@ class Page:
         self._wanted = wanted
         found: dict[str, Symbol | None] = {}
         self._problems = dict.fromkeys(wanted[SYMBOLS_MAX:], TOO_MANY)
+        self._problems_told = False
         for path in wanted[:SYMBOLS_MAX]:
             if len(path) > PATH_MAX:
                 self._problems[path] = TOO_LONG
@@ -101,6 +104,7 @@ class Page:
                 found[path] = await self._hub.symbol(path)
             except RefusedError as error:
                 self._problems[path] = str(error)
+                self._problems_told = False
         self._life = self._hub.observer.life
         self._want(found)
 
@@ -156,7 +160,8 @@ class Page:
         found["events"] = hub.events.since(self._event)
         self._event = hub.events.last
         found["values"] = self._values() if hub.observer.sight else {}
-        found["problems"] = self._problems
+        if not self._problems_told:  # they may be long: once
+            found["problems"], self._problems_told = self._problems, True
         found["scope"], found["samples"] = self._scope, self._samples
         self._samples = []
         return found
@@ -175,7 +180,16 @@ def _paths(value: Any) -> list[str]:
     """Symbol paths that a page names, each once."""
     if not isinstance(value, list):
         return []
-    return [*dict.fromkeys(p for p in value if isinstance(p, str))]
+    found = dict.fromkeys(p for p in value if isinstance(p, str))
+    return [*found][:PATHS_MAX]
+
+
+async def _text_of(socket: WebSocket) -> str:
+    """The next message; of one in bytes nothing is understood."""
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1005))
+    return message.get("text") or ""
 
 
 def plain(value: Any) -> Any:
@@ -207,6 +221,9 @@ class Gate:
             given = await hearing
         except WebSocketDisconnect:
             return False
+        except TimeoutError:  # not wrong: the page may come again
+            await socket.close(TOO_SLOW, "no token came in time")
+            return False
         except asyncio.CancelledError:
             if not hearing.cancelled():
                 raise  # the server ends
@@ -222,11 +239,14 @@ class Gate:
 
 
 async def _first_words(socket: WebSocket) -> str | None:
-    """The token that a stream says; None: it says none in time."""
+    """The token that a stream says; None: what it says holds none.
+
+    TimeoutError: it says nothing.
+    """
     try:
         async with asyncio.timeout(HELLO_S):
-            first = json.loads(await socket.receive_text())
-    except (TimeoutError, ValueError, KeyError, RecursionError):
+            first = json.loads(await _text_of(socket))
+    except (ValueError, RecursionError):
         return None
     given = first.get("token") if isinstance(first, dict) else None
     return given if isinstance(given, str) else None

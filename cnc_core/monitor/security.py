@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import secrets
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
@@ -14,6 +15,7 @@ App = Callable[[MutableMapping[str, Any], Receive, Send], Awaitable[None]]
 
 TOKEN_BYTES = 24
 BODY_MAX = 64 * 1024
+BODY_S = 5.0  # that an order may take to come
 POLICY = "; ".join(
     (
         "default-src 'none'",
@@ -47,7 +49,8 @@ def same_token(given: object, token: str) -> bool:
     """Compared in constant time."""
     if not isinstance(given, str):
         return False
-    return hmac.compare_digest(given.encode(), token.encode())
+    # half a surrogate pair, which JSON may hold, is no character
+    return hmac.compare_digest(given.encode(errors="replace"), token.encode())
 
 
 def bearer(headers: Any) -> str:
@@ -121,10 +124,14 @@ async def _refuse(
 
 
 async def body_of(request: Any) -> bytes | None:
-    """The body of a request; None: it is too large."""
+    """The body of a request; None: it is too large.
+
+    TimeoutError: it does not come to its end.
+    """
     found = b""
-    async for part in request.stream():
-        found += part
-        if len(found) > BODY_MAX:
-            return None
+    async with asyncio.timeout(BODY_S):
+        async for part in request.stream():
+            found += part
+            if len(found) > BODY_MAX:
+                return None
     return found

@@ -113,6 +113,8 @@ class ChannelRun:
         self._restarted = False
         self._retained: dict[str, Any] = {}
         self.others_run: Callable[[], bool] = lambda: False
+        # called between two looks for the answer to a dialog
+        self.cycles_beside_dialog: Callable[[], None] = lambda: None
         board = shared.signals
         self.signals = SignalsOf(board, index) if board else None
         self.engine = Engine(
@@ -277,8 +279,13 @@ class ChannelRun:
         port.signals, port.axes = self.signals, self.axes
         port.jobs = self.jobs
         port.channel = self.setup.place.index + 1
-        port.ended = self.modes.end_beside_dialog
+        port.ended = self._ended_beside_dialog
         return port
+
+    def _ended_beside_dialog(self) -> bool:
+        """Whether the PLC has ended the program that asks."""
+        self.cycles_beside_dialog()
+        return self.modes.end_beside_dialog() or self.modes.aborted
 
     def _stand(self) -> list[float]:
         return list(self.engine.state.position)[: self.engine.axes]

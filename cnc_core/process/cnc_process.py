@@ -11,6 +11,7 @@ import resource
 import shutil
 import sys
 import time
+from functools import partial
 from typing import Any
 
 from hli import layout, segment
@@ -34,6 +35,7 @@ from .waiting import TimeLimits, Waiting
 
 # how long one wait may last before signals and the PLC's life are looked at
 SLICE_S = 0.1
+BESIDE_CYCLES = 100  # beside a dialog, between two looks for its answer
 CHUNK_CYCLES = 20_000  # cycles between two looks in virtual time
 # longest wait, in wall time, for a PLC to finish behind the program's end
 LINGER_S = 30.0
@@ -111,6 +113,7 @@ class CncProcess:
         self.channels = [ChannelRun(setup, shared) for setup in self.setups]
         for channel in self.channels:
             channel.others_run = self._any_runs
+            channel.cycles_beside_dialog = partial(self._beside_dialog, channel)
         self.engine = self.channels[0].engine
         self.group = EngineGroup([one.engine for one in self.channels])
         self.plc = PlcLife(self.segment, self._tell)
@@ -357,6 +360,30 @@ class CncProcess:
             or self._plc_lost()
             or self._work_is_done(event)
         )
+
+    def _beside_dialog(self, asks: ChannelRun) -> None:
+        """While a program asks no cycle runs in virtual time, so the PLC could
+        hand nothing over: those run that an operator's command needs.
+        """
+        if self.options.run.clock == "realtime":
+            return
+        for _ in range(BESIDE_CYCLES):
+            if not self.desk.takes_cycle() or not self._cycle_beside(asks):
+                return
+
+    def _cycle_beside(self, asks: ChannelRun) -> bool:
+        """One cycle, which asks the program for nothing; False: not more now."""
+        asks.engine.expect_cycle()
+        event, who = self.group.run(1, int(SLICE_S * 1e9))
+        if event is Event.MODE_COMMAND and self.channels[who] is asks:
+            self.desk.no_more_cycles()
+            return False
+        if event is Event.PLC_WAIT:
+            self._look_at_plc()
+            return False
+        if event is not Event.DONE:
+            self._handle(event, who)
+        return True
 
     def _handle(self, event: Event, who: int) -> None:
         self.channels[who].handle(event)

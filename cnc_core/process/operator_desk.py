@@ -22,10 +22,15 @@ KEPT = 200  # texts
 TEXT_MAX = 4000
 ATTENDED_S = 3.0
 """Behind somebody's last look a dialog waits no more for him."""
+CYCLES = 10_000
+"""That a command of an operator may take until the CNC sees it."""
 
 
 class OperatorDesk:
-    """Answers ``look`` and ``answer`` of other processes of this user.
+    """Answers ``look``, ``answer`` and ``cycles`` of other processes of this user.
+
+    ``cycles``: somebody has given the PLC a command, which needs cycles to reach
+    the CNC, also while a dialog is open.
 
     ``attended``: somebody is awaited from the start on.  ``facts``: how far the
     program is; it may fail while a program begins.
@@ -41,8 +46,9 @@ class OperatorDesk:
         self._looked = -ATTENDED_S
         self._said: deque[tuple[int, float, str, str]] = deque(maxlen=KEPT)
         self._number = self._asked = 0
-        self._question: Question | None = None
+        self._shown: tuple[int, Question] | None = None  # with its number
         self._answer: Answer | None = None
+        self._cycles = 0  # that may run beside the dialog
 
     def open(self, name: str) -> None:
         """Listen; a CNC that cannot still does its work."""
@@ -70,15 +76,29 @@ class OperatorDesk:
 
     @contextlib.contextmanager
     def shown(self, question: Question) -> Iterator[None]:
-        """A dialog is open."""
+        """A dialog is open; one of another channel may be open below it."""
         with self._changed:
+            below = self._shown
             self._asked += 1
-            self._question, self._answer = question, None
+            self._shown = self._asked, question
+            self._answer, self._cycles = None, 0
         try:
             yield
         finally:
             with self._changed:
-                self._question = None
+                self._shown, self._answer = below, None
+
+    def takes_cycle(self) -> bool:
+        """Whether one more cycle may run beside the dialog."""
+        with self._changed:
+            takes = self._cycles > 0
+            self._cycles -= takes
+            return takes
+
+    def no_more_cycles(self) -> None:
+        """The command is there."""
+        with self._changed:
+            self._cycles = 0
 
     def answered(self, wait_s: float) -> Answer | None:
         """The answer to the open dialog; None: none came within this time."""
@@ -93,7 +113,14 @@ class OperatorDesk:
             return self._look(order)
         if what == "answer":
             return self._take(order)
-        raise ValueError(f"{what!r}: the CNC takes look and answer")
+        if what == "cycles":
+            return self._grant()
+        raise ValueError(f"{what!r}: the CNC takes look, answer and cycles")
+
+    def _grant(self) -> Order:
+        with self._changed:
+            self._cycles = CYCLES if self._shown else 0
+            return {"cycles": self._cycles}
 
     def _look(self, order: Order) -> Order:
         since = order.get("since", 0)
@@ -115,22 +142,22 @@ class OperatorDesk:
             return {}  # a program is just being changed
 
     def _dialog(self) -> dict[str, Any] | None:
-        question = self._question
-        if question is None or self._answer is not None:
+        if self._shown is None or self._answer is not None:
             return None
-        return {"number": self._asked} | asdict(question)
+        number, question = self._shown
+        return {"number": number} | asdict(question)
 
     def _take(self, order: Order) -> Order:
         """An answer to the dialog that is open, and to no other."""
         with self._changed:
-            question = self._question
-            if question is None or self._answer is not None:
+            if self._shown is None or self._answer is not None:
                 raise ValueError("no dialog is open")
-            if order.get("number") != self._asked:
+            number, question = self._shown
+            if order.get("number") != number:
                 raise ValueError("this dialog is closed; another one is open")
             self._answer = answer_to(question, order)
             self._changed.notify_all()
-        return {"answered": self._asked}
+        return {"answered": number}
 
 
 def answer_to(question: Question, order: Order) -> Answer:

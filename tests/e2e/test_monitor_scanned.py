@@ -213,6 +213,20 @@ def test_silent_streams_keep_no_page_out(server: Server) -> None:
     server.lives()
 
 
+def test_an_order_that_does_not_end_is_left(server: Server) -> None:
+    """Its body stays out: status 408, with the token, too."""
+    head = (
+        f"POST /api/act HTTP/1.1\r\nhost: 127.0.0.1:{server.port}\r\n"
+        f"authorization: Bearer {server.token}\r\n"
+        "content-type: application/json\r\ncontent-length: 60000\r\n\r\n{"
+    )
+    at = "127.0.0.1", server.port
+    with socket.create_connection(at, timeout=WAIT_S) as connection:
+        connection.sendall(head.encode())
+        assert connection.recv(4096).startswith(b"HTTP/1.1 408")
+    server.lives()
+
+
 def test_bytes_that_are_no_request(server: Server) -> None:
     """Noise, endless heads and half requests are answered by 400 or an end."""
     noise = random.Random(1)

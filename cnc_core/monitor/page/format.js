@@ -37,6 +37,8 @@ export function fillRows(body, rows, classes = []) {
     while (row.cells.length > cells.length) row.deleteCell(-1);
     cells.forEach((cell, k) => {
       const place = row.cells[k] || row.insertCell();
+      const span = cells.length === 1 ? 9 : 1; // one text alone has the whole row
+      if (place.colSpan !== span) place.colSpan = span;
       const number = String(cell).startsWith("=");
       if (place.className !== (number ? "n" : "")) place.className = number ? "n" : "";
       setText(place, number ? cell.slice(1) : String(cell));

@@ -16,6 +16,7 @@ import { Watch } from "./watch.js";
 
 const OLD_MS = 200; // a number older than this is told to be old
 const WORDS_MS = 100; // between two writings of words and tables
+const LINKS_MS = 2000; // between two looks for recordings, while no CNC is there
 
 function show(view) {
   document.body.dataset.view = view;
@@ -47,6 +48,7 @@ class Machine {
     this.way = new Way();
     this.cycleAge = 0;
     this.there = false;
+    this.problems = {}; // of symbols, told when they change
     this.slow = 0;
     const unitOf = (path) => (this.layout ? this.layout.unitOf(path) : "");
     const changed = () => this.ask();
@@ -58,7 +60,8 @@ class Machine {
     this.dialog = new Dialog(act);
     this.watch = new Watch(unitOf, act, changed);
     this.tree = new Tree((path) => this.watch.add(path), changed);
-    this.latency = new Latency(() => post("raw", {}));
+    this.latency = new Latency((again) => post("raw", { again }));
+    this.links = 0;
     this.events = new Events();
     setText(byId("title"), cell);
     document.title = `${cell} - hli-cosim`;
@@ -98,6 +101,7 @@ class Machine {
     this.events.take(frame.events);
     this.panel.hear(frame.events);
     if (frame.route !== this.route) this.readRoute(frame.route);
+    this.problems = frame.problems = frame.problems || this.problems;
     if (!frame.motion) return;
     if (!this.layout) this.readLayout(frame.axes.length);
     frame.motion.epoch = this.program.epochOf(frame.motion);
@@ -118,18 +122,34 @@ class Machine {
   }
 
   facts(cell) {
-    if (this.wasThere && !cell.there) setTimeout(() => listRecordings(), 1500); // it is being written
-    this.wasThere = cell.there;
-    if (!cell.there) { setText(byId("facts"), ""); return; }
+    if (!cell.there) {
+      this.awaited(cell);
+      return;
+    }
     const plc = cell.plc ? `PLC ${cell.plc}` : "no PLC";
     setText(byId("facts"), `${cell.clock}, cycle ${fixed(cell.cycle_s * 1000, 3)} ms, ${cell.phase},`
       + ` CNC ${cell.pid}, ${plc}`);
+  }
+
+  /** No CNC is there: none yet, or no more.  A recording of it is written at its end. */
+  awaited(cell) {
+    this.life = cell.life;
+    setText(byId("facts"), cell.life ? "" : cell.problem);
+    if (!cell.life) setText(byId("story-cnc"), "is not there yet: it is just starting, or somebody has to start it");
+    if (this.at - this.links < LINKS_MS) return;
+    this.links = this.at;
+    listRecordings();
   }
 
   /** How old the numbers are: told, and shown by the page's look. */
   tellAge() {
     const age = this.at ? performance.now() - this.at + this.age : Infinity;
     const gone = this.at > 0 && !this.there;
+    if (gone && !this.life && !this.lost) {
+      setText(byId("age"), "no values yet");
+      setText(byId("status"), "waiting for the CNC");
+      return;
+    }
     const old = age > OLD_MS;
     document.body.classList.toggle("gone", gone || Boolean(this.lost));
     document.body.classList.toggle("stale", old);
@@ -192,7 +212,9 @@ async function listCells() {
 
 /** Links to the recordings that may be opened now. */
 async function listRecordings() {
-  const { recordings } = await get("start");
+  const { recordings } = await get("start").catch(() => ({ recordings: [] })); // it is asked again
+  if (byId("links").dataset.shown === recordings.join("\n")) return;
+  byId("links").dataset.shown = recordings.join("\n");
   byId("links").replaceChildren(...recordings.map((name) => {
     const link = element("a", `recording ${name}`, { href: `#recording=${encodeURIComponent(name)}` });
     link.addEventListener("click", () => setTimeout(() => location.reload()));

@@ -28,7 +28,7 @@ export class Panel {
     const holder = byId("panel-levels");
     for (const level of LEVELS) holder.append(this.level(...level));
     const row = element("div", "", { class: "switches" });
-    for (const [what, text] of SWITCHES) row.append(...this.switch(what, text));
+    for (const [what, text] of SWITCHES) row.append(this.switch(what, text));
     holder.append(row);
     for (const [what, text] of COMMANDS) {
       const button = element("button", text, { id: `do-${what}` });
@@ -65,7 +65,9 @@ export class Panel {
     button.addEventListener("click", () => this.operate(what, button.getAttribute("aria-pressed") !== "true"));
     release.addEventListener("click", () => this.operate(what, null));
     this.switches[what] = { button, release };
-    return [button, release];
+    const both = element("span", "", { class: "switch" });
+    both.append(button, release);
+    return both;
   }
 
   async operate(what, value) {

@@ -4,6 +4,7 @@ import { byId, fixed, setText, styleColor } from "./format.js";
 
 const TRAIL = 20000;
 const BINS = 12;
+const FILLED = 0.82; // of the canvas, by what fits it
 const LOOKED_S = 0.3; // between two samples of a cell that runs
 // dark blue to yellow, of even steps for the colour-blind (viridis)
 const SCALE = ["#440154", "#482374", "#404387", "#345e8d", "#29788e", "#20908c", "#22a784", "#44be70",
@@ -71,39 +72,38 @@ export class PathView {
     this.fit();
   }
 
+  /** All of it inside the canvas, as it is seen now; again when the canvas gets another size. */
   fit() {
     const points = this.route.length ? this.route : this.trail.map((p) => p.slice(1));
-    const low = [Infinity, Infinity, Infinity];
-    const high = [-Infinity, -Infinity, -Infinity];
-    for (const point of points) {
-      for (let i = 0; i < 3; i++) {
-        low[i] = Math.min(low[i], point[i]);
-        high[i] = Math.max(high[i], point[i]);
-      }
-    }
-    if (!(low[0] <= high[0])) return;
-    this.center = low.map((value, i) => (value + high[i]) / 2);
-    const size = Math.hypot(...high.map((value, i) => value - low[i])) || 1;
-    const room = Math.min(this.canvas.clientWidth, this.canvas.clientHeight) || 300;
-    this.scale = (0.85 * room) / size;
-    this.pan = [0, 0];
+    if (!points.length) return;
+    this.center = middle(points).slice(0, 3);
+    [this.origin, this.scale] = [[0, 0], 1];
+    const seen = points.map((p) => this.project(p[X], p[Y], p[Z]));
+    const [cx, cy, width, height] = middle(seen);
+    const room = [this.canvas.clientWidth || 300, this.canvas.clientHeight || 300];
+    this.scale = Math.min(FILLED * room[0] / (width || 1e-3), FILLED * room[1] / (height || 1e-3), 1e4);
+    this.pan = [-cx * this.scale, -cy * this.scale];
     this.fitted = points.length > 1;
+    this.fits = true;
     this.dirty = true;
   }
 
   zoom(factor) {
+    this.fits = false;
     this.scale = Math.min(1e6, Math.max(1e-6, this.scale * factor));
     this.pan = this.pan.map((value) => value * factor);
     this.dirty = true;
   }
 
   turn(yaw, pitch) {
+    this.fits = false;
     this.yaw += yaw;
     this.pitch = Math.min(Math.PI / 2, Math.max(-Math.PI / 2, this.pitch + pitch));
     this.dirty = true;
   }
 
   move(x, y) {
+    this.fits = false;
     this.pan = [this.pan[0] + x, this.pan[1] + y];
     this.dirty = true;
   }
@@ -119,7 +119,10 @@ export class PathView {
       this.zoom(event.deltaY > 0 ? 0.85 : 1.18);
     }, { passive: false });
     canvas.addEventListener("keydown", (event) => this.key(event));
-    new ResizeObserver(() => { this.dirty = true; }).observe(canvas);
+    new ResizeObserver(() => {
+      if (this.fits) this.fit();
+      this.dirty = true;
+    }).observe(canvas);
     this.listenToFingers();
   }
 
@@ -197,7 +200,7 @@ export class PathView {
   drawLayers(size, ratio) {
     const { route, trail } = this.layers;
     const view = [...size, ...this.origin, ...this.center, this.scale, this.yaw, this.pitch, this.vMax,
-      styleColor("--line")].join();
+      styleColor("--route")].join();
     if (view !== this.view) {
       this.view = view;
       this.drawn = 0;
@@ -205,7 +208,7 @@ export class PathView {
         [layer.width, layer.height] = size; // empties it, too
         layer.getContext("2d").setTransform(ratio, 0, 0, ratio, 0, 0);
       }
-      this.line(this.route, styleColor("--line"), 1.5, route.getContext("2d"));
+      this.line(this.route, styleColor("--route"), 1.5, route.getContext("2d"));
     }
     if (this.drawn < this.trail.length) {
       this.drawTrail(trail.getContext("2d"), this.trail.slice(Math.max(0, this.drawn - 1)));
@@ -318,6 +321,20 @@ export class PathView {
       context.fillText(name, origin[0] + 1.25 * dx - 4, origin[1] + 1.25 * dy + 4);
     });
   }
+}
+
+/** Middle and extent of points of two or three numbers: x, y, width, height; x, y, z. */
+function middle(points) {
+  const size = points[0].length < 3 ? 2 : 3;
+  const low = Array(size).fill(Infinity);
+  const high = Array(size).fill(-Infinity);
+  for (const point of points) {
+    for (let i = 0; i < size; i++) {
+      low[i] = Math.min(low[i], point[i]);
+      high[i] = Math.max(high[i], point[i]);
+    }
+  }
+  return [...low.map((value, i) => (value + high[i]) / 2), ...low.map((value, i) => high[i] - value)];
 }
 
 function mixed(a, b, s) {

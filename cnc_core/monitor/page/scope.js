@@ -196,7 +196,10 @@ export class Scope {
   }
 
   tell(index) {
-    const parts = this.paths.map((path, i) => `${path.split(".").pop()} ${shown(this.values[i][index])}`);
+    const parts = this.paths.map((path, i) => {
+      const unit = this.unitOf(path);
+      return `${path.split(".").pop()} ${shown(this.values[i][index])}${unit ? ` [${unit}]` : ""}`;
+    });
     const edge = this.edgeAt === undefined ? "" : `, ${fixed(this.t[index] - this.edgeAt, 3)} s behind the edge`;
     setText(byId("scope-readout"), `t ${fixed(this.t[index], 3)} s${edge}: ${parts.join(", ")}`);
   }

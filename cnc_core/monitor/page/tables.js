@@ -25,7 +25,7 @@ export function showFunctions(functions) {
   if (!functions) return;
   const rows = functions.length
     ? functions.map((one) => [`${one.kind}${one.number}`, one.unit, `=${one.line || "-"}`, stateOf(one)])
-    : [["none so far", "", "", ""]];
+    : [["none so far"]];
   fillRows(byId("function-rows"), rows);
 }
 
@@ -34,7 +34,7 @@ export function showTasks(plc, counters, age) {
   fillRows(byId("task-rows"), tasks.length
     ? tasks.map(([name, one]) => [name, `=${one.scans}`, `=${fixed(one.mean_us, 1)}`, `=${fixed(one.max_us, 0)}`,
       `=${fixed(one.jitter_us, 0)}`, `=${one.overruns}`])
-    : [["the PLC tells nothing", "", "", "", "", ""]]);
+    : [["the PLC tells nothing"]]);
   if (!counters) return;
   fillRows(byId("counter-rows"), [
     ["overruns of the CNC", `=${counters.overruns}`],

@@ -14,6 +14,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from cnc_core import Cell
+from cnc_core.monitor import pages
 from cnc_core.monitor.app import Monitor, Served
 from cnc_core.monitor.security import host_names
 from plc_client import FeedControl, task
@@ -143,6 +144,21 @@ def test_only_post_acts(client: TestClient, method: str) -> None:
         assert answer.status_code == 405
 
 
+def test_the_raw_exchange_is_measured_once(client: TestClient) -> None:
+    """Without being asked; again only on demand, and not at once again."""
+
+    def asked(again: bool) -> Any:
+        answer = client.post("/api/raw", headers=OURS, json={"again": again})
+        assert answer.status_code == 200
+        return answer.json()
+
+    first = asked(again=False)
+    assert sum(first["counts"]) == first["n"] > 0
+    assert len(first["counts"]) == len(first["edges"]) + 1
+    assert 0.0 < first["p50"] <= first["p99"]
+    assert asked(again=False) == asked(again=True) == first
+
+
 @pytest.mark.parametrize(
     ("content", "kind", "status"),
     [
@@ -164,14 +180,34 @@ def test_orders_that_are_none(
     assert answer.json()["error"]
 
 
-@pytest.mark.parametrize("first", ['{"token": "wrong"}', "{", "[]", "1"])
-def test_a_stream_needs_the_token_first(client: TestClient, first: str) -> None:
+HALF = "\\ud800"  # in JSON: half a surrogate pair, which is no character
+
+
+@pytest.mark.parametrize(
+    "first",
+    ['{"token": "wrong"}', "{", "[]", "1", f'{{"token": "{HALF}"}}', b"\xff{"],
+)
+def test_a_stream_needs_the_token_first(
+    client: TestClient, first: str | bytes
+) -> None:
     """Anything else ends it with code 4401."""
     with client.websocket_connect(LIVE + "x") as live:
-        live.send_text(first)
+        send = live.send_bytes if isinstance(first, bytes) else live.send_text
+        send(first)
         with pytest.raises(WebSocketDisconnect) as refused:
             live.receive_text()
         assert refused.value.code == 4401
+
+
+def test_a_stream_that_is_late_may_come_again(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No token in time is not a wrong one: the page tries again."""
+    monkeypatch.setattr(pages, "HELLO_S", 0.05)
+    with client.websocket_connect(LIVE + "x") as live:
+        with pytest.raises(WebSocketDisconnect) as refused:
+            live.receive_text()
+        assert refused.value.code == 4408
 
 
 def test_a_server_of_one_cell_shows_no_other() -> None:
@@ -274,6 +310,49 @@ def test_oversized_and_many_messages_end_the_stream(cell: PlcRunner) -> None:
         with pytest.raises(WebSocketDisconnect) as left:
             page.frame(lambda _: False)
         assert left.value.code == 4429
+
+
+def test_a_message_that_is_not_understood_leaves_the_page() -> None:
+    """Bytes, symbols that are no text, more symbols than there are: the frames
+    go on, and problems are told once.
+    """
+    name = unique_name()
+    with (
+        PlcRunner.on_mock(Program, [line(100)], name=name),
+        client_of(name=name) as client,
+        client.websocket_connect(LIVE + name) as live,
+    ):
+        page = Open(live, client)
+        live.send_bytes(b"\xff\xfe")
+        live.send_text(f'{{"subscribe": [1, null, {{}}, "{HALF}"]}}')
+        told = page.frame(lambda f: f.get("problems"))["problems"]
+        assert [*told] == ["\ud800"]
+        assert "problems" not in page.frame()
+        page.want(*[f"none{k}" for k in range(3000)])
+        page.frame(lambda f: len(f.get("problems", ())) == pages.PATHS_MAX)
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        {"do": "answer", "number": 1, "set": {"x": 10**400}, "press": ""},
+        {"do": "operate", "what": "override", "value": 10**400},
+        {"do": "force", "symbols": [["Program.gain", 10**400]]},
+        {"do": "operate", "what": "none", "value": 1},
+    ],
+)
+def test_numbers_and_texts_that_are_none_are_refused(
+    cell: PlcRunner, order: dict[str, Any]
+) -> None:
+    """In words, by status 422."""
+    name = cell.hli.name
+    with (
+        client_of(name=name) as client,
+        client.websocket_connect(LIVE + name) as live,
+    ):
+        answer = acted(cell, Open(live, client), **order)
+        assert answer.status_code == 422
+        assert answer.json()["error"]
 
 
 def acted(cell: PlcRunner, page: Open, **order: Any) -> Any:
@@ -405,7 +484,7 @@ def test_more_symbols_than_a_page_gets_are_told(cell: PlcRunner) -> None:
     ):
         page = Open(live, client)
         page.want(*paths, "x" * 300)
-        frame = page.frame(lambda f: f["problems"])
+        frame = page.frame(lambda f: f.get("problems"))
     assert "64 symbols" in frame["problems"][paths[-1]]
     assert set(frame["problems"]) & set(paths[:64]) == set()
 

@@ -83,6 +83,34 @@ def test_nobody_there_answers_nothing() -> None:
     assert desk.attended
 
 
+def test_a_command_gets_cycles_while_a_dialog_is_open() -> None:
+    """None without a dialog; with one as many as there are, until the command
+    is there.
+    """
+    desk = OperatorDesk(dict, attended=True)
+    desk._obey({"do": "cycles"})
+    with desk.shown(QUESTION):
+        assert not desk.takes_cycle()
+        given = desk._obey({"do": "cycles"})["cycles"]
+        assert sum(desk.takes_cycle() for _ in range(2 * given)) == given
+        desk._obey({"do": "cycles"})
+        desk.no_more_cycles()
+        assert not desk.takes_cycle()
+
+
+def test_a_dialog_of_another_channel_leaves_the_one_below() -> None:
+    """Its answer is its own; behind it the first one is open again."""
+    desk = OperatorDesk(dict, attended=True)
+    with desk.shown(QUESTION):
+        first = desk._obey({"do": "look"})["dialog"]["number"]
+        with desk.shown(Question("Other", "?")):
+            second = desk._obey({"do": "look"})["dialog"]["number"]
+            desk._obey({"do": "answer", "number": second, "press": ""})
+            assert desk.answered(0.0) == Answer({}, "")
+        assert desk.answered(0.0) is None
+        assert desk._obey({"do": "look"})["dialog"]["number"] == first
+
+
 def test_an_end_of_the_run_ends_the_wait() -> None:
     """A signal: no answer."""
     desk = OperatorDesk(dict, attended=True)
@@ -99,5 +127,5 @@ def test_the_last_texts_are_kept() -> None:
     said = desk._look({"since": 3})["said"]
     assert len(said) == KEPT
     assert said[-1][3] == f"text {KEPT + 4}"
-    with pytest.raises(ValueError, match="look and answer"):
+    with pytest.raises(ValueError, match="look, answer and cycles"):
         desk._obey({"do": "force"})
