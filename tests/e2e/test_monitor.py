@@ -48,6 +48,7 @@ class Shown:
     name: str
     address: str
     tab: Tab
+    late: Path  # a recording that is not there yet
     processes: dict[str, subprocess.Popen[str]]
     start: Callable[[str], None]
 
@@ -75,10 +76,11 @@ def shown(
     assert str(CYCLE_S) in cell.read_text()
     name = unique_name()
     plc = "-P -m plc_client --builtin demo --name"
+    late = folder / "late.arrow"
     commands = {
         "cnc": command("cnc", part, "--config", cell, "--name", name),
         "plc": [sys.executable, *plc.split(), name],
-        "monitor": command("monitor", name, "--port", 0),
+        "monitor": command("monitor", name, "--port", 0, "--recording", late),
     }
     processes: dict[str, subprocess.Popen[str]] = {}
 
@@ -96,7 +98,7 @@ def shown(
         told = processes["monitor"].stdout
         assert told is not None
         address = told.readline().strip()
-        yield Shown(name, address, browser.tab(), processes, start)
+        yield Shown(name, address, browser.tab(), late, processes, start)
     finally:
         for process in processes.values():
             if process.returncode is None:
@@ -132,6 +134,8 @@ def test_the_page_tells_what_happens(page: Shown) -> None:
     assert "token" not in str(tab.js("location.href"))
     tab.until("document.querySelectorAll('#task-rows tr').length > 0")
     tab.until("/requests, over a scan/.test(document.body.innerText)")
+    tab.until("machine.latency.raw && machine.latency.raw.n > 0")
+    assert "raw exchange" in tab.text("#latency-text")
     assert tab.said == []
     shot = Path(os.environ.get("HLI_COSIM_SHOTS", IMAGES))
     if os.environ.get("HLI_COSIM_GOLDEN") == "write":
@@ -333,8 +337,17 @@ def test_the_scope_stops_at_its_edge_and_is_saved(page: Shown) -> None:
     tab.js("machine.scope.remove('gpCh[0].bahn_state.dist_prog_start')")
 
 
+OUTSIDE = """machine.path.route.map(p => machine.path.project(...p))
+.filter(([x, y]) => x < 0 || y < 0 || x > machine.path.canvas.clientWidth
+|| y > machine.path.canvas.clientHeight).length"""
+OVERLAPS = """[...document.querySelectorAll('td.n')].filter(e =>
+e.clientWidth && e.scrollWidth > e.clientWidth + 1).map(e => e.outerHTML)"""
+
+
 def test_a_phone_shows_it_whole(page: Shown) -> None:
-    """390 px wide: nothing is wider than the screen."""
+    """390 px wide: nothing is wider than the screen, the path fits its canvas,
+    no number runs into the next one.
+    """
     tab = page.tab
     tab.size(390, 844, phone=True)
     tab.until("innerWidth === 390")
@@ -344,6 +357,9 @@ def test_a_phone_shows_it_whole(page: Shown) -> None:
         " s.getBoundingClientRect().right > 391).map(s => s.id)"
     )
     assert tab.js(wide) == []
+    tab.until(f"({OUTSIDE}) === 0")
+    tab.until("document.querySelectorAll('#contour-rows tr').length > 0")
+    assert tab.js(OVERLAPS) == []
     if os.environ.get("HLI_COSIM_GOLDEN") == "write":
         tab.size(390, 1200, phone=True)
         tab.screenshot(IMAGES / "monitor_phone.png")
@@ -487,6 +503,9 @@ def test_a_killed_cnc_is_told_and_its_return_shown(page: Shown) -> None:
         "/the CNC has died/.test(document.querySelector('#status').innerText)"
     )
     tab.until("/values are old/.test(document.querySelector('#age').innerText)")
+    assert tab.text("#links") == ""
+    page.late.write_bytes(b"")  # written behind the end of its run
+    tab.until("/late.arrow/.test(document.querySelector('#links').innerText)")
     page.start("cnc")
     tab.until("document.querySelector('#status').innerText === 'live'")
     told = tab.text("#event-rows")

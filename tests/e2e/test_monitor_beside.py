@@ -151,6 +151,28 @@ def test_the_page_goes_on_behind_a_programmed_stop(
     assert Recording(tmp_path / "r.arrow").cycles["X"][-1] == 5.0
 
 
+def test_a_page_ahead_of_its_cnc_waits(
+    browser: Browser, tmp_path: Path
+) -> None:
+    """No CNC yet: the page says so, and calls no value old."""
+    tab = browser.tab()
+    with subprocess.Popen(
+        command("monitor", f"t{id(tmp_path)}", "--port", 0),
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as server:
+        try:
+            assert server.stdout is not None
+            tab.go(server.stdout.readline().strip())
+            status = "document.querySelector('#status').innerText"
+            tab.until(f"{status} === 'waiting for the CNC'")
+            assert tab.text("#age") == "no values yet"
+            assert "not there yet" in tab.text("#story-cnc")
+            assert tab.said == []
+        finally:
+            server.terminate()
+
+
 def test_the_cnc_alone_has_its_page(browser: Browser, tmp_path: Path) -> None:
     """``cnc --monitor``: what the program says is told; without a PLC nobody
     takes orders, and the page says so.
