@@ -175,7 +175,7 @@ def _is_number(value: Any) -> bool:
     if type(value) not in (int, float):
         return False
     most = sys.float_info.max
-    return -most <= value <= most
+    return bool(-most <= value <= most)
 
 
 def _list(value: Any) -> list[Any]:
