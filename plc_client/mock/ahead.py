@@ -14,6 +14,7 @@ from hli._sync import lib
 from hli import layout
 from hli.handshake import BLOCK_ROWS
 from hli.queue import BUSY, DETAIL_DTYPE, Queue
+from hli.structures import HLI_SEGMENT
 from hli.view import BLOCK_DTYPE
 
 from .script import TENTH_UM_PER_MM, Step
@@ -77,11 +78,18 @@ class Contour:
 
 
 class MockAhead:
-    """Serves the extension of a mock CNC."""
+    """Serves the extension of a mock CNC.
+
+    The HLI has the first channel's alone. That of another one is seen by nobody.
+    """
 
     def __init__(self, cnc: Any) -> None:
         self._cnc = cnc
-        self._area: Any = cnc.areas.root.ahead[cnc.index]
+        self._area: Any = (
+            cnc.areas.gpAhead[0]
+            if cnc.index == 0
+            else HLI_SEGMENT(layout.HLI_SEGMENT()).ahead[0]
+        )
         self._area.version_r = layout.HLI_AHEAD_VERSION
         self._area.sizeof_r = ctypes.sizeof(layout.HLI_AHEAD)
         self._queue = Queue(self._area)

@@ -712,7 +712,7 @@
 
 /* The solver has ended below it. Unit: share of the objective. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */
-#define GAP 3e-3
+#define GAP 3e-4
 
 /* A gap that has grown by it is given up. Unit: factor. Evidence:
  * test_extreme_limits. */
@@ -729,7 +729,7 @@
 
 /* Of the first residuals: rows with less left are met. Unit: share. Evidence:
  * test_jerk_planner_limits, test_unequal_jerk. */
-#define ROWS_MET 3e-3
+#define ROWS_MET 1e-6
 
 /* ---- Laws and lines ---- */
 
