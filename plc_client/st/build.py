@@ -12,6 +12,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from hli import layout
+
 from . import foreign
 from .errors import REFUSED, Log, Problem, StError
 from .machine import compiler
@@ -66,9 +68,10 @@ def sources_of(paths: Sequence[str | Path]) -> Sources:
 
 @functools.cache
 def _own_hash() -> str:
-    """The compiler's own sources: another compiler, another result."""
+    """The compiler's own sources and the HLI: another one, another result."""
     folder = Path(str(resources.files(__package__)))
     texts = [p.read_text() for p in sorted(folder.rglob("*")) if _is_source(p)]
+    texts.append(Path(layout.__file__).read_text())
     return compiler.digest("".join(texts))
 
 
