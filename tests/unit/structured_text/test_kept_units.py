@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from hli import layout
-from plc_client.st import build
-from plc_client.st.build import Checked, check
+from plc_client.st.build import Checked, _own_hash, check
 from plc_client.st.machine import lowered
 
 SOURCE = """
@@ -145,12 +144,12 @@ def test_another_hli_is_another_program(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What was compiled for another layout of the HLI is not loaded."""
-    here = build._own_hash()
+    here = _own_hash()
     other = tmp_path / "layout.py"
     other.write_text(Path(layout.__file__).read_text() + "MORE = 1\n")
-    build._own_hash.cache_clear()
+    _own_hash.cache_clear()
     with monkeypatch.context() as patched:
         patched.setattr(layout, "__file__", str(other))
-        assert build._own_hash() != here
-    build._own_hash.cache_clear()
-    assert build._own_hash() == here
+        assert _own_hash() != here
+    _own_hash.cache_clear()
+    assert _own_hash() == here
