@@ -108,8 +108,7 @@ static bool plan_over(jerk_planner *planner,
         return false;
     }
     planner->was = speeds_now(planner);
-    planner->reach = near ? REFILL_WAYS * reach : LONGER * reach;
-    planner->live = true;
+    planner->reach = near ? REFILL_WAYS * reach : reach;
     return true;
 }
 
@@ -117,7 +116,7 @@ static bool plan_over(jerk_planner *planner,
 bool plan_fall(jerk_planner *planner) {
     double asked = asked_speed(planner, ring_at(planner, planner->head));
     double ramp = RAMP_WAYS * way_down_to(planner, asked);
-    double reach = live_reach(planner);
+    double reach = REFILL_WAYS * near_reach(planner);
     return plan_over(planner, reach, ramp, false, false);
 }
 
