@@ -17,7 +17,6 @@ from pathlib import Path
 from cnc_core.recording.reading import Recording
 from fault_run import (
     FUNCTIONS,
-    LOOK_S,
     MOMENT_S,
     RECORDING,
     SHM,
@@ -28,6 +27,7 @@ from fault_run import (
     hli_cosim,
     looked_at,
     moment_of,
+    seen_soon,
     wait,
     write_files,
 )
@@ -105,12 +105,15 @@ def _dies(
 ) -> bool:
     """False: the program ended before the moment came."""
     until = time.monotonic() + moment_s
-    # of the next one too: it is there once it has attached
-    while not (run.shows("attached") and run.shows(fault.when)):
+
+    def due() -> bool:
+        """The moment has come for this PLC too: it has attached."""
+        return run.shows("attached") and run.shows(fault.when)
+
+    while not seen_soon(due):
         assert time.monotonic() < until, f"no {fault.when}"
         if run.shows("end"):
             return False
-        time.sleep(LOOK_S)
     time.sleep(rng.uniform(0.0, 0.02))
     run.plc.kill()
     run.plc.wait()

@@ -32,7 +32,8 @@ FUNCTIONS = 14
 OF_A_CHANNEL = 100
 """Numbers of the functions of channel i begin behind i times that."""
 RECORDING = "part.parquet"
-LOOK_S = 0.001
+LOOK_S = 0.005
+"""Looked at without a pause for so long: a function may wait for one cycle only."""
 GONE = (129, -signal.SIGHUP)
 """How a launcher ends whose terminal has gone; the signal: before it has begun."""
 
@@ -241,6 +242,7 @@ class Run:
         )
         self.pids: dict[str, int] = {"launcher": self.launcher.pid}
         self.seen = False
+        self._path: Path | None = None
         self._head = 0  # bytes of the CNC's part when it was first seen
 
     def find(self) -> None:
@@ -272,9 +274,10 @@ class Run:
 
     def segment(self) -> layout.HLI_SEGMENT | None:
         """The segment, None before it is there and behind its end."""
-        for path in SHM.glob(f"hli-cosim-{self.launcher.pid}-*"):
-            return looked_at(path)
-        return None
+        if self._path is None:
+            name = f"hli-cosim-{self.launcher.pid}-*"
+            self._path = next(SHM.glob(name), None)
+        return None if self._path is None else looked_at(self._path)
 
     def _records(self) -> bool:
         """The CNC's part has grown behind its head."""
@@ -307,6 +310,16 @@ def alive(pid: int) -> bool:
         )
     except OSError:
         return False
+
+
+def seen_soon(what: Callable[[], bool]) -> bool:
+    """Whether it is true at a moment of the next LOOK_S."""
+    until = time.monotonic() + LOOK_S
+    while not what():
+        if time.monotonic() > until:
+            return False
+        os.sched_yield()
+    return True
 
 
 def wait(what: Callable[[], object], seconds: float = LIMIT_S) -> float:
@@ -351,10 +364,11 @@ def _through(
     while run.launcher.poll() is None and time.monotonic() < until:
         run.find()
         targets = run.targets(fault.who)
-        if targets and run.reached(fault.when, random_at):
+        if not targets:
+            time.sleep(LOOK_S)
+        elif seen_soon(lambda: run.reached(fault.when, random_at)):
             hit = inject(targets, fault.what, rng)
             break
-        time.sleep(LOOK_S)
     limit = limit_s if fault.what in ("KILL", "HUP") else moment_s
     seconds = wait(lambda: run.launcher.poll() is not None, limit)
     text = run.launcher.communicate()[0]

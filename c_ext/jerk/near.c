@@ -13,16 +13,15 @@
 #include "jerk/stop.h"
 #include "jerk/window.h"
 
-/* Speed that the path may come to in such a time, mm/s. */
-static double speed_within(const jerk_planner *planner,
-                           const jerk_interval *interval,
-                           double seconds) {
+/* Speed that the path may come to before the next plan, mm/s. */
+static double highest_speed(const jerk_planner *planner,
+                            const jerk_interval *interval) {
     double now = planner->scale * sqrt(planner->x);
     double most = fmin(asked_speed(planner, interval), 10.0 * planner->scale);
     for (int i = 0; i < planner->cfg.axes; i++) {
         double along = larger(interval->d1[0][i], interval->d1[1][i]);
         if (along > 0.0) {
-            double gain = seconds * acc_max(planner, interval, i) / along;
+            double gain = NEAR_S * acc_max(planner, interval, i) / along;
             most = fmin(most, now + gain);
             most = fmin(most, planner->cfg.v_max[i] / along);
         }
@@ -33,17 +32,8 @@ static double speed_within(const jerk_planner *planner,
 /* mm: to rest from there, and some more. */
 static double near_reach(const jerk_planner *planner) {
     const jerk_interval *interval = ring_at(planner, planner->head);
-    double most = speed_within(planner, interval, NEAR_S);
+    double most = highest_speed(planner, interval);
     double way = NEAR_WAYS * way_from(planner, interval, most) + NEAR_S * most;
-    return fmax(way, NEAR_WAYS * jerk_stop_distance(planner));
-}
-
-/* The operator may give another command soon, so a plan over all of the window
- * would be thrown away. */
-double live_reach(const jerk_planner *planner) {
-    const jerk_interval *interval = ring_at(planner, planner->head);
-    double most = speed_within(planner, interval, LIVE_S);
-    double way = LIVE_WAYS * way_from(planner, interval, most) + LIVE_S * most;
     return fmax(way, NEAR_WAYS * jerk_stop_distance(planner));
 }
 

@@ -10,9 +10,6 @@ bool plan_is_faster(const jerk_planner *planner, const struct grid *grid);
  * what is asked for, it comes down.  False: none was found. */
 bool plan_near(jerk_planner *planner);
 
-/* mm: behind a command the window is so long at first. */
-double live_reach(const jerk_planner *planner);
-
 /* As plan_near, further ahead: what is asked for stays. */
 bool plan_fall(jerk_planner *planner);
 #endif

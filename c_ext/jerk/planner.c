@@ -27,7 +27,6 @@ int jerk_check_config(const jerk_config *config) {
 /* Another motion is wanted, from here on. */
 static void changes(jerk_planner *planner) {
     planner->changed = true;
-    planner->commanded = true;
     planner->again_s = 0.0;
     planner->waited_s = 0.0;
 }

@@ -171,7 +171,6 @@ static void reach_further(jerk_planner *planner, const struct grid *grid) {
     }
     if (planner->reach > REACH_FORGOTTEN) {
         planner->reach = 1e30;
-        planner->live = false;
     }
 }
 
@@ -217,17 +216,6 @@ static bool rests_first(jerk_planner *planner) {
     return true;
 }
 
-/* mm: how far a window reaches, beside what is left of the plan. */
-static double window_reach(jerk_planner *planner, double left) {
-    if (planner->changed && planner->commanded) {
-        planner->live = true;
-        planner->reach = live_reach(planner);
-        planner->commanded = false;
-        return planner->reach;
-    }
-    return fmax(planner->reach, TAIL_MORE * left);
-}
-
 /* A new plan over the window, if it is legal and not slower than the stored
  * tail; else the tail stays. False: it is not what is wanted. */
 bool plan_window(jerk_planner *planner) {
@@ -245,7 +233,7 @@ bool plan_window(jerk_planner *planner) {
     double left = planner->plan.next < planner->plan.count
                       ? fmax(0.0, planner->plan.remaining)
                       : 0.0;
-    double ahead = window_reach(planner, left);
+    double ahead = fmax(planner->reach, TAIL_MORE * left);
     grid_window(planner, grid, ahead);
     if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return true;

@@ -34,15 +34,6 @@ static double stopping_way(const jerk_planner *planner,
     return most;
 }
 
-/* Of the plan, mm/s. */
-static double top_speed(const jerk_planner *planner, const struct grid *grid) {
-    double most = 0.0;
-    for (int k = 0; k < grid->count; k++) {
-        most = fmax(most, planner->prob.x[k]);
-    }
-    return planner->scale * sqrt(most);
-}
-
 /* What solutions on the way have taken off limits is given back, as far as the
  * plan did not need it. */
 static void relax(const struct grid *grid, const struct problem *problem) {
@@ -93,8 +84,7 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
     pl->end = end;
     pl->remaining = grid->from_start[grid->count];
     double way = stopping_way(planner, grid);
-    pl->lasts =
-        LASTS * way + (planner->live ? LIVE_S * top_speed(planner, grid) : 0.0);
+    pl->lasts = LASTS * way;
     pl->refresh = pl->remaining < JUST_COVERS * way
                       ? fmin(planner->cfg.refresh, JUST_REFRESH)
                       : planner->cfg.refresh;

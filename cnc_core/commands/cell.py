@@ -294,11 +294,6 @@ def _query(
             900012,
             f"the request {distance or index} is not made of finite numbers",
         )
-    if distance is not None and distance[1] < 0:
-        raise typer.BadParameter(
-            f"--distance: LENGTH {distance[1]:g} is below 0; ranges begin at"
-            " START and lead ahead"
-        )
     if distance is None:
         return {"mode": 1, "start": index, "length": 0.0}
     return {"mode": 2, "start": distance[0], "length": distance[1]}

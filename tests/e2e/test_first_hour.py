@@ -329,7 +329,6 @@ def test_a_priority_is_a_whole_number() -> None:
     [
         ("run {folder}", 1, "a folder, no program"),
         ("check {folder}", 2, "no Structured Text in this folder"),
-        ("lookahead {part} --distance 0 -5", 2, "LENGTH -5 is below 0"),
         ("lookahead {part} --index 0 --at start", 0, "the log is empty"),
         ("fmu {part} -o {folder}/x.txt", 2, "must end in .fmu"),
     ],

@@ -52,8 +52,6 @@ struct jerk_planner {
         reach; /* mm: windows this long are solved; longer ones have failed */
     int finer_tries; /* so often may solutions still ask for finer steps */
     bool finer;      /* the last one has */
-    bool commanded;  /* what has changed is the operator's: override or hold */
-    bool live;       /* windows are short behind a command, and grow again */
     bool near; /* the present plan is a first answer: it reaches to rest only */
     double credit; /* work that motion has earned for windows */
     double most;   /* stats.spent up to which the present plan may go */

@@ -385,14 +385,6 @@
  * Evidence: `bench planner` (live). */
 #define NEAR_S 0.03
 
-/* Of the way to rest: behind a command a window is so long at first. Unit:
- * ways. Evidence: `bench planner` (live), test_lookahead_epochs. */
-#define LIVE_WAYS 1.6
-
-/* Beside it so much motion: so far ahead the PLC is told the motion. Unit: s.
- * Evidence: `bench planner` (live), test_lookahead_epochs. */
-#define LIVE_S 0.15
-
 /* Times such a window: the plan that follows it reaches so far, for what is
  * told of the path ahead. Unit: factor. Evidence: test_lookahead_epochs. */
 #define REFILL_WAYS 6.0

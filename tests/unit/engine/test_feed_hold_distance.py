@@ -366,27 +366,6 @@ def test_a_hold_that_is_let_go_just_before_rest_comes_to_rest(
     assert planner.take()["time"].sum() > 0.1
 
 
-def test_a_command_is_answered_by_a_short_window() -> None:
-    """Behind a step of the override the plan reaches less far than before it,
-    and grows again while nothing is commanded.
-    """
-    planner = contour_planner()
-    planner.take(0.001)
-    whole = planner.tail()["length"].sum()
-    planner.take(0.3)
-    planner.override(0.2)
-    planner.take(0.3)
-    planner.override(0.3)
-    planner.take(0.001)
-    short = planner.tail()["length"].sum()
-    assert short < 0.6 * whole
-    reaches = []
-    while len(laws := planner.take(0.05)) and len(reaches) < 60:
-        assert laws["time"].sum() > 0.0
-        reaches.append(planner.tail()["length"].sum())
-    assert max(reaches) > 1.5 * short
-
-
 LONGER = pytest.mark.xfail(
     reason="1.09: the shorter stop is missed by halving the distance"
     " (docs/explanation/planner.md, Limits)"
