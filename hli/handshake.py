@@ -21,6 +21,8 @@ from .view import BLOCK_DTYPE, View, expect, root_of, spelling, view_class
 
 _ROW_BYTES = BLOCK_DTYPE.itemsize
 BLOCK_ROWS = layout.HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1
+_POOL_ROWS = 2 * BLOCK_ROWS
+"""Answers that one piece of memory serves; who keeps one of them keeps it."""
 _SNAPSHOT_TRIES = 1000
 _YIELD_S = (
     50e-6  # a writer that lost its core in the middle of a write gets one
@@ -122,10 +124,22 @@ class ContourUnit:
         self._rows = ffi.cast("void *", self.rows.ctypes.data)
         self._bytes = memoryview(self.rows.view(np.uint8).data)
         self._request = ffi.new("double[2]")
+        self._port = ffi.new("hs_clah_port *")
+        self._port.unit, self._port.bell = self._unit, self._bell
         self._ahead = _facts_of(root, unit)
         self._answered = layout.HLI_AHEAD_ANSWER()
-        self._facts_from = ffi.cast("void *", ctypes.addressof(self._ahead))
-        self._facts = ffi.cast("void *", ctypes.addressof(self._answered))
+        self._port.facts_from = ffi.cast(
+            "void *", ctypes.addressof(self._ahead)
+        )
+        self._port.facts = ffi.cast("void *", ctypes.addressof(self._answered))
+        self.taken: np.ndarray[Any, Any] = np.zeros(0, BLOCK_DTYPE)
+        self._new_pool()
+
+    def _new_pool(self) -> None:
+        """Room for the answers that ``next`` takes; each keeps its own rows."""
+        self._pool = np.zeros(_POOL_ROWS, BLOCK_DTYPE)
+        self._used = 0
+        self._port.blocks = ffi.cast("void *", self._pool.ctypes.data)
 
     # -- PLC side
     def request(self, start_position: float, length: float) -> bool:
@@ -160,18 +174,32 @@ class ContourUnit:
         request.
 
         Number of elements; below 0 nothing was done: BUSY, or REFUSED for a
-        request that is not finite.
+        request that is not finite.  ``taken``: the elements, in memory of their
+        own.
         """
-        n: int = _next(
-            self._unit,
-            self._bell,
-            start_position,
-            length,
-            self._rows,
-            self._facts_from,
-            self._facts,
-        )
+        n: int = _next(self._port, start_position, length)
+        if n >= 0:
+            first = self._used
+            self._used = end = first + n
+            self.taken = self._pool[first:end]
+            if end > _POOL_ROWS - BLOCK_ROWS:
+                self._new_pool()
         return n
+
+    @property
+    def asked_ns(self) -> int:
+        """Monotonic time at which the pending request was placed."""
+        return int(self._port.asked_ns)
+
+    @asked_ns.setter
+    def asked_ns(self, ns: int) -> None:
+        self._port.asked_ns = ns
+
+    @property
+    def took_ns(self) -> int:
+        """From the request until ``next`` took its answer."""
+        took: int = self._port.took_ns
+        return took
 
     def copy(self, n: int) -> np.ndarray[Any, Any]:
         """An own array with the first `n` rows: bytes as a whole, where numpy

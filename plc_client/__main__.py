@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import math
 import os
@@ -180,6 +181,7 @@ class Process:
             self._begin_record(hli, self._scanner)
         if self.signal:
             self._scanner.stop()
+        gc.freeze()  # what is there now stays: no scan waits for a look at it
         return self._scanner.run()
 
     def _tell_warnings(self) -> None:

@@ -354,23 +354,23 @@ int hs_clah_take(const void *unit, void *blocks) {
                : copy_answer(contour_lookahead, blocks);
 }
 
-int hs_clah_next(void *unit,
-                 void *bell,
-                 double start_position,
-                 double length,
-                 void *blocks,
-                 const void *facts_from,
-                 void *facts) {
+int hs_clah_next(hs_clah_port *port, double start_position, double length) {
     if (!isfinite(start_position) || !isfinite(length)) {
         return HS_REFUSED;
     }
-    int count = hs_clah_take(unit, blocks);
+    HLI_CONTOUR_LOOKAHEAD_BLOCK *blocks = port->blocks;
+    int count = hs_clah_take(port->unit, blocks);
+    if (count < 0) {
+        return count;
+    }
     if (count == 0 || count > HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX) {
-        memcpy(facts, facts_from, sizeof(HLI_AHEAD_ANSWER));
+        memcpy(port->facts, port->facts_from, sizeof(HLI_AHEAD_ANSWER));
     }
-    if (count >= 0) {
-        hs_clah_request(unit, bell, start_position, length);
-    }
+    port->blocks = blocks + count;
+    int64_t now = hs_monotonic_ns();
+    port->took_ns = now - port->asked_ns;
+    port->asked_ns = now;
+    hs_clah_request(port->unit, port->bell, start_position, length);
     return count;
 }
 

@@ -224,18 +224,21 @@ int hs_clah_request(void *unit,
                     double length);
 /* Number of elements copied, or HS_BUSY while the semaphore is TRUE. */
 int hs_clah_take(const void *unit, void *blocks);
+/* A unit of which one function block asks in every scan. */
+typedef struct hs_clah_port {
+    void *unit, *bell;
+    void *blocks; /* the next answer is copied there: room for all elements */
+    const void *facts_from; /* where the extension has an answer's facts */
+    void *facts;
+    int64_t asked_ns; /* when the pending request was placed */
+    int64_t took_ns;  /* of the last answer: until it was taken */
+} hs_clah_port;
 /* One call of a cyclic function block that owns the unit: take the answer, then
  * place the next request. Of an answer that is empty or full, the facts
- * (HLI_AHEAD_ANSWER) are copied from where the extension has them. Number of
- * elements copied; nothing is done and the result is HS_BUSY while the
+ * (HLI_AHEAD_ANSWER) are copied too. `blocks` moves behind the elements. Number
+ * of elements copied; nothing is done and the result is HS_BUSY while the
  * semaphore is TRUE, HS_REFUSED for a request that is not finite. */
-int hs_clah_next(void *unit,
-                 void *bell,
-                 double start_position,
-                 double length,
-                 void *blocks,
-                 const void *facts_from,
-                 void *facts);
+int hs_clah_next(hs_clah_port *port, double start_position, double length);
 /* CNC side, for servers written in Python (tests, benchmarks): wait for a
  * request; answer it with n elements. */
 int hs_clah_wait_request(void *unit,

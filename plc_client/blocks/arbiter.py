@@ -48,7 +48,6 @@ class Arbiter:
         self._waiting: dict[Deliver, Asked] = {}  # in order of arrival
         self._owner: Deliver | None = None  # who has placed a request
         self._request: Asked = (0.0, 0.0)
-        self._placed_ns = 0
 
     @classmethod
     def of(cls, unit: Any) -> Arbiter:
@@ -76,7 +75,7 @@ class Arbiter:
         """
         if self._owner is not None and (n := self._unit.take()) >= 0:
             deliver, self._owner = self._owner, None
-            stats.HANDSHAKES.add(monotonic_ns() - self._placed_ns)
+            stats.HANDSHAKES.add(monotonic_ns() - self._unit.asked_ns)
             deliver(self._request, self._unit.copy(n))
         if self._owner is None and self._waiting:
             self._place()
@@ -93,15 +92,14 @@ class Arbiter:
         """
         if self._owner is not deliver or self._waiting:
             return None
-        n = self._unit.next(start_position, length)
+        unit = self._unit
+        n = unit.next(start_position, length)
         if n < 0:
             return None
-        now = monotonic_ns()
-        stats.HANDSHAKES.add(now - self._placed_ns)
-        self._placed_ns = now
+        stats.HANDSHAKES.add(unit.took_ns)
         answered = self._request
         self._request = (float(start_position), float(length))
-        return answered, self._unit.copy(n)
+        return answered, unit.taken
 
     def rest(self, n: int) -> tuple[bool, int]:
         """(more, empty) of the answer of ``n`` elements that was taken last."""
@@ -109,7 +107,7 @@ class Arbiter:
 
     def _place(self) -> None:
         deliver, request = next(iter(self._waiting.items()))
-        self._placed_ns = monotonic_ns()
+        self._unit.asked_ns = monotonic_ns()
         if self._unit.request(*request):
             del self._waiting[deliver]
             self._owner, self._request = deliver, request

@@ -44,7 +44,7 @@ static void choose_next(struct engine *engine, struct stopwatch *stopwatch) {
                         : stopwatch->chance >> 33 & (TIMED_SHARE - 1)
                             ? 0.0
                             : TIMED_SHARE;
-    if (stopwatch->weight > 0.0) {
+    if (stopwatch->weight > 0.0 && !by_cpu_clock(engine)) {
         stopwatch->cpu_before = seconds_of(CLOCK_THREAD_CPUTIME_ID);
     }
 }

@@ -97,14 +97,27 @@ def test_next_takes_and_asks_in_one_step(
         memory.request.length,
         memory.semaphor_rw,
     ) == (3.0, 4.0, True)
-    first = unit.copy(3)
+    first = unit.taken
     assert first.tobytes() == rows.tobytes()
     unit.answer(elements([9.0]))
     assert unit.next(0.0, 1.0) == 1
     assert first.tobytes() == rows.tobytes()
     first["length"] = 7.0  # writable, and nobody else's
-    assert unit.copy(1)["length"][0] == 9.0
-    assert len(unit.copy(0)) == 0
+    assert unit.taken["length"].tolist() == [9.0]
+
+
+def test_answers_taken_long_ago_stay_what_they_were(
+    areas: Areas, unit: ContourUnit
+) -> None:
+    """Hundreds of answers, empty and full ones among them: each keeps its rows."""
+    assert unit.request(0.0, 1.0)
+    kept, sizes = [], [3, 0, 128, 1, 127, 128, 128, 64, 2] * 30
+    for k, size in enumerate(sizes):
+        unit.answer(elements([float(k)] * size))
+        assert unit.next(0.0, 1.0) == size
+        kept.append(unit.taken)
+    for k, (size, rows) in enumerate(zip(sizes, kept, strict=True)):
+        assert rows["length"].tolist() == [float(k)] * size
 
 
 def test_request_is_placed_only_while_the_semaphore_is_false(
