@@ -2,12 +2,15 @@
 
     python bench/determinism.py [--variant clang-O2 ...] [--folder DIR]
 
-A variant is a compiler and a level (``gcc-O2``, ``clang-O3``), or an interpreter
-(``python3.12``).  Each is built from a clone of what is committed, in an environment
-of its own, and drives the fifty programs of ``tests/support/sample_hashes.py``.
+A variant is a compiler and a level (``gcc-O2``, ``clang-O3``), a compiler and a
+processor, or an interpreter (``python3.12``).  Each is built from a clone of what is
+committed and drives the fifty programs of ``tests/support/sample_hashes.py``.  An
+interpreter has an environment of its own, a compiler has the packages of this one.
+``gcc-avx2`` and ``clang-avx2`` compile all for a processor with AVX2 and FMA.
+``gcc-sse2`` is an engine that never takes its solver for AVX2.
 ``sse2`` and ``avx2`` are the build of this environment, where the C library, numpy and
 its linear algebra are told of an older processor: one without AVX2 and FMA, and one
-without AVX-512.
+without AVX-512; ``gcc-sse2`` is told so, too.
 Prints one line a variant and ends with 1 if one of them differs.
 """
 
@@ -31,6 +34,9 @@ VARIANTS = (
     "gcc-O3",
     "clang-O2",
     "clang-O3",
+    "gcc-sse2",
+    "gcc-avx2",
+    "clang-avx2",
     "python3.11",
     "python3.12",
     "python3.13",
@@ -47,48 +53,94 @@ PROCESSORS = {
         "OPENBLAS_CORETYPE": "Haswell",
     },
 }
+FLAGS = {
+    "O2": "-O2",
+    "O3": "-O3",
+    "sse2": "-O3 -march=x86-64",
+    "avx2": "-O3 -march=x86-64-v3",
+}
+CHOICE = Path("c_ext/jerk/solver/interior_point.c")
+ASKED = '__builtin_cpu_supports("avx2")'
+"""Where the engine chooses the solver's build, and how it asks for the processor."""
 PRINT = (
     "import json, sys; sys.path[:0] = ['tests'];"
-    "from support.sample_hashes import now; print(json.dumps(now()))"
+    "from support.sample_hashes import now; from cnc_core import _engine;"
+    "print(json.dumps([_engine.__file__, now()]))"
 )
 
 
-def hashes(python: Path | str, tree: Path, **more: str) -> dict[str, str]:
-    """What the programs of ``tree`` drive."""
+def hashes(
+    python: Path | str, tree: Path, within: Path | None = None, **more: str
+) -> dict[str, str]:
+    """What the programs of ``tree`` drive; the engine has to lie ``within``."""
     done = subprocess.run(
         [str(python), "-P", "-c", PRINT],
         cwd=tree,
         env=os.environ | more,
         check=True,
-        capture_output=True,
+        stdout=subprocess.PIPE,
         text=True,
     )
-    found: dict[str, str] = json.loads(done.stdout.splitlines()[-1])
-    return found
+    engine, found = json.loads(done.stdout.splitlines()[-1])
+    if within and not Path(engine).is_relative_to(within):
+        raise SystemExit(f"{engine} was driven, which is not what was built")
+    typed: dict[str, str] = found
+    return typed
 
 
-def built(variant: str, folder: Path) -> dict[str, str] | None:
-    """The hashes of a variant that is built here; None: its tools are missing."""
-    compiler, _, level = variant.partition("-")
-    python = sys.executable
-    flags = {}
-    if variant.startswith("python"):
-        python = shutil.which(variant) or ""
-        runs = python and subprocess.run(
-            [python, "-c", ""], capture_output=True, check=False
-        )
-        if not runs or runs.returncode:
-            return None
-    else:
-        if not shutil.which(compiler):
-            return None
-        flags = {"CC": compiler, "HLI_COSIM_FLAGS": f"-{level}"}
-    made = folder / variant
+def interpreted(variant: str, made: Path) -> dict[str, str] | None:
+    """The hashes of another interpreter; None: it is not here."""
+    python = shutil.which(variant)
+    runs = python and subprocess.run(
+        [python, "-c", ""], capture_output=True, check=False
+    )
+    if not runs or runs.returncode:
+        return None
+    tree = clone(made)
     _run(python, "-m", "venv", made / "venv")
-    _run("git", "clone", "-q", ROOT, made / "tree")
     own = made / "venv" / "bin" / "python"
-    _run(own, "-m", "pip", "install", "-q", made / "tree", **flags)
-    return hashes(own, made / "tree")
+    _run(own, "-m", "pip", "install", "-q", tree)
+    return hashes(own, tree, made)
+
+
+def compiled(variant: str, made: Path) -> dict[str, str] | None:
+    """The hashes of another compiler, level or processor; None: it is not here."""
+    compiler, _, kind = variant.partition("-")
+    if not shutil.which(compiler):
+        return None
+    tree, site = clone(made), made / "site"
+    if kind == "sse2":
+        forget_avx2(tree / CHOICE)
+    flags = {"CC": compiler, "HLI_COSIM_FLAGS": FLAGS[kind]}
+    install = ("-m", "pip", "install", "-q", "--no-deps", "--target")
+    _run(sys.executable, *install, site, tree, **flags)
+    told = PROCESSORS.get(kind, {}) if kind == "sse2" else {}
+    return hashes(sys.executable, tree, site, PYTHONPATH=str(site), **told)
+
+
+def forget_avx2(source: Path) -> None:
+    """The engine of a clone believes that no processor has AVX2."""
+    text = source.read_text()
+    if ASKED not in text:
+        raise SystemExit(f"{source} does not ask for the processor any more")
+    source.write_text(text.replace(ASKED, "0"))
+
+
+def clone(made: Path) -> Path:
+    """What is committed, in a folder of its own."""
+    _run("git", "clone", "-q", ROOT, made / "tree")
+    return made / "tree"
+
+
+def driven(variant: str, folder: Path) -> dict[str, str] | None:
+    """The hashes of a variant; None: its tools are not here."""
+    if variant == "here":
+        return hashes(sys.executable, ROOT)
+    if variant in PROCESSORS:
+        return hashes(sys.executable, ROOT, **PROCESSORS[variant])
+    if variant.startswith("python"):
+        return interpreted(variant, folder / variant)
+    return compiled(variant, folder / variant)
 
 
 def _run(*words: object, **more: str) -> None:
@@ -112,14 +164,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         folder = (args.folder or Path(scratch)).resolve()
         for variant in args.variant or VARIANTS:
-            found: dict[str, str] | None
-            if variant == "here":
-                found = hashes(sys.executable, ROOT)
-            elif variant in PROCESSORS:
-                told = PROCESSORS[variant]
-                found = hashes(sys.executable, ROOT, **told)
-            else:
-                found = built(variant, folder)
+            found = driven(variant, folder)
             if found is None:
                 print(f"{variant:12} not here, left out", flush=True)
                 continue
