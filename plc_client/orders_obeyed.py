@@ -25,7 +25,7 @@ class Online:
     ``unforce``, ``read``, ``list``, ``operate``, ``statistics``, ``symbols``,
     ``fetch``, ``assign``, ``halt``.
 
-    ``operate``: what the operator's panel does; ``statistics``: what the PLC
+    ``operate``: what the operator's panel of a channel does; ``statistics``: what the PLC
     has measured; ``symbols``, ``fetch``, ``assign``: ``plc_client.listing``;
     ``halt``: scans go on without the tasks' logic, or with it again.
     """
@@ -34,7 +34,7 @@ class Online:
         self,
         table: SymbolTable,
         forces: Forces,
-        operate: Callable[[str, Any], dict[str, Any]] | None = None,
+        operate: Callable[[str, Any, Any], dict[str, Any]] | None = None,
         statistics: Callable[[], dict[str, Any]] = dict,
         halt: Callable[[bool], bool] = bool,
     ) -> None:
@@ -74,9 +74,9 @@ class Online:
         elif what == "halt":
             answer["halted"] = self._halt(bool(order["value"]))
         elif what == "operate" and self._operate is not None:
-            answer["panel"] = self._operate(
-                str(order["what"]), order.get("value")
-            )
+            key, value = str(order["what"]), order.get("value")
+            channel = order.get("channel", 0)
+            answer["panel"] = self._operate(key, value, channel)
         elif what == "statistics":
             answer |= self._statistics()
         elif what != "list":

@@ -27,7 +27,6 @@ from .blocks.mode import (
 )
 from .online import Forces, SymbolTable
 
-CHANNEL = "gpCh[0]^.bahn_mc_control"
 PERCENT_MAX = 200.0
 CONTINUE_S = 5.0
 MDI_CHARACTERS = 299
@@ -53,14 +52,57 @@ PROBLEMS = ERROR_TEXTS | {
 }
 
 
-class Panel:
-    """One panel on channel 0 of a connection.
+class Panels:
+    """A panel for each channel of a connection.
 
     ``any``: a command is under way, ``step`` has to be called in each scan.
     """
 
     def __init__(self, hli: Any, table: SymbolTable, forces: Forces) -> None:
+        self._panels = [
+            Panel(hli, table, forces, channel) for channel in range(hli.gNrCh)
+        ]
+        self.any = False
+
+    def operate(
+        self, what: str, value: Any = None, channel: Any = 0
+    ) -> dict[str, Any]:
+        """Set a level of a channel or begin a command there.  ValueError."""
+        count = len(self._panels)
+        if type(channel) is not int or not 0 <= channel < count:
+            raise ValueError(
+                f"channel {channel!r}: the cell has {count}, from 0"
+            )
+        answer = self._panels[channel].operate(what, value)
+        self._look()
+        return answer
+
+    def states(self) -> list[dict[str, Any]]:
+        """The state of each panel, in the order of the channels."""
+        return [panel.state() for panel in self._panels]
+
+    def step(self) -> None:
+        """One scan of the commands that are under way."""
+        for panel in self._panels:
+            if panel.any:
+                panel.step()
+        self._look()
+
+    def _look(self) -> None:
+        self.any = any(panel.any for panel in self._panels)
+
+
+class Panel:
+    """The panel of one channel.
+
+    ``any``: a command is under way, ``step`` has to be called in each scan.
+    """
+
+    def __init__(
+        self, hli: Any, table: SymbolTable, forces: Forces, channel: int
+    ) -> None:
         self._hli, self._table, self._forces = hli, table, forces
+        self._channel = channel
         self._before: dict[str, Any] = {}
         self._block: Any = None
         self._inputs: tuple[Any, ...] = ()
@@ -110,7 +152,8 @@ class Panel:
 
     # -- levels
     def _symbol(self, unit: str, member: str) -> Any:
-        return self._table[f"{CHANNEL}.{unit}.{member}"]
+        control = f"gpCh[{self._channel}]^.bahn_mc_control"
+        return self._table[f"{control}.{unit}.{member}"]
 
     def _level(self, what: str, value: Any) -> None:
         unit, *valid = LEVELS[what]
@@ -146,7 +189,8 @@ class Panel:
             busy = self._shown["command"]
             raise ValueError(f"{busy} is not done yet")
         self._inputs = (_text_of(what, value),) if what in WITH_TEXT else ()
-        self._block, self.any = COMMANDS[what](self._hli.gpCh[0]), True
+        channel = self._hli.gpCh[self._channel]
+        self._block, self.any = COMMANDS[what](channel), True
         self._shown = {"command": what, "state": "busy"}
 
 

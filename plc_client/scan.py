@@ -32,7 +32,7 @@ from .memory_trace import MemoryTrace
 from .online import Forces, SymbolTable, Watch
 from .orders_obeyed import Online
 from .pace import CyclePacer, Pacer, pacer_of
-from .panel import Panel
+from .panel import Panels
 from .program import Program, task_statistics
 from .task import PlcError
 
@@ -101,7 +101,7 @@ class Scanner:
         self.orders = (
             Orders()
         )  # of other processes; a PLC process puts its own here
-        self.panel = Panel(hli, self.symbols, self.forces)
+        self.panel = Panels(hli, self.symbols, self.forces)
         self._online = Online(
             self.symbols,
             self.forces,
@@ -358,10 +358,12 @@ class Scanner:
 
     def _statistics(self) -> dict[str, Any]:
         """What other processes may know of the tasks and the handshake."""
+        states = self.panel.states()
         return {
             "tasks": task_statistics(self.programs),
             "handshake": stats.HANDSHAKES.histogram_us(),
-            "panel": self.panel.state(),
+            "panel": states[0],
+            "panels": states,
         }
 
     def _tell_finished(self) -> None:

@@ -25,12 +25,16 @@ LOOK_S = 0.2  # between two looks whether the run is to end
 
 @dataclass(frozen=True)
 class Question:
-    """A dialog: its text, its buttons, and the values of its inputs by name."""
+    """A dialog: its text, its buttons, and the values of its inputs by name.
+
+    ``channel``: name of the channel that asks, if there are several.
+    """
 
     title: str
     text: str
     buttons: tuple[str, ...] = ()
     inputs: dict[str, float] = field(default_factory=dict)
+    channel: str = ""
 
 
 @dataclass(frozen=True)

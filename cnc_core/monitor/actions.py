@@ -34,6 +34,8 @@ class Desk:
         self._forced: dict[str, dict[str, str]] = {}
         self._leaving: set[asyncio.Future[None]] = set()
         self.cell_s: Callable[[], float | None] = lambda: None
+        # the channel that an order is for, ahead of its text
+        self.title: Callable[[dict[str, Any]], str] = lambda _: ""
 
     async def act(self, page: str, who: str, given: Any) -> dict[str, Any]:
         """Do what a page asks for; it stands in the events, done or refused.
@@ -41,6 +43,7 @@ class Desk:
         RefusedError: with the reason.
         """
         order, text = order_of(given)
+        text = self.title(order) + text
         try:
             answer = await self.ask(order)
         except RefusedError as error:
@@ -125,20 +128,14 @@ def order_of(given: Any) -> tuple[Order, str]:
         raise RefusedError("an order is an object")
     what = given.get("do")
     if what == "operate":
-        name, value = _text(given.get("what")), given.get("value")
-        if isinstance(value, str):
-            value = _text(value)
-        elif value not in (None, True, False) and not _is_number(value):
-            raise RefusedError(
-                "a value is a number, a text, true, false or null"
-            )
-        order: Order = {"do": "operate", "what": name, "value": value}
-        shown = "released" if value is None and name in LEVELS else value
-        return order, name if shown is None else f"{name} {shown}"
+        return _operation(given)
     if what == "force":
         pairs = [_pair(one) for one in _list(given.get("symbols"))]
         text = ", ".join(f"{path}={value}" for path, value in pairs)
-        order = {"do": "force", "symbols": [list(pair) for pair in pairs]}
+        order: Order = {
+            "do": "force",
+            "symbols": [list(pair) for pair in pairs],
+        }
         return order, f"force {text}"
     if what == "unforce":
         paths = [_text(path) for path in _list(given.get("symbols"))]
@@ -149,6 +146,21 @@ def order_of(given: Any) -> tuple[Order, str]:
     if what == "answer":
         return _answer(given)
     raise RefusedError("do: operate, force, unforce or answer")
+
+
+def _operation(given: dict[str, Any]) -> tuple[Order, str]:
+    """What the panel of a channel does."""
+    name, value = _text(given.get("what")), given.get("value")
+    channel = given.get("channel", 0)
+    if type(channel) is not int or channel < 0:
+        raise RefusedError("a channel is a number, 0 for the first one")
+    if isinstance(value, str):
+        value = _text(value)
+    elif value not in (None, True, False) and not _is_number(value):
+        raise RefusedError("a value is a number, a text, true, false or null")
+    shown = "released" if value is None and name in LEVELS else value
+    order = {"do": "operate", "what": name, "value": value, "channel": channel}
+    return order, name if shown is None else f"{name} {shown}"
 
 
 def _answer(given: dict[str, Any]) -> tuple[Order, str]:

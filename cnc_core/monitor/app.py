@@ -205,12 +205,14 @@ class Monitor:
 
     async def _route(self, request: Request) -> Response:
         name = request.query_params.get("cell", "")
+        index = request.query_params.get("channel", "0")
 
         def found() -> Any:
-            hub = self._hubs.get(name)
-            if hub is None or hub[0].route is None:
+            hub, number = self._hubs.get(name), as_index(index)
+            channel = hub[0].channel(number) if hub else None
+            if channel is None or channel.route is None:
                 raise RefusedError("no program was read")
-            return {"number": hub[0].route_number} | hub[0].route.as_json()
+            return {"number": channel.route_number} | channel.route.as_json()
 
         return await self._answer(request, found)
 
@@ -310,6 +312,13 @@ class _NotTaken(Exception):  # noqa: N818 (an answer, not a failure)
     def __init__(self, status: int, text: str) -> None:
         super().__init__(text)
         self.status = status
+
+
+def as_index(text: str) -> int:
+    """The index of a channel.  RefusedError."""
+    if not (text.isdecimal() and text.isascii() and len(text) <= 2):
+        raise RefusedError("a channel is a number, 0 for the first one")
+    return int(text)
 
 
 def _signed(name: Any, who: str) -> str:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from hli import layout
 from hli.areas import Areas
 from plc_client.blocks.program_flow import KINDS
+
+from ..observing.sight import Sight
 
 PAYLOADS: dict[str, Any] = {
     "M": layout.HLI_M_H_PROZESS,
@@ -16,13 +19,33 @@ PAYLOADS: dict[str, Any] = {
 }
 
 
-def in_units(areas: Areas) -> list[dict[str, Any]]:
-    """The functions that the units hold: offered, or fetched before."""
-    found: list[dict[str, Any]] = []
-    for name, pointers in (("gpCh", areas.gpCh), ("gpAx", areas.gpAx)):
-        for i, area in enumerate(pointers):
-            found += _of_area(f"{name}[{i}]", area._c) if area else ()
+def in_units(
+    areas: Areas, channel: int, axes: Iterable[int]
+) -> list[dict[str, Any]]:
+    """The functions that units of a channel and of these axis areas hold:
+    offered, or fetched before.
+    """
+    found = _of_area(f"gpCh[{channel}]", areas.gpCh[channel]._c)
+    for i in axes:
+        area = areas.gpAx[i]
+        found += _of_area(f"gpAx[{i}]", area._c) if area else ()
     return found
+
+
+def axis_areas(
+    areas: Areas, sights: Sequence[Sight], channel: int, home: range
+) -> list[int]:
+    """Areas of the axes that a channel has now, and of what no channel has
+    (spindles, axes that were let go) but is at ``home`` in this one.
+    """
+    numbers = [areas.gpAx[i].head._c.log_ax_n_r for i in range(areas.gNrAx)]
+    mine = sights[channel].axis_numbers
+    anyone = set[int]().union(*(sight.axis_numbers for sight in sights))
+    return [
+        i
+        for i, number in enumerate(numbers)
+        if number in mine or (i in home and number not in anyone)
+    ]
 
 
 def _of_area(name: str, area: Any) -> list[dict[str, Any]]:

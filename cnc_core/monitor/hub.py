@@ -7,7 +7,6 @@ import contextlib
 import json
 import math
 import time
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -17,22 +16,18 @@ from ..observing.events import Events
 from ..observing.observer import Observer
 from ..observing.plc import RefusedError
 from .actions import Desk
-from .functions import in_units
-from .route import Route, read_route
-from .source import Source, source_of
+from .channel import WatchedChannel
+from .source import Source
 
 SAMPLE_S = 0.01
-IDLE_S = 0.05  # between two looks while nobody has a page open
+IDLE_S = 0.05  # between two looks at what nobody has open
 FRAME_S = 0.05
-SLOW_S = 0.1  # between two looks at what changes slowly
 ASK_S = 0.1  # between two readings of variables of the PLC
 STATISTICS_S = 0.4  # between two readings of its statistics
 CNC_S, CNC_IDLE_S = (
     0.15,
     1.0,
 )  # between two looks at dialogs, with pages and without
-TRAIL = 20_000
-FIRST_TRAIL = 4000
 
 
 class Hub:
@@ -48,29 +43,24 @@ class Hub:
         self.observer = Observer(name, self.events)
         self.desk = Desk(name, self.events, keep=keep)
         self.desk.cell_s = self._cell_s
+        self.desk.title = self._title
         self.on_life: Callable[[], object] = lambda: (
             None
         )  # another CNC is there
         self.pages = 0
+        self.chosen: dict[str, int] = {}  # channel by page
         self.idle_since = time.monotonic()
-        self.taken = 0.0  # when the newest sample was taken
-        self._cycle = (0, 0.0)  # the last one, and when it was new
-        self.route: Route | None = None
-        self.route_number = 0
+        self.channels: list[WatchedChannel] = []  # of the CNC that is there
         self._source = source
-        self._program: tuple[int, str] | None = None
-        self._trail: deque[list[float]] = deque(maxlen=TRAIL)
-        self.trail_end = 0  # samples taken so far
+        self._routes = 0  # programs read so far
+        self._reading = asyncio.Lock()
         self._life = 0
-        self._slow: dict[str, Any] = {}
-        self._slow_at = 0.0
-        self._error = (0, 0)
         self._tasks: set[asyncio.Task[Any]] = set()
         self.asked: dict[str, Any] = {}  # of the PLC: values by path
         self.asked_at = 0.0
         self.statistics: dict[str, Any] = {}
         self._statistics_at = 0.0
-        self.cnc: dict[str, Any] = {}  # dialog, and how far the program is
+        self.cnc: dict[str, Any] = {}  # dialog, and how far the programs are
         self.cnc_at = 0.0
         self._said = 0  # number of the last text of the CNC
         self.wanted: dict[str, int] = {}  # paths to ask for, with their pages
@@ -78,6 +68,16 @@ class Hub:
     def _cell_s(self) -> float | None:
         sight = self.observer.sight
         return sight.cell_s if sight else None
+
+    def _title(self, order: dict[str, Any]) -> str:
+        """The channel that an order is for, ahead of its text."""
+        index = int(order.get("channel", 0))
+        if order["do"] == "operate" and index < len(self.channels):
+            return self.channels[index].title
+        name = str((self.cnc.get("dialog") or {}).get("channel", ""))
+        if order["do"] == "answer" and name:
+            return f"channel {name}: "
+        return ""
 
     # -- the task
     async def run(self) -> None:
@@ -97,62 +97,56 @@ class Hub:
             self.observer.close()
 
     def _look(self) -> None:
-        sight = self.observer.look()
-        if sight is None or not sight.take():
+        if self.observer.look() is None:
+            for channel in self.channels:
+                channel.leave()
             return
-        self.taken = time.monotonic()
         if self.observer.life != self._life:
-            self._life = self.observer.life
-            self._trail.clear()
-            self._said = 0
-            self._cycle = 0, self.taken
-            self.on_life()
-        if sight.cycle != self._cycle[0]:
-            self._cycle = sight.cycle, self.taken
-        sample = sight.sample()
-        last = self._trail[-1] if self._trail else None
-        if last is None or sample[1:] != last[1:]:
-            self._trail.append(sample)
-            self.trail_end += 1
-        self._look_for_error()
-        self._look_for_program()
+            self._begin()
+        shown = {self.channel(index) for index in self.chosen.values()}
+        late = time.monotonic() - IDLE_S
+        for channel in self.channels:
+            due = channel in shown or channel.taken <= late
+            if due and channel.look():
+                self._look_for_news(channel)
 
-    def _look_for_program(self) -> None:
-        """Read the program that the cell has now, beside the sampling."""
-        sight = self.observer.sight
-        assert sight is not None
-        name = sight.program()
-        if self._program == (self._life, name):
+    def _begin(self) -> None:
+        """Another CNC is there, maybe with other channels."""
+        self._life, self._said = self.observer.life, 0
+        self.channels = [
+            WatchedChannel(i, self.observer, None if i else self._source)
+            for i in range(len(self.observer.sights))
+        ]
+        self.on_life()
+
+    def channel(self, index: int) -> WatchedChannel | None:
+        """A channel, the first one where there is none of this index; None: no
+        CNC was seen.
+        """
+        if not self.channels:
+            return None
+        return self.channels[index if index < len(self.channels) else 0]
+
+    def _look_for_news(self, channel: WatchedChannel) -> None:
+        """Errors that the CNC does not tell in words, and another program,
+        which is read beside the sampling.
+        """
+        error = channel.new_error()
+        if error and not self.cnc:
+            self.events.add("error", error, cell_s=self._cell_s())
+        name = channel.new_program()
+        if name is None:
             return
-        self._program = self._life, name
-        source = self._source
-        if source is None or (name and source.program.name != name):
-            source = source_of(self.observer.pid, name)
-        task = asyncio.create_task(self._read(source, name))
+        pid = self.observer.pid
+        task = asyncio.create_task(self._read(channel, name, pid))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _read(self, source: Source | None, name: str) -> None:
-        if source is None:
-            problem = "its file is not known: give --program FILE"
-            self.route = Route(name, problem=problem)
-        else:
-            self.route = await asyncio.to_thread(read_route, source)
-        self.route_number += 1
-
-    def _look_for_error(self) -> None:
-        """A new error in the channel's error unit, if the CNC does not tell it
-        in words.
-        """
-        areas = self.observer.areas
-        assert areas is not None
-        head: Any = areas.gpCh[0].mc_error._c.satz_r.kopf
-        found = int(head.error_id), int(head.cycle)
-        if found[0] and found != self._error and not self.cnc:
-            text = f"error {found[0]}"
-            place = f", line {head.line}" if head.line > 0 else ""
-            self.events.add("error", text + place, cell_s=self._cell_s())
-        self._error = found
+    async def _read(self, channel: WatchedChannel, name: str, pid: int) -> None:
+        """One program at a time: each has its whole time to be read."""
+        async with self._reading:
+            self._routes += 1
+            await channel.read(name, self._routes, pid)
 
     async def _ask(self) -> None:
         """Ask the PLC for what pages want of it; a page has its frames first."""
@@ -184,7 +178,7 @@ class Hub:
         while True:
             await asyncio.sleep(CNC_S if self.pages else CNC_IDLE_S)
             if self.observer.sight is None:
-                self.cnc = {}
+                self._forget()
                 continue
             order = {"do": "look", "since": self._said}
             order["attended"] = self.pages > 0
@@ -192,38 +186,37 @@ class Hub:
             try:
                 self.cnc = await self.desk.look(order)
             except RefusedError:  # of another user, or just ending
-                self.cnc = {}
+                self._forget()
                 continue
             self.cnc_at = begun
+            self._tell_channels(self.cnc.pop("prepared", {}))
             for number, wall, kind, text in self.cnc.pop("said"):
                 self._said = number
                 self.events.add(kind, text, "CNC", self._cell_s(), wall)
 
+    def _forget(self) -> None:
+        """The CNC tells nothing."""
+        self.cnc = {}
+        for channel in self.channels:
+            channel.prepared = {}
+
+    def _tell_channels(self, facts: dict[str, Any]) -> None:
+        """How far the programs are; of several channels also their names."""
+        each = facts.pop("channels", [facts])
+        for channel, told in zip(self.channels, each, strict=False):
+            channel.told(told)
+
     # -- what pages take
-    def frame(self) -> dict[str, Any]:
-        """What all pages show now."""
-        now = time.monotonic()
-        sight = self.observer.sight
-        found: dict[str, Any] = {
-            "cell": self.observer.facts(),
-            "route": self.route_number,
-        }
-        if sight is None or not sight.taken:
-            return found
-        found |= {
-            "age_ms": round((now - self.taken) * 1e3, 1),
-            "cycle_age_ms": round((now - self._cycle[1]) * 1e3, 1),
-            "motion": sight.motion(),
-            "axes": sight.positions(),
-        }
-        if now - self._slow_at > SLOW_S:
-            self._slow_at = now
-            self._slow = {
-                "contour": sight.contour(),
-                "functions": in_units(sight.areas),
-                "counters": sight.counters(),
-            }
-        return found | self._slow | self._told(now)
+    def frame(self, index: int = 0) -> dict[str, Any]:
+        """What all pages of this channel show now."""
+        cell = self.observer.facts()
+        cell["channels"] = [channel.called for channel in self.channels]
+        channel = self.channel(index)
+        if channel is None:
+            return {"cell": cell, "channel": 0, "route": 0}
+        if channel.sight is None:
+            return {"cell": cell} | channel.frame()
+        return {"cell": cell} | self._told(time.monotonic()) | channel.frame()
 
     def _told(self, now: float) -> dict[str, Any]:
         """What PLC and CNC tell when they are asked, with its age, ms."""
@@ -237,18 +230,8 @@ class Hub:
             "asked_age_ms": age(self.asked_at),
             "asked": [*self.wanted],
             "dialog": self.cnc.get("dialog"),
-            "prepared": self.cnc.get("prepared", {}),
             "cnc_age_ms": age(self.cnc_at) if self.cnc else None,
         }
-
-    def trail(self, begin: int) -> list[list[float]]:
-        """Samples from this number on, as far as they are kept."""
-        missing = self.trail_end - begin
-        if missing <= 0:
-            return []
-        kept = list(self._trail)[-missing:]
-        step = max(1, math.ceil(len(kept) / FIRST_TRAIL))
-        return kept[::-step][::-1]
 
     async def symbol(self, path: str) -> Symbol | None:
         """A variable of the HLI; None: the PLC knows it, and is asked for it.

@@ -15,7 +15,8 @@ from hli.symbol import Symbol
 from hli.view import ArrayView, View
 
 from ..observing.plc import RefusedError
-from .hub import FIRST_TRAIL, FRAME_S, SAMPLE_S, Hub, as_text
+from .channel import FIRST_TRAIL
+from .hub import FRAME_S, SAMPLE_S, Hub, as_text
 from .security import same_token
 
 SYMBOLS_MAX = 64
@@ -32,7 +33,7 @@ WRONG_TOKEN, TOO_MUCH, TOO_SLOW = 4401, 4429, 4408
 
 
 class Page:
-    """A WebSocket with its symbols and its place in the trail."""
+    """A WebSocket with its channel, its symbols and its place in the trail."""
 
     def __init__(self, socket: WebSocket, hub: Hub) -> None:
         self._socket, self._hub = socket, hub
@@ -53,6 +54,7 @@ class Page:
         """Until it is closed, by either side."""
         hub = self._hub
         hub.pages += 1
+        hub.chosen[self.id] = 0
         hub.desk.enter(self.id)
         sending = asyncio.create_task(self._send_frames())
         try:
@@ -67,6 +69,7 @@ class Page:
                 await sending
             self._want({})
             hub.pages -= 1
+            hub.chosen.pop(self.id, None)
             hub.idle_since = time.monotonic()
             await hub.desk.leave(self.id, self.who)
 
@@ -87,9 +90,17 @@ class Page:
             except (ValueError, RecursionError):
                 continue
             if isinstance(wanted, dict):
+                self._choose(wanted.get("channel"))
                 await self._subscribe(_paths(wanted.get("subscribe")))
                 scope = _paths(wanted.get("scope"))[:SCOPE_MAX]
                 self._scope, self._samples = scope, []
+
+    def _choose(self, channel: Any) -> None:
+        """The channel that is shown from now on."""
+        chosen = channel if type(channel) is int and channel >= 0 else 0
+        if chosen != self._hub.chosen[self.id]:
+            self._hub.chosen[self.id] = chosen
+            self._trail = -1
 
     async def _subscribe(self, wanted: list[str]) -> None:
         self._wanted = wanted
@@ -150,13 +161,9 @@ class Page:
             # the memory of the new CNC is another one
             self._trail = -1
             await self._subscribe(self._wanted)
-        found = hub.frame()
+        found = hub.frame(hub.chosen[self.id])
         found["sent_ms"] = round(time.monotonic() * 1e3, 1)
-        fresh = self._trail < 0
-        begin = hub.trail_end - FIRST_TRAIL * 5 if fresh else self._trail
-        found["trail"] = hub.trail(max(0, begin))
-        found["trail_new"] = fresh
-        self._trail = hub.trail_end
+        found |= self._new_trail()
         found["events"] = hub.events.since(self._event)
         self._event = hub.events.last
         found["values"] = self._values() if hub.observer.sight else {}
@@ -165,6 +172,16 @@ class Page:
         found["scope"], found["samples"] = self._scope, self._samples
         self._samples = []
         return found
+
+    def _new_trail(self) -> dict[str, Any]:
+        """The samples behind those that the page has."""
+        channel = self._hub.channel(self._hub.chosen[self.id])
+        if channel is None:
+            return {"trail": [], "trail_new": False}
+        end, fresh = channel.trail_end, self._trail < 0
+        begin = end - FIRST_TRAIL * 5 if fresh else self._trail
+        self._trail = end
+        return {"trail": channel.trail(max(0, begin)), "trail_new": fresh}
 
     def _values(self) -> dict[str, Any]:
         return {path: self._value(path) for path in self._symbols}

@@ -20,9 +20,12 @@ from ..blocks import (
     POLYNOMIAL,
     BlockBatch,
 )
-from ..config import load_config
+from ..config import load_config, setups_of
+from ..config.exchange import axes_of, places_of
 from ..errors import CncError
 from ..files import open_regular
+from ..frontend.axes import OpenAxes
+from ..frontend.signals import OpenSignals
 from ..observing.sight import spatial
 from ..program import Program
 from .source import Source
@@ -59,9 +62,8 @@ def read_route(source: Source) -> Route:
     """The route of a program; ``problem`` tells what cannot be read."""
     route = Route(source.program.name, lines=_lines(source.program))
     try:
-        cell = load_config(source.config)
-        program = Program(source.program, cell, source.dialect, collect=True)
-        walker = _Walker(spatial(list(cell.axes)), program)
+        program = _program(source)
+        walker = _Walker(spatial(list(program.cell.axes)), program)
         end = time.monotonic() + READ_S
         rows = 0
         for batch in program.batches():
@@ -77,6 +79,24 @@ def read_route(source: Source) -> Route:
     except (CncError, OSError, ValueError) as error:
         route.problem = str(error)
     return route
+
+
+def _program(source: Source) -> Program:
+    """The program, read alone: what it waits for counts as there."""
+    setups = setups_of(load_config(source.config))
+    if source.channel >= len(setups):
+        raise ValueError(f"the cell file has {len(setups)} channels")
+    setup = setups[source.channel]
+    names = [each.place.name for each in setups]
+    return Program(
+        source.program,
+        setup.cell,
+        source.dialect or setup.dialect,
+        collect=True,
+        signals=OpenSignals(names) if len(setups) > 1 else None,
+        axes=OpenAxes(axes_of(setups), places_of(setup)),
+        channel=setup.place.index + 1,
+    )
 
 
 def _lines(path: Path) -> list[str]:

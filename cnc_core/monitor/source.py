@@ -6,19 +6,26 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..config import load_config, setups_of
+from ..errors import CncError
+
 PROC = Path("/proc")
 
 
 @dataclass(frozen=True)
 class Source:
-    """A program and the configuration it is read with; None: the built-in one."""
+    """A program and the configuration it is read with; None: the built-in one.
+
+    ``channel``: whose program it is.
+    """
 
     program: Path
     config: Path | None = None
     dialect: str | None = None
+    channel: int = 0
 
 
-def source_of(pid: int, name: str) -> Source | None:
+def source_of(pid: int, name: str, channel: int = 0) -> Source | None:
     """What the command line of a CNC says of the program of this name.
 
     None: it says nothing, or the file is not there (any more).
@@ -30,16 +37,37 @@ def source_of(pid: int, name: str) -> Source | None:
         return None
     for word in words:
         if word.startswith("{"):
-            return _from_options(word, name)
-    program = next((w for w in words if Path(w).name == name), None)
-    if not name or program is None or not (folder / program).is_file():
-        return None
+            return _from_options(word, name, channel)
     config = _behind(words, "--config") or _behind(words, "--cell")
-    return Source(
-        folder / program,
-        folder / config if config else None,
-        _behind(words, "--dialect"),
-    )
+    given = [folder / word for word in words if Path(word).name == name]
+    cell = folder / config if config else None
+    program = _found(name, given, cell, channel)
+    if program is None:
+        return None
+    return Source(program, cell, _behind(words, "--dialect"), channel)
+
+
+def _found(
+    name: str, given: list[Path], cell: Path | None, channel: int
+) -> Path | None:
+    """The file of a program: one of those given, or that of the channel's table
+    in the cell file, or one beside the cell file.
+    """
+    if not name:
+        return None
+    places = [*given]
+    if cell is not None:
+        places += [_of_table(cell, channel), cell.parent / name]
+    return next((p for p in places if p.name == name and p.is_file()), None)
+
+
+def _of_table(cell: Path, channel: int) -> Path:
+    """The program that the cell file names for a channel."""
+    try:
+        setups = setups_of(load_config(cell))
+        return cell.parent / setups[channel].program
+    except (CncError, OSError, ValueError, IndexError):
+        return cell
 
 
 def _words(pid: int) -> list[str]:
@@ -57,15 +85,17 @@ def _behind(words: list[str], option: str) -> str | None:
     return None
 
 
-def _from_options(text: str, name: str) -> Source | None:
+def _from_options(text: str, name: str, channel: int = 0) -> Source | None:
     """From the options that a launcher gives its CNC process."""
     try:
         options = json.loads(text)
-        program = Path(options["file"])
+        files = [options["file"], *options.get("more", ())]
+        given = [Path(file) for file in files if file is not None]
         config = options.get("config")
         dialect = options.get("run", {}).get("dialect")
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
-    if program.name != name or not program.is_file():
-        return None
-    return Source(program, Path(config) if config else None, dialect)
+    cell = Path(config) if config else None
+    named = [path for path in given if path.name == name]
+    program = _found(name, named, cell, channel)
+    return Source(program, cell, dialect, channel) if program else None

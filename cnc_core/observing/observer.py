@@ -30,14 +30,15 @@ class Observer:
     """One cell by its name.
 
     ``look`` attaches, tells of deaths and returns, and is cheap otherwise.
-    ``sight`` reads the memory while the cell is there, else it is None.
+    ``sights`` read the memory while the cell is there, one a channel, else
+    there are none; ``sight`` is the first one.
     ``life`` counts the CNCs that were seen under the name.
     """
 
     def __init__(self, name: str, events: Events) -> None:
         self.name = segment.check_name(name)
         self.events = events
-        self.sight: Sight | None = None
+        self.sights: list[Sight] = []
         self.areas: Areas | None = None
         self.life = 0
         self.gone_since = time.monotonic()
@@ -61,7 +62,7 @@ class Observer:
     def close(self) -> None:
         """Give the mapping up."""
         found, self._segment = self._segment, None
-        self.sight = self.areas = None
+        self.sights, self.areas = [], None
         if found is not None:
             found.close()
 
@@ -80,7 +81,8 @@ class Observer:
             return
         self._segment = found
         self.areas = Areas(found)
-        self.sight = Sight(self.areas)
+        count = self.areas.gNrCh
+        self.sights = [Sight(self.areas, channel) for channel in range(count)]
         self.life += 1
         self._plc = None
         again = " again" if self.life > 1 else ""
@@ -124,6 +126,11 @@ class Observer:
 
     # -- facts
     @property
+    def sight(self) -> Sight | None:
+        """The first channel; None while the cell is not there."""
+        return self.sights[0] if self.sights else None
+
+    @property
     def plc_there(self) -> bool:
         """A PLC is attached and lives."""
         return self._plc is not None
@@ -160,6 +167,7 @@ class Observer:
             "plc": self._plc[0] if self._plc else None,
             "clock": CLOCKS.get(cnc.clock, str(cnc.clock)),
             "cycle_s": cnc.cycle_ns * 1e-9,
+            "axis_areas": self.areas.gNrAx,
             "phase": PHASES.get(self.phase, str(self.phase)),
         }
 

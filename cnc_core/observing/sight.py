@@ -63,14 +63,15 @@ class _Copied:
 
 
 class Sight:
-    """Channel 0 of a cell and its axes.
+    """A channel of a cell and its axes.
 
     ``take`` copies what belongs together; the other methods tell of the copy.
     """
 
-    def __init__(self, areas: Areas) -> None:
+    def __init__(self, areas: Areas, channel: int = 0) -> None:
         self.areas = areas
-        self._channel = areas.gpCh[0]
+        self.channel = channel
+        self._channel = areas.gpCh[channel]
         seq = word_pointer(areas.root, "channel_seq")
         self._state = _Copied(self._channel.bahn_state, seq)
         unit = self._channel.contour_lookahead
@@ -79,18 +80,29 @@ class Sight:
         self._answers = 0
         self._contour: dict[str, Any] = {"elements": []}
         self._stops = stop_texts()
-        names = [
-            coord.name.decode("latin-1")
-            for coord in self._state_now().coord_r
-            if coord.name
-        ]
-        self.axes = names
-        self.spatial = spatial(names)
+        self._state.take()
+        self._places = len(self._state.value.coord_r)
+        # axes of a cell with one channel stay where they are
+        self._move = areas.gNrCh > 1
+        self._names: list[bytes] = []
+        self.axes: list[tuple[int, str]] = []  # with their places
+        self.spatial: list[int] = []
+        self._find_axes()
         self.taken = False
 
-    def _state_now(self) -> Any:
-        self._state.take()
-        return self._state.value
+    def _find_axes(self) -> None:
+        """Which axes stand at which places of the channel now."""
+        names = [one.name for one in self._state.value.coord_r[: self._places]]
+        if names == self._names and self.spatial:
+            return
+        self._names = names
+        told = [name.decode("latin-1") for name in names]
+        self.axes = [(i, name) for i, name in enumerate(told) if name]
+        places = [i for i, _ in self.axes]
+        self.spatial = [
+            i if i < 0 else places[i]
+            for i in spatial([name for _, name in self.axes])
+        ]
 
     @property
     def cell_s(self) -> float:
@@ -105,7 +117,20 @@ class Sight:
     def take(self) -> bool:
         """Copy status and look-ahead state."""
         self.taken = self._state.take() and self._ahead.take()
+        if self._move and self.taken:
+            self._find_axes()
         return self.taken
+
+    @property
+    def axis_numbers(self) -> set[int]:
+        """Logical numbers of the axes that the channel has now."""
+        coords = self._state.value.coord_r
+        return {int(coords[i].log_axis_nr_r) for i, _ in self.axes}
+
+    def error(self) -> tuple[int, int, int]:
+        """Number, cycle and line of the channel's error unit."""
+        head: Any = self._channel.mc_error._c.satz_r.kopf
+        return int(head.error_id), int(head.cycle), int(head.line)
 
     def sample(self) -> list[float]:
         """One place of the trail: t s, x y z mm, v mm/s, path mm."""
@@ -180,7 +205,7 @@ class Sight:
                 "position": state.coord_r[i].act_position_r * MM,
                 "target": state.coord_r[i].cmd_position_r * MM,
             }
-            for i, name in enumerate(self.axes)
+            for i, name in self.axes
         ]
 
     def counters(self) -> dict[str, int]:

@@ -52,6 +52,13 @@ class AxisBoard:
         """A channel's engine: puts axes at places, tells where they stand."""
         self._put[index], self._stand[index] = put, stand
 
+    def placed(self, index: int) -> dict[int, PlacedAxis]:
+        """What stands at every place of a channel."""
+        return {
+            place: self._placed(index, place, one)
+            for place, one in enumerate(self.places[index])
+        }
+
     def axis(self, number: int) -> AxisData | None:
         return self._axes.get(number)
 

@@ -135,6 +135,9 @@ class ChannelRun:
             shared.jobs.join(index, self)
         if shared.axes:
             shared.axes.join(index, self._put_axes, self._stand)
+        if shared.axes and shared.signals:
+            # an exchange changes some places; the engine shows all of them
+            put_axes(self.engine, shared.axes.placed(index))
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
         self.engine.stand_by()
@@ -279,6 +282,7 @@ class ChannelRun:
         port.signals, port.axes = self.signals, self.axes
         port.jobs = self.jobs
         port.channel = self.setup.place.index + 1
+        port.channel_name = self.setup.place.name
         port.ended = self._ended_beside_dialog
         return port
 
@@ -476,6 +480,16 @@ class ChannelRun:
             found |= {"line": line, "n": n, "text": text}
             found["read"] = preparation.done
         return found
+
+    def told(self) -> dict[str, Any]:
+        """The same with name and axis areas, which are always known."""
+        place = self.setup.place
+        areas = [place.axis_base, place.axis_base + self.setup.areas]
+        found = {"name": place.name, "areas": areas}
+        try:
+            return found | self.prepared()
+        except (AttributeError, TypeError, ValueError, LookupError):
+            return found  # a program is just being changed
 
     # ---------------------------------------------------------------- the end
     def close(self) -> None:

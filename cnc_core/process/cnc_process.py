@@ -414,8 +414,13 @@ class CncProcess:
         return time.monotonic() - self._ended_at > LINGER_S
 
     def _prepared(self) -> dict[str, Any]:
-        """How far the first channel's program is read and planned."""
-        return self.channels[0].prepared()
+        """How far the first channel's program is read and planned; of several
+        channels also of each.
+        """
+        if len(self.channels) == 1:
+            return self.channels[0].prepared()
+        told = [channel.told() for channel in self.channels]
+        return told[0] | {"channels": told}
 
     # ---------------------------------------------------------------- report
     def report(self) -> dict[str, Any]:

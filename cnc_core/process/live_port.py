@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,7 @@ class LivePort:
     answers = True
     manual_data = False
     channel = 1
+    channel_name = ""
     condition: Condition | None = None
     signals: SignalsOf | None = None
     axes: AxesOf | None = None
@@ -103,7 +105,9 @@ class LivePort:
     def ask(self, question: Question) -> Answer | None:
         self.asks, self.operator.ended = True, self.ended
         try:
-            return self.operator.ask(question)
+            return self.operator.ask(
+                replace(question, channel=self.channel_name)
+            )
         finally:
             self.asks = False
 

@@ -90,7 +90,8 @@ class Tab:
 
     def key(self, key: str, text: str = "") -> None:
         """A key of the keyboard, pressed and let go."""
-        codes = {"Tab": 9, "Enter": 13, "ArrowRight": 39, "ArrowLeft": 37}
+        codes = {"Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowUp": 38}
+        codes |= {"ArrowRight": 39, "ArrowDown": 40}
         code = codes.get(key, ord(key[0].upper()))
         common = {"key": key, "code": key, "windowsVirtualKeyCode": code}
         text = "\r" if key == "Enter" else text

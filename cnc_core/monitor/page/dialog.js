@@ -23,7 +23,8 @@ export class Dialog {
     }
     if (dialog.number === this.number) return;
     this.number = dialog.number;
-    setText(byId("dialog-head"), dialog.title ? `The program asks: ${dialog.title}` : "The program asks");
+    const who = dialog.channel ? `The program of ${dialog.channel} asks` : "The program asks";
+    setText(byId("dialog-head"), dialog.title ? `${who}: ${dialog.title}` : who);
     setText(byId("dialog-text"), dialog.text);
     setText(byId("dialog-problem"), "");
     this.inputs.clear();

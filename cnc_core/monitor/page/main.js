@@ -1,6 +1,7 @@
 // The start of the page: token, cell or recording, and who gets each frame.
 
 import { byId, element, fixed, setText } from "./format.js";
+import { Channels } from "./channels.js";
 import { Dialog } from "./dialog.js";
 import { Latency } from "./latency.js";
 import { Live, Way, get, post, setToken } from "./net.js";
@@ -53,10 +54,12 @@ class Machine {
     const unitOf = (path) => (this.layout ? this.layout.unitOf(path) : "");
     const changed = () => this.ask();
     const act = (order) => this.live.act(order, byId("who").value);
+    this.channels = new Channels(() => this.changeChannel());
+    const operate = (order) => act({ ...order, channel: this.channels.index });
     this.path = new PathView();
     this.program = new ProgramView();
     this.scope = new Scope(unitOf, changed);
-    this.panel = new Panel(act);
+    this.panel = new Panel(operate);
     this.dialog = new Dialog(act);
     this.watch = new Watch(unitOf, act, changed);
     this.tree = new Tree((path) => this.watch.add(path), changed);
@@ -86,7 +89,20 @@ class Machine {
 
   ask() {
     const paths = [...this.scope.paths, ...this.watch.paths, ...this.tree.paths()];
-    this.live.want([...new Set(paths)], this.scope.paths);
+    this.live.want([...new Set(paths)], this.scope.paths, this.channels.index);
+  }
+
+  /** Views and keys are empty until the first frame of the channel. */
+  changeChannel() {
+    this.route = 0;
+    this.slow = 0;
+    this.path.clear();
+    this.program.set("", [], [], [], "");
+    this.panel.clear();
+    this.scope.follow(this.channels.index);
+    this.tree.follow(this.channels.index);
+    this.know();
+    this.ask();
   }
 
   take(frame) {
@@ -99,11 +115,13 @@ class Machine {
     this.problem = frame.cell.problem || "";
     this.facts(frame.cell);
     this.events.take(frame.events);
-    this.panel.hear(frame.events);
-    if (frame.route !== this.route) this.readRoute(frame.route);
+    this.panel.hear(frame.events, this.channels.title);
     this.problems = frame.problems = frame.problems || this.problems;
+    if (this.channels.set(frame.cell.channels) && this.channels.index !== frame.channel) this.changeChannel();
+    if (frame.channel !== this.channels.index) return; // of the channel that was shown before
+    if (frame.route && frame.route !== this.route) this.readRoute(frame.route);
     if (!frame.motion) return;
-    if (!this.layout) this.readLayout(frame.axes.length);
+    this.readLayout(frame.cell.channels.length, frame.cell.axis_areas);
     frame.motion.epoch = this.program.epochOf(frame.motion);
     this.path.take(frame);
     this.scope.take(frame.scope, frame.samples || []);
@@ -165,7 +183,8 @@ class Machine {
   async readRoute(number) {
     this.route = number;
     try {
-      const route = await get("route", { cell: this.cell });
+      const route = await get("route", { cell: this.cell, channel: this.channels.index });
+      if (this.route !== number) return; // another one is shown by now
       this.path.setRoute(route.points);
       this.program.set(route.name, route.lines, route.marked, route.points, route.problem);
     } catch (error) {
@@ -173,16 +192,28 @@ class Machine {
     }
   }
 
-  async readLayout(axes) {
-    this.layout = new Layout({ roots: {}, axis: "", structures: {} }, 0);
-    this.layout = new Layout(await get("layout"), axes);
+  /** The structures, once; areas as many as the cell has. */
+  async readLayout(channels, axes) {
+    const areas = `${channels} ${axes}`;
+    if (areas === this.areas) return;
+    this.areas = areas;
+    const layout = new Layout(await get("layout"), channels, axes);
+    if (areas !== this.areas) return;
+    this.layout = layout;
     this.tree.set(this.layout);
+    this.tree.follow(this.channels.index);
     this.watch.build();
     this.scope.width = 0;
     this.scope.build();
+    this.know();
+    this.ask();
+  }
+
+  /** Symbols that inputs propose: those of the channel that is shown. */
+  know() {
+    if (!this.layout) return;
     const known = this.layout.search("bahn_state", 80).concat(this.layout.search("bahn_mc_control", 80));
     byId("known-symbols").replaceChildren(...known.map(([path]) => element("option", "", { value: path })));
-    this.ask();
   }
 }
 
@@ -203,7 +234,8 @@ async function listCells() {
     open.addEventListener("click", () => { window.machine = new Machine(cell.name); });
     const first = element("td");
     first.append(open);
-    row.append(first, ...[cell.program, cell.state, cell.clock, cell.pid, cell.plc || "none"]
+    const each = (name) => (cell.channels || [cell]).map((one) => one[name] || "-").join(", ");
+    row.append(first, ...[each("program"), each("state"), cell.clock, cell.pid, cell.plc || "none"]
       .map((text) => element("td", String(text))));
     return row;
   }));

@@ -61,7 +61,7 @@ export class Live {
     this.page = "";
     this.who = "";
     this.tries = 0;
-    this.wanted = { subscribe: [], scope: [] };
+    this.wanted = { subscribe: [], scope: [], channel: 0 };
     this.open();
   }
 
@@ -96,9 +96,9 @@ export class Live {
     this.tell.frame(message);
   }
 
-  /** Ask for these symbols in each frame, and for those of the scope in each sample. */
-  want(subscribe, scope) {
-    const wanted = { subscribe, scope };
+  /** Ask for a channel and these symbols in each frame, and for those of the scope in each sample. */
+  want(subscribe, scope, channel) {
+    const wanted = { subscribe, scope, channel };
     if (JSON.stringify(wanted) === JSON.stringify(this.wanted)) return;
     this.wanted = wanted;
     this.ask();

@@ -21,6 +21,7 @@ export class Panel {
     this.acted = 0;
     this.said = ""; // by the CNC, of the last command
     this.now = this.last = null;
+    this.channel = {}; // another object for each that is shown
     this.levels = {};
     this.switches = {};
     byId("who").value = localStorage.getItem(NAME) || "";
@@ -39,6 +40,21 @@ export class Panel {
       event.preventDefault();
       this.operate("mdi", byId("mdi").value);
     });
+  }
+
+  /** Another channel is shown: its keys act as soon as its values are there. */
+  clear() {
+    this.channel = {};
+    this.acted = 0;
+    this.said = "";
+    this.now = this.last = null;
+    byId("start-program").value = "";
+    this.able(false);
+    setText(byId("panel-state"), "");
+  }
+
+  able(on) {
+    for (const button of byId("panel").querySelectorAll("button, input[type=range]")) button.disabled = !on;
   }
 
   /** The program to start; behind MDI none is selected, so the last one is named. */
@@ -74,20 +90,24 @@ export class Panel {
     this.acted = Infinity;
     this.said = "";
     setText(byId("panel-state"), `${what} ..`);
+    const { channel } = this;
     try {
       const answer = await this.act({ do: "operate", what, value });
+      if (channel !== this.channel) return; // another one is shown by now
       this.show(answer.panel);
       this.acted = performance.now();
     } catch (error) {
+      if (channel !== this.channel) return; // it stands in the events
       setText(byId("panel-state"), error.message);
       this.acted = performance.now() + PROBLEM_MS;
     }
   }
 
   /** Events: what the CNC has to say against a command stands beside it. */
-  hear(events) {
+  hear(events, title) {
     for (const { kind, who, text } of events || []) {
-      if (who === "CNC" && (kind === "warning" || kind === "error")) this.said = text;
+      const told = who === "CNC" && (kind === "warning" || kind === "error");
+      if (told && text.startsWith(title)) this.said = text.slice(title.length);
     }
   }
 
@@ -104,12 +124,13 @@ export class Panel {
   /** One frame: what the CNC uses. */
   take(frame) {
     const there = Boolean(frame.cell.plc);
-    for (const button of byId("panel").querySelectorAll("button, input[type=range]")) button.disabled = !there;
+    this.able(there);
     if (!there) { setText(byId("panel-state"), "no PLC is there to take orders"); return; }
     const { units, mode, program } = frame.motion;
     this.now = mode === "automatic" ? program : "";
     if (this.now) this.last = this.now;
-    const held = (frame.plc.panel || {}).held || {};
+    const panel = (frame.plc.panels || [])[frame.channel];
+    const held = (panel || {}).held || {};
     for (const [what, { slider, output, release }] of Object.entries(this.levels)) {
       if (document.activeElement !== slider || held[what] === undefined) slider.value = units[what];
       setText(output, `${fixed(units[what], 1)} %`);
@@ -121,6 +142,6 @@ export class Panel {
     }
     // what the PLC told ahead of the last order is older than its answer
     if (performance.now() - (frame.plc_age_ms || 0) <= this.acted) return;
-    if (frame.plc.panel && (frame.plc.panel.command || frame.plc.panel.state === "idle")) this.show(frame.plc.panel);
+    if (panel && (panel.command || panel.state === "idle")) this.show(panel);
   }
 }

@@ -39,6 +39,18 @@ export class PathView {
     requestAnimationFrame(draw);
   }
 
+  /** Nothing is known yet. */
+  clear() {
+    this.route = [];
+    this.trail = [];
+    this.elements = [];
+    this.motion = null;
+    this.vMax = 1;
+    this.fitted = false;
+    this.view = "";
+    this.dirty = true;
+  }
+
   /** The points of the program. */
   setRoute(points) {
     this.route = points;

@@ -4,14 +4,15 @@ import { COLORS, byId, element, fixed, setText, shown, styleColor } from "./form
 
 const KEPT = 24000; // samples of a symbol
 const PLOTS = 8;
-const FIRST = ["gpCh[0].bahn_state.active_feed_r", "gpCh[0].bahn_state.override_r"];
+const FIRST = (channel) => ["active_feed_r", "override_r"].map((name) => `gpCh[${channel}].bahn_state.${name}`);
 
 export class Scope {
   /** `unitOf`: unit of a symbol; `changed`: called when symbols come or go. */
   constructor(unitOf, changed) {
     this.unitOf = unitOf;
     this.changed = changed;
-    this.paths = [...FIRST];
+    this.channel = 0;
+    this.paths = FIRST(0);
     this.clear();
     this.plots = [];
     this.paused = false;
@@ -54,6 +55,18 @@ export class Scope {
     this.width = 0;
     this.build();
     this.changed();
+  }
+
+  /** The symbols that are there at first are those of this channel from now on. */
+  follow(channel) {
+    const [before, now] = [FIRST(this.channel), FIRST(channel)];
+    this.channel = channel;
+    const paths = this.paths.map((path) => (before.includes(path) ? now[before.indexOf(path)] : path));
+    if (paths.join() === this.paths.join()) return;
+    this.paths = [...new Set(paths)];
+    this.clear();
+    this.width = 0;
+    this.build();
   }
 
   remove(path) {

@@ -4,12 +4,18 @@ import { byId, element, setText, shown } from "./format.js";
 
 const LEAVES = 300; // whose values are asked for; the server says which it does not read
 const FOUND = 60; // results of a search
+const OF_A_CHANNEL = /^gp(VE)?Ch\[/; // one area a channel
 
 /** Resolves symbol paths in the layout of the HLI. */
 export class Layout {
-  constructor(told, axes) {
+  constructor(told, channels, axes) {
+    this.channel = 0; // whose areas are searched
     this.structures = told.structures;
-    this.roots = Object.entries(told.roots);
+    this.roots = [];
+    for (const [name, structure] of Object.entries(told.roots)) {
+      const count = OF_A_CHANNEL.test(name) ? channels : 1;
+      for (let i = 0; i < count; i++) this.roots.push([name.replace("[0]", `[${i}]`), structure]);
+    }
     for (let i = 0; i < axes; i++) this.roots.push([`gpAx[${i}]`, told.axis]);
   }
 
@@ -48,7 +54,8 @@ export class Layout {
         else if (words.every((word) => text_.includes(word))) found.push([here, member]);
       }
     };
-    for (const [name, structure] of this.roots) walk(name, structure);
+    const here = (name) => !OF_A_CHANNEL.test(name) || name.endsWith(`[${this.channel}]`);
+    for (const [name, structure] of this.roots) if (here(name)) walk(name, structure);
     return found;
   }
 }
@@ -65,6 +72,13 @@ export class Tree {
   set(layout) {
     this.layout = layout;
     this.build();
+  }
+
+  /** The channel whose members a search finds. */
+  follow(channel) {
+    if (!this.layout || this.layout.channel === channel) return;
+    this.layout.channel = channel;
+    if (byId("tree-search").value.trim()) this.build();
   }
 
   build() {

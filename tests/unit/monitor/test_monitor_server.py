@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +20,8 @@ from plc_client import FeedControl, task
 from plc_client.mock import line, m
 from plc_client.runner import PlcRunner
 from support.fake_cnc import unique_name
+from support.monitor_page import HERE, LIVE, OURS, TOKEN, Open, acted
 
-TOKEN = "a-token-of-tests"
-HERE = "http://127.0.0.1:8765"
-LIVE = "ws://127.0.0.1:8765/api/live?cell="
-OURS = {"authorization": f"Bearer {TOKEN}"}
 READING = (
     "/api/start",
     "/api/cells",
@@ -221,30 +217,6 @@ def test_a_server_of_one_cell_shows_no_other() -> None:
             assert refused.value.code == 4404
 
 
-class Open:
-    """A page that is open, as its script sees it."""
-
-    def __init__(self, live: Any, client: TestClient) -> None:
-        self._live, self._client = live, client
-        live.send_json({"token": TOKEN})
-        self.page = live.receive_json()["hello"]["page"]
-
-    def frame(self, until: Any = bool) -> dict[str, Any]:
-        """The first frame that fulfils a condition."""
-        for _ in range(200):
-            found: dict[str, Any] = self._live.receive_json()
-            if until(found):
-                return found
-        raise AssertionError(found)
-
-    def want(self, *paths: str) -> None:
-        self._live.send_json({"subscribe": paths, "scope": paths[:1]})
-
-    def act(self, **order: Any) -> Any:
-        given = {"page": self.page, "who": "Ada", "order": order}
-        return self._client.post("/api/act", headers=OURS, json=given)
-
-
 @pytest.fixture
 def cell() -> Iterator[PlcRunner]:
     """A mock CNC and a PLC that takes orders whenever it scans."""
@@ -353,15 +325,6 @@ def test_numbers_and_texts_that_are_none_are_refused(
         answer = acted(cell, Open(live, client), **order)
         assert answer.status_code == 422
         assert answer.json()["error"]
-
-
-def acted(cell: PlcRunner, page: Open, **order: Any) -> Any:
-    """The answer to an order while the PLC scans."""
-    with ThreadPoolExecutor(1) as pool:
-        answer = pool.submit(page.act, **order)
-        while not answer.done():
-            cell.step()
-        return answer.result()
 
 
 def test_orders_go_to_the_plc_and_stand_in_the_events(cell: PlcRunner) -> None:

@@ -117,3 +117,69 @@ def test_commands_are_done_by_the_blocks_of_the_plc() -> None:
         assert runner.distance > here
         assert answer["tasks"]["Program"]["scans"] > 100
         assert sum(answer["handshake"]["counts"]) <= answer["handshake"]["n"]
+
+
+@task()
+class Idle:
+    """A program that commands nothing."""
+
+    def cyclic(self) -> None:
+        pass
+
+
+@pytest.fixture
+def two() -> Iterator[PlcRunner]:
+    """A PLC beside a mock with two channels."""
+    script = [[line(100)], [line(100)]]
+    with PlcRunner.on_mock(Idle, script) as runner:
+        runner.step(2)
+        yield runner
+
+
+def of_channel(
+    runner: PlcRunner, channel: Any, what: str, value: Any = None
+) -> dict[str, Any]:
+    """The answer to an order of the panel of one channel."""
+    given = {"do": "operate", "what": what, "value": value, "channel": channel}
+    return dict(runner._scanner._online(given)["panel"])
+
+
+def test_a_panel_acts_on_its_channel_alone(two: PlcRunner) -> None:
+    """Override and feed hold of the second channel leave the first one alone."""
+    first, second = (two.hli.gpCh[i].bahn_mc_control for i in range(2))
+    before = first.override.state_r
+    assert of_channel(two, 1, "override", 40)["held"] == {"override": 40.0}
+    of_channel(two, 1, "feedhold", True)
+    two.step(3)
+    assert second.override.state_r == 400
+    assert second.feedhold.state_r
+    assert first.override.state_r == before
+    assert not first.feedhold.state_r
+    states = two._scanner._online({"do": "statistics"})["panels"]
+    assert states[0]["held"] == {}
+    assert states[1]["held"] == {"override": 40.0, "feedhold": True}
+    of_channel(two, 1, "override")
+    of_channel(two, 1, "feedhold")
+    assert two._scanner._online({"do": "list"})["forced"] == {}
+
+
+def test_commands_of_two_channels_run_beside_each_other(
+    two: PlcRunner,
+) -> None:
+    """A stop of one while the other's is under way; each ends by itself."""
+    for channel in (0, 1):
+        assert of_channel(two, channel, "stop")["state"] == "busy"
+    two.step(200)
+    states = two._scanner.panel.states()
+    assert [state["command"] for state in states] == ["stop", "stop"]
+    assert "busy" not in [state["state"] for state in states]
+    assert not two._scanner.panel.any
+
+
+@pytest.mark.parametrize("channel", [2, -1, True, "1", 1.0, None])
+def test_a_channel_that_is_none_is_refused(
+    two: PlcRunner, channel: Any
+) -> None:
+    """In words, with the number of channels that there are."""
+    with pytest.raises(ValueError, match="the cell has 2"):
+        of_channel(two, channel, "feedhold", True)

@@ -67,7 +67,9 @@ def test_an_axis_goes_to_another_channel(tmp_path: Path) -> None:
     with Channels(tmp_path, [mill, loader, None], TABLE) as cnc:
         assert shown(cnc, 0) == [(1, "X"), (2, "Y"), (0, "")]
         cnc.until(lambda: shown(cnc, 0)[2] == (5, "Z2"))
+        assert shown(cnc, 0)[:2] == [(1, "X"), (2, "Y")]
         assert shown(cnc, 1)[1] == (0, "")
+        assert shown(cnc, 1)[0][1] == "X"
         assert cnc.positions(0)[2] == pytest.approx(20.0, abs=0.01)
         cnc.until(lambda: cnc.positions(0)[0] > 3.0)
         assert cnc.positions(0)[2] == 30.0
