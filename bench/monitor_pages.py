@@ -108,7 +108,7 @@ def pages(name: str, count: int) -> Iterator[int]:
         command, stdout=subprocess.PIPE, text=True
     ) as process:
         assert process.stdout is not None
-        base, _, token = process.stdout.readline().strip().partition("/?token=")
+        base, _, token = process.stdout.readline().strip().partition("/#token=")
         address = base.replace("http", "ws")
         threads = [
             threading.Thread(target=page, args=(address, name, token, end))

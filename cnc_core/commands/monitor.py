@@ -152,7 +152,8 @@ def monitor(
         os.nice(NICE)
     everywhere = host in ("0.0.0.0", "::")
     shown = "127.0.0.1" if everywhere else f"[{host}]" if ":" in host else host
-    out.print(f"http://{shown}:{number}/?token={served.token}")
+    # behind # a browser keeps it: no server and no proxy is told
+    out.print(f"http://{shown}:{number}/#token={served.token}")
     sys.stdout.flush()
     hosts = host_names(host, number, allow_host or ())
     ended_by = asyncio.run(serve(Monitor(served).app(hosts), at))

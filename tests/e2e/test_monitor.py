@@ -421,9 +421,12 @@ def test_without_a_name_the_cells_are_listed(
 def test_a_wrong_token_sees_and_does_nothing(shown: Shown) -> None:
     """The address is refused; the page asks for a token and takes no wrong one."""
     tab = shown.tab
-    base = shown.address.partition("?")[0]
+    base = shown.address.partition("#")[0]
     tab.go(f"{base}?token=wrong")
     assert tab.text("body").strip() == "the token is wrong"
+    tab.go(f"{base}#token=wrong")
+    tab.until("!document.querySelector('#login').hidden")
+    assert "wrong" not in str(tab.js("location.href"))
     tab.go(base)
     tab.js("sessionStorage.clear()")
     tab.go(base)
@@ -436,14 +439,36 @@ def test_a_wrong_token_sees_and_does_nothing(shown: Shown) -> None:
     assert tab.js("document.querySelector('#machine').hidden")
 
 
+def test_the_token_is_in_no_address_that_the_server_sees(shown: Shown) -> None:
+    """Neither of the page nor of what it loads and opens; the page has it all
+    the same.  A token in the query, as it was printed earlier, serves, too.
+    """
+    tab = shown.tab
+    base, _, token = shown.address.partition("#token=")
+    tab.go("about:blank")
+    tab.do("Network.enable")
+    tab.asked.clear()
+    tab.go(shown.address)
+    tab.until("document.querySelector('#status').innerText === 'live'")
+    tab.do("Network.disable")
+    assert any("/api/live" in address for address in tab.asked)
+    assert any("/api/start" in address for address in tab.asked)
+    sent = [address.partition("#")[0] for address in tab.asked]
+    assert [address for address in sent if token in address] == []
+    assert token not in str(tab.js("location.href"))
+    tab.js("sessionStorage.clear()")
+    tab.go(f"{base}?token={token}")
+    tab.until("document.querySelector('#status').innerText === 'live'")
+    assert token not in str(tab.js("location.href"))
+
+
 def test_another_site_reaches_nothing(shown: Shown, tmp_path: Path) -> None:
     """A page of a foreign origin gets neither an answer nor a stream."""
     tab = shown.tab
     foreign = tmp_path / "foreign.html"
     foreign.write_text("<title>foreign</title>")
     tab.go(foreign.as_uri())
-    base, _, query = shown.address.partition("/?")
-    token = query.removeprefix("token=")
+    base, _, token = shown.address.partition("/#token=")
     asked = (
         f"fetch('{base}/api/cells', {{headers: {{authorization:"
         f" 'Bearer {token}'}}}}).then(() => 'read', () => 'refused')"

@@ -89,7 +89,7 @@ def server() -> Iterator[Server]:
         try:
             assert process.stdout is not None
             address = process.stdout.readline().strip()
-            base, _, token = address.partition("/?token=")
+            base, _, token = address.partition("/#token=")
             port = int(base.rpartition(":")[2])
             assert segment.memory is not None
             root = segment.memory[:]

@@ -29,6 +29,7 @@ class Tab:
         )
         self._numbers = itertools.count(1)
         self.said: list[str] = []  # errors on its console
+        self.asked: list[str] = []  # addresses, while "Network" is enabled
         self.answer_s = ANSWER_S  # more on a machine that does much else
         for domain in ("Page", "Runtime", "Log"):
             self.do(f"{domain}.enable")
@@ -52,12 +53,19 @@ class Tab:
         method = message.get("method")  # none: an answer that came too late
         if method == "Runtime.exceptionThrown":
             self.said.append(json.dumps(message["params"])[:600])
+        if method == "Network.requestWillBeSent":
+            self.asked.append(message["params"]["request"]["url"])
+        if method == "Network.webSocketCreated":
+            self.asked.append(message["params"]["url"])
         if method == "Log.entryAdded":
             entry = message["params"]["entry"]
             if entry["level"] == "error":
                 self.said.append(f"{entry['text']} {entry.get('url', '')}")
 
     def go(self, address: str) -> None:
+        """Load it, also where it differs by what stands behind # alone."""
+        if "#" in address:
+            self.go("about:blank")
         self.do("Page.navigate", url=address)
         self.until("document.readyState === 'complete'")
 

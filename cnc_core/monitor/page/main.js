@@ -4,7 +4,7 @@ import { byId, element, fixed, setText } from "./format.js";
 import { Channels } from "./channels.js";
 import { Dialog } from "./dialog.js";
 import { Latency } from "./latency.js";
-import { Live, Way, get, post, setToken } from "./net.js";
+import { Live, Way, get, post, setToken, wantedRecording } from "./net.js";
 import { Panel } from "./panel.js";
 import { PathView } from "./path.js";
 import { Player } from "./recording.js";
@@ -264,6 +264,9 @@ async function openRecording(name) {
   window.player = new Player(found, views);
 }
 
+// the same page with a token in the address: a browser does not load it again
+addEventListener("hashchange", () => { if (/[#&]token=/.test(location.hash)) location.reload(); });
+
 async function start() {
   let begin;
   try {
@@ -272,8 +275,8 @@ async function start() {
     login(error.status === 401 ? "a token is needed" : error.message);
     return;
   }
-  const wanted = location.hash.slice(1);
-  if (wanted.startsWith("recording=")) await openRecording(decodeURIComponent(wanted.slice(10)));
+  const wanted = wantedRecording();
+  if (wanted) await openRecording(wanted);
   else if (begin.view === "recording") await openRecording(begin.recordings[0]);
   else if (begin.cell) window.machine = new Machine(begin.cell);
   else await listCells();

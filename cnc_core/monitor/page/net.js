@@ -3,12 +3,21 @@
 const KEY = "hli-cosim-token";
 const RETRY_MS = [200, 500, 1000, 2000];
 
+/** What stands behind # in the address: a browser keeps it for itself. */
+const kept = () => new URLSearchParams(location.hash.slice(1));
+
+/** The recording that the address names. */
+export const wantedRecording = () => kept().get("recording");
+
 /** The token of the address, which then goes from the address bar, or of this tab. */
 export function token() {
-  const given = new URLSearchParams(location.search).get("token");
+  const words = kept();
+  const given = words.get("token") || new URLSearchParams(location.search).get("token");
   if (given) {
     sessionStorage.setItem(KEY, given);
-    history.replaceState(null, "", location.pathname + location.hash);
+    words.delete("token");
+    const rest = words.toString();
+    history.replaceState(null, "", location.pathname + (rest ? `#${rest}` : ""));
   }
   return sessionStorage.getItem(KEY) || "";
 }
