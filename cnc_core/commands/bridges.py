@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import CncError
-from .console import app, out
+from .console import app, out, say_error
 
 NICE = 5  # the cell comes first
 CELL, LOOPBACK = "hli-cosim", "127.0.0.1"
@@ -122,8 +122,9 @@ def opcua(
     cell = ServedCell(name)
 
     def ready(number: int) -> None:
-        _told(f"opc.tcp://{host}:{number}/ serves {cell.told()}")
+        _told(f"OPC UA at opc.tcp://{host}:{number}/; {cell.told()}")
 
+    say_error("OPC UA: building the address space, some seconds")
     door = Door(host, port, passwords, certificate, key)
     _served(serve(cell, door, ready), f"OPC UA at {host}:{port}")
 
