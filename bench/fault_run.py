@@ -481,7 +481,8 @@ def check_cycles(found: Recording) -> None:
     if "cycles" not in found.tables:
         return
     cycles = [int(k) for k in _channel_of(found).cycles["cycle"]]
-    assert cycles == list(range(cycles[0], cycles[0] + len(cycles)))
+    first = cycles[0] if cycles else 0
+    assert cycles == list(range(first, first + len(cycles)))
 
 
 def clean(
