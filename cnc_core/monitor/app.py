@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import math
 import os
 import time
 from collections.abc import AsyncIterator, Callable
@@ -37,6 +38,7 @@ from .security import App, Guard, bearer, body_of, same_token
 from .source import Source
 
 PAGES_MAX = 24
+TIME_CHARACTERS = 32
 RAW_BLOCKS = 50
 RAW_FIRST_S, RAW_S = 0.02, 0.2  # a short look by itself; when it is asked for
 RAW_PAUSE_S = 2.0  # between two measurements: they keep two processors busy
@@ -101,6 +103,7 @@ class Monitor:
             Path_("/api/layout", self._layout),
             Path_("/api/route", self._route),
             Path_("/api/recording", self._recording),
+            Path_("/api/recording/contour", self._recorded_contour),
             Path_("/api/act", self._act, methods=["POST"]),
             Path_("/api/raw", self._raw, methods=["POST"]),
             WebSocketRoute("/api/live", self._live),
@@ -217,8 +220,20 @@ class Monitor:
         return await self._answer(request, found)
 
     async def _recording(self, request: Request) -> Response:
-        name = request.query_params.get("name", "")
-        return await self._answer(request, lambda: self._recorded.shown(name))
+        name, channel = _recording_of(request)
+        return await self._answer(
+            request, lambda: self._recorded.shown(name, channel)
+        )
+
+    async def _recorded_contour(self, request: Request) -> Response:
+        """The request of the look-ahead that was the last one at a time, s."""
+        name, channel = _recording_of(request)
+        text = request.query_params.get("time", "")
+
+        def found() -> Any:
+            return self._recorded.contour(name, channel, as_time(text))
+
+        return await self._answer(request, found)
 
     # -- what it does
     async def _act(self, request: Request) -> Response:
@@ -312,6 +327,23 @@ class _NotTaken(Exception):  # noqa: N818 (an answer, not a failure)
     def __init__(self, status: int, text: str) -> None:
         super().__init__(text)
         self.status = status
+
+
+def _recording_of(request: Request) -> tuple[str, str]:
+    """The recording and the channel that are asked for."""
+    asked = request.query_params
+    return asked.get("name", ""), asked.get("channel", "")
+
+
+def as_time(text: str) -> float:
+    """A finite time, s.  RefusedError."""
+    try:
+        found = float(text[:TIME_CHARACTERS])
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found):
+        raise RefusedError("a time is a number of seconds")
+    return found
 
 
 def as_index(text: str) -> int:

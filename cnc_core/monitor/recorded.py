@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,12 @@ from ..errors import CncError
 from ..observing.plc import RefusedError
 from ..observing.sight import MM
 from ..recording.reading import Recording, Table
+from .recorded_requests import RecordedRequests
 
 ROWS = 20_000
 LINES = 20_000
 EVENTS = 500
+NOT_READABLE = CncError, OSError, ValueError, KeyError
 NUMBERS = (
     "t",
     "s",
@@ -36,47 +39,50 @@ class Recorded:
 
     def __init__(self, paths: list[Path]) -> None:
         self._paths = {path.name: path for path in paths}
-        self._channels: dict[Path, tuple[int, tuple[str, ...]]] = {}
+        self._asking = threading.Lock()
+        self._requests: tuple[tuple[str, str, int], RecordedRequests] | None
+        self._requests = None  # of the recording that was asked for last
 
     def names(self) -> list[str]:
-        """What may be opened now: a run may still be writing its own.
+        """What may be opened now: a run may still be writing its own."""
+        return [name for name, path in self._paths.items() if path.exists()]
 
-        Of a cell with several channels: each of them, ``FILE CHANNEL``.
+    def shown(self, name: str, channel: str = "") -> dict[str, Any]:
+        """One recording; of several channels the named one, else the first.
+
+        RefusedError: not served, or not readable.
         """
-        return [
-            name
-            for file, path in self._paths.items()
-            if path.exists()
-            for name in self._names_in(file, path)
-        ]
+        try:
+            whole, recording = self._open(name, channel)
+            return shown(recording) | {"channels": list(whole.channels)}
+        except NOT_READABLE as error:
+            raise RefusedError(str(error)) from None
 
-    def _names_in(self, file: str, path: Path) -> list[str]:
-        """Looked up again when the file has changed."""
-        changed = path.stat().st_mtime_ns
-        known = self._channels.get(path)
-        if known is None or known[0] != changed:
-            try:
-                found = Recording(path).channels
-            except (CncError, OSError, ValueError, KeyError):
-                found = ()  # whoever opens it is told
-            known = self._channels[path] = changed, found
-        return [f"{file} {name}" for name in known[1]] or [file]
+    def contour(self, name: str, channel: str, time_s: float) -> dict[str, Any]:
+        """The last request up to this time and its answer.  RefusedError."""
+        path = self._paths.get(name)
+        try:
+            changed = path.stat().st_mtime_ns if path else 0
+            key = name, channel, changed
+            with self._asking:
+                if self._requests is None or self._requests[0] != key:
+                    _, recording = self._open(name, channel)
+                    self._requests = key, RecordedRequests(recording)
+                return self._requests[1].at(time_s)
+        except NOT_READABLE as error:
+            raise RefusedError(str(error)) from None
 
-    def shown(self, name: str) -> dict[str, Any]:
-        """One recording.  RefusedError: not served, or not readable."""
-        path, channel = self._paths.get(name), ""
-        if path is None:
-            file, _, channel = name.rpartition(" ")
-            path = self._paths.get(file)
+    def _open(self, name: str, channel: str) -> tuple[Recording, Recording]:
+        """A recording, and the channel that is meant."""
+        if name not in self._paths and not channel:  # FILE CHANNEL
+            name, _, channel = name.rpartition(" ")
+        path = self._paths.get(name)
         if path is None:
             raise RefusedError(f"recording {name[:64]!r} is not served here")
-        try:
-            recording = Recording(path)
-            if channel or recording.channels:
-                recording = recording.channel(channel or recording.channels[0])
-            return shown(recording)
-        except (CncError, OSError, ValueError, KeyError) as error:
-            raise RefusedError(str(error)) from None
+        whole = Recording(path)
+        if not (channel or whole.channels):
+            return whole, whole
+        return whole, whole.channel(channel or whole.channels[0])
 
 
 def shown(recording: Recording) -> dict[str, Any]:
@@ -95,9 +101,8 @@ def shown(recording: Recording) -> dict[str, Any]:
             columns[name] = [value * MM for value in columns[name]]
     program = recording.meta.get("program", {})
     return {
-        "name": " ".join(
-            filter(None, (recording.path.name, recording.meta.get("channel")))
-        ),
+        "name": recording.path.name,
+        "channel": recording.meta.get("channel", ""),
         "complete": recording.complete,
         "rows": n,
         "axes": axes,
@@ -106,7 +111,7 @@ def shown(recording: Recording) -> dict[str, Any]:
         "symbols": _symbols(recording, cycles["t"][keep] if n else None),
         "functions": _rows(recording, "functions"),
         "events": _rows(recording, "events"),
-        "program": str(program.get("name", "")),
+        "program": str(program.get("file", "")),
         "lines": program.get("text", "").splitlines()[:LINES],
     }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterable
 from typing import Any
 
 from hli._sync import ffi, lib
@@ -227,11 +228,11 @@ class Sight:
         if number != self._answers and not unit.semaphor_rw:
             request = unit.request
             asked = request.start_position, request.length
-            rows = _elements(unit.response.block)
+            rows = elements_told(unit.response.block)
             again = int(self.areas.sidecar.clah_answer.word)
             if again == number and not unit.semaphor_rw:
                 self._answers = number
-                self._contour = {"elements": rows} | _request(*asked)
+                self._contour = {"elements": rows} | request_told(*asked)
         state = self._ahead.value
         return self._contour | {
             "answer": self._answers,
@@ -248,13 +249,14 @@ def spatial(names: list[str]) -> list[int]:
     return found
 
 
-def _request(start: float, length: float) -> dict[str, Any]:
+def request_told(start: float, length: float) -> dict[str, Any]:
+    """A request by its numbers in the HLI: lengths in mm."""
     mode = 1 if length == 0 else 2
     scale = 1.0 if mode == 1 else MM
     return {"mode": mode, "start": start * scale, "length": length * scale}
 
 
-def _elements(blocks: Any) -> list[dict[str, Any]]:
+def elements_told(blocks: Iterable[Any]) -> list[dict[str, Any]]:
     """The elements of an answer up to the first of type 0; lengths in mm."""
     found = []
     for block in blocks:

@@ -17,6 +17,8 @@ from typing import Any
 import pytest
 
 import hli
+from cnc_core import Cell
+from cnc_core.monitor.recorded import Recorded
 from hli import orders
 from support.browser import CHROMIUM, Browser, Tab
 from support.command_line import command
@@ -61,16 +63,16 @@ pytestmark = [
 ]
 
 
-def text_of(channel: str) -> str:
+def text_of(channel: str, passes: int = PLACES) -> str:
     """A program of the channel that is its own to look at."""
     figure = FIGURES[channel]
-    passes = (
+    each = (
         figure.format(
             n=40 * i + 10, m=40 * i + 20, k=40 * i + 30, l=40 * i + 40
         )
-        for i in range(PLACES)
+        for i in range(passes)
     )
-    return "".join(passes) + "M30\n"
+    return "".join(each) + "M30\n"
 
 
 @dataclass
@@ -200,6 +202,7 @@ def test_every_view_is_of_the_chosen_channel(page: Shown, channel: int) -> None:
     if channel == 0 and os.environ.get("HLI_COSIM_GOLDEN") == "write":
         shot = Path(os.environ.get("HLI_COSIM_SHOTS", IMAGES))
         tab.until("machine.scope.t.length > 400")
+        tab.until("document.querySelector('#status').innerText === 'live'")
         tab.screenshot(shot / "monitor_channels.png")
 
 
@@ -301,3 +304,55 @@ def test_the_cnc_tells_how_far_each_channel_is(page: Shown) -> None:
         page.tab.until("!!document.querySelector('#program-lines .reached')")
         read = int(page.tab.js("machine.program.reached"))
         assert read >= told["channels"][channel]["line"] > 0
+
+
+def test_a_recording_has_its_channels_and_its_contour(
+    shown: Shown, tmp_path: Path
+) -> None:
+    """The list of channels changes every view at the same time of the run; the
+    contour table is that of the last request, as the recording holds it.
+    """
+    tab, target = shown.tab, tmp_path / "run.arrow"
+    (tmp_path / "cell.toml").write_text(CELL)
+    (tmp_path / "asks.py").write_text(PLC)
+    files = [tmp_path / f"{name}.nc" for name in NAMES]
+    for file in files:
+        file.write_text(text_of(file.stem, passes=1))
+    with Cell(tmp_path / "cell.toml") as cell:
+        plc = tmp_path / "asks.py"
+        cell.run(files, plc=plc, record=target).check()
+    served = Recorded([target])
+    tab.said.clear()
+    with subprocess.Popen(
+        command("monitor", target, "--port", 0),
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as server:
+        try:
+            assert server.stdout is not None
+            tab.go(server.stdout.readline().strip())
+            tab.until("player.columns && player.columns.t.length > 0")
+            tab.js(
+                "(m => { m.value = 1.5; m.dispatchEvent(new Event('input')) })"
+                "(document.querySelector('#moment'))"
+            )
+            for channel, name in enumerate(NAMES):
+                tab.js(
+                    f"(s => {{ s.value = '{channel}'; s.dispatchEvent("
+                    "new Event('change')) })(document.querySelector('#channel'))"
+                )
+                tab.until(f"player.found.channel === '{name}'")
+                time_s = float(tab.js("player.at"))
+                assert time_s == pytest.approx(1.5, abs=0.01)
+                wanted = served.contour("run.arrow", name, time_s)
+                asked = f"mode 2, {10 * (channel + 1)}.000 mm from"
+                text = "document.querySelector('#contour-asked').innerText"
+                tab.until(f"{text}.includes('{asked}')")
+                rows = "document.querySelectorAll('#contour-rows tr').length"
+                assert wanted["elements"]
+                tab.until(f"{rows} === {len(wanted['elements'])}")
+                assert f"({name})" in tab.text("#contour-head")
+                assert tab.js("player.found.program") == f"{name}.nc"
+            assert tab.said == []
+        finally:
+            server.terminate()

@@ -317,12 +317,14 @@ def test_a_channel_whose_program_changes_stands_in_the_recording(
     assert np.array_equal(np.diff(numbers), np.ones(len(numbers) - 1))
 
 
-def test_the_monitors_page_lists_each_channel(folder: Path) -> None:
+def test_the_monitors_page_shows_each_channel(folder: Path) -> None:
     """And shows its columns, rows and program alone."""
     served = Recorded([folder / "run.parquet"])
-    assert served.names() == ["run.parquet mill", "run.parquet saw"]
-    page = served.shown("run.parquet saw")
-    assert page["name"] == "run.parquet saw"
+    assert served.names() == ["run.parquet"]
+    page = served.shown("run.parquet", "saw")
+    assert served.shown("run.parquet saw") == page
+    assert (page["channels"], page["channel"]) == (["mill", "saw"], "saw")
+    assert page["name"] == "run.parquet"
     assert page["axes"] == ["X"]
     assert max(page["columns"]["X"]) == pytest.approx(9.0)
     assert [row["code"] for row in page["functions"]] == [9]

@@ -260,8 +260,19 @@ async function openRecording(name) {
   const found = await get("recording", { name });
   setText(byId("status"), "a recording");
   setText(byId("age"), "");
-  const views = { path: new PathView(), program: new ProgramView(), scope: new Scope((p) => found.units[p] || "", () => {}) };
-  window.player = new Player(found, views);
+  let player;
+  const unitOf = (path) => ((player ? player.found : found).units[path] || "");
+  const views = { path: new PathView(), program: new ProgramView(), scope: new Scope(unitOf, () => {}) };
+  const named = () => ({ name: found.name, channel: channels.names[channels.index] || "" });
+  const channels = new Channels(async () => {
+    const asked = named();
+    const other = await get("recording", asked);
+    if (asked.channel === named().channel) player.load(other, player.at);
+  });
+  channels.set(found.channels);
+  channels.choose(Math.max(0, found.channels.indexOf(found.channel)));
+  player = new Player(found, views, (time) => get("recording/contour", { ...named(), time }));
+  window.player = player;
 }
 
 // the same page with a token in the address: a browser does not load it again

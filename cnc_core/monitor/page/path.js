@@ -71,9 +71,14 @@ export class PathView {
     }
     for (const sample of frame.trail || []) this.vMax = Math.max(this.vMax, Math.abs(sample[4]));
     this.motion = frame.motion || null;
-    const contour = frame.contour;
-    this.elements = contour && contour.mode === 2 ? contour.elements : [];
+    this.mark(frame.contour);
     if (!this.fitted && this.trail.length > 1) this.fit();
+    this.dirty = true;
+  }
+
+  /** The elements of a request. */
+  mark(contour) {
+    this.elements = contour && contour.mode === 2 ? contour.elements : [];
     this.dirty = true;
   }
 

@@ -1,6 +1,7 @@
 // A recording in the same views: a slider stands for the time.
 
 import { byId, fillRows, fixed, setText } from "./format.js";
+import { showContour } from "./tables.js";
 
 const SLICE = 4000; // samples of the trail
 
@@ -15,21 +16,29 @@ function rowAt(t, time) {
 }
 
 export class Player {
-  constructor(found, views) {
-    this.found = found;
+  /** `ask`: gives the last request of the look-ahead at a time, s. */
+  constructor(found, views, ask) {
     this.views = views;
-    this.columns = found.columns;
+    this.ask = ask;
     views.path.looked = Infinity; // its samples are as far apart as they are
-    this.at = 0;
     this.playing = null;
     byId("player").hidden = false;
-    setText(byId("recording-name"), `${found.name}${found.complete ? "" : ", not complete"}`);
-    const { t } = this.columns;
     const slider = byId("moment");
-    slider.min = t[0] || 0;
-    slider.max = t[t.length - 1] || 0;
     slider.addEventListener("input", () => this.show(Number(slider.value)));
     byId("play").addEventListener("click", () => this.play(!this.playing));
+    this.load(found, found.columns.t[0] || 0);
+  }
+
+  /** A recording, or another channel of it, at a time, s. */
+  load(found, time) {
+    const { views } = this;
+    this.found = found;
+    this.columns = found.columns;
+    this.contour = null;
+    setText(byId("recording-name"), `${found.name}${found.complete ? "" : ", not complete"}`);
+    const { t } = this.columns;
+    byId("moment").min = t[0] || 0;
+    byId("moment").max = t[t.length - 1] || 0;
     const places = ["X", "Y", "Z"].map((name) => (found.axes.includes(name) ? name : ""));
     const known = places.some(Boolean) ? places : [0, 1, 2].map((i) => found.axes[i] || "");
     this.places = known.map((name) => this.columns[name] || null);
@@ -40,7 +49,24 @@ export class Player {
     this.events();
     views.scope.paths = ["v", "override", ...Object.keys(found.symbols)].slice(0, 6);
     this.fillScope();
-    this.show(t[0] || 0);
+    this.show(time);
+  }
+
+  /** The contour of the moment; one question at a time, the last one counts. */
+  async askContour(time) {
+    this.wanted = time;
+    if (this.asking) return;
+    this.asking = true;
+    while (this.wanted !== null) {
+      const [at, { found }] = [this.wanted, this];
+      this.wanted = null;
+      const contour = await this.ask(at).catch((error) => ({ elements: [], problem: error.message }));
+      if (found !== this.found) continue; // another channel is shown by now
+      this.contour = contour;
+      showContour(contour);
+      this.views.path.mark(contour);
+    }
+    this.asking = false;
   }
 
   column(name, i) { return (this.columns[name] || [])[i] || 0; }
@@ -94,7 +120,8 @@ export class Player {
     for (let k = 0; k <= i; k += step) trail.push(this.sample(k));
     trail.push(this.sample(i));
     const known = this.column("max_dist_prog_start", i);
-    path.take({ trail, trail_new: true, motion: { distance: this.way[i], known, epoch: 0 }, contour: null });
+    path.take({ trail, trail_new: true, motion: { distance: this.way[i], known, epoch: 0 }, contour: this.contour });
+    this.askContour(t[i]);
     program.mark(this.column("line", i), this.column("line", i));
     scope.moment(t[i]);
   }

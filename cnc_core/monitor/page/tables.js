@@ -7,11 +7,18 @@ const EVENTS = 300;
 
 export function showContour(contour) {
   if (!contour) return;
+  if (contour.problem && !contour.mode) {
+    setText(byId("contour-asked"), contour.problem);
+    fillRows(byId("contour-rows"), []);
+    return;
+  }
   const asked = !contour.mode ? "nothing was asked yet"
     : contour.mode === 1 ? `mode 1, the marked log from entry ${fixed(contour.start, 0)}`
       : `mode 2, ${fixed(contour.length, 3)} mm from ${fixed(contour.start, 3)} mm`;
-  setText(byId("contour-asked"), `${asked}: ${contour.elements.length} elements;`
-    + ` ${contour.log} entries in the log${contour.logging ? ", which is on" : ""}`);
+  const log = contour.log === undefined ? "" // a recording does not tell
+    : `; ${contour.log} entries in the log${contour.logging ? ", which is on" : ""}`;
+  const problem = contour.problem ? `; ${contour.problem}` : "";
+  setText(byId("contour-asked"), `${asked}: ${contour.elements.length} elements${log}${problem}`);
   fillRows(byId("contour-rows"), contour.elements.map((one) => [
     one.type, `=${one.n}`, `=${fixed(one.start, 3)}`, `=${fixed(one.length, 3)}`,
     `=${one.radius ? fixed(one.radius, 3) : "-"}`, `=${one.angle ? fixed(one.angle * DEGREES, 2) : "-"}`,

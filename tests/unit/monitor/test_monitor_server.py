@@ -28,6 +28,7 @@ READING = (
     "/api/layout",
     "/api/route",
     "/api/recording",
+    "/api/recording/contour",
 )
 
 
@@ -404,6 +405,14 @@ def test_a_recording_is_shown_and_no_other_file(
         assert columns["dist_prog_start"][-1] == pytest.approx(20.0)
         assert found["lines"][0] == "G1 X10 F6000"
         assert [f["code"] for f in found["functions"]] == [5]
+        contour = "/api/recording/contour"
+        given = {"name": "run.arrow", "time": "0.1"}
+        answer = client.get(contour, headers=OURS, params=given)
+        assert answer.status_code == 200
+        for time_text in ("", "x", "nan", "inf", "1e999"):
+            given["time"] = time_text
+            answer = client.get(contour, headers=OURS, params=given)
+            assert answer.status_code == 404, time_text
         for name in ("gone.npz", "../run.arrow", "/etc/passwd", ""):
             answer = client.get(ask + name, headers=OURS)
             assert answer.status_code == 404, name
