@@ -34,6 +34,7 @@ ROUTES = (
     "/api/layout",
     "/api/route?cell=",
     "/api/recording?name=",
+    "/api/recording/contour?time=0",
     "/api/act",
     "/api/raw",
     "/api/live?cell=",
