@@ -1,6 +1,6 @@
 """Whether the package works with the lowest versions that it says it takes.
 
-    python bench/lowest_bounds.py [--extra test] [--folder DIR] [TEST ...]
+    python bench/lowest_bounds.py [--extra test] [--wheel FILE] [--folder DIR] [TEST ...]
 
 Builds a wheel with the lowest setuptools and cffi of ``pyproject.toml``, installs it
 beside the lowest version of each dependency and of each of the extra's, in an
@@ -80,29 +80,32 @@ def environment(folder: Path, wanted: Iterable[str]) -> Path:
 
 
 def wheel(folder: Path, requires: Iterable[str]) -> Path:
-    """A wheel from what is committed, built with the lowest tools."""
+    """A wheel from the clone, built with the lowest tools."""
     exact = [f"{name}=={at}" for name, at in bounds(requires).items()]
     own = environment(folder / "build", [*exact, "wheel"])
-    run("git", "clone", "-q", ROOT, folder / "tree")
     words = ("wheel", "-q", "--no-deps", "--no-build-isolation")
     run(own, "-m", "pip", *words, "-w", folder / "made", folder / "tree")
     (made,) = (folder / "made").glob("*.whl")
     return made
 
 
-def tested(folder: Path, extra: str, tests: list[str]) -> int:
+def tested(
+    folder: Path, extra: str, made: Path | None, tests: list[str]
+) -> int:
     """The tests' exit code, with the packages of the wheel."""
     content = tomllib.loads((ROOT / "pyproject.toml").read_text())
-    made = wheel(folder, content["build-system"]["requires"])
+    clone = folder / "tree"
+    run("git", "clone", "-q", ROOT, clone)
+    made = made or wheel(folder, content["build-system"]["requires"])
     found = lowest(content["project"], extra)
     limits = folder / "lowest.txt"
     limits.write_text("".join(f"{n}=={at}\n" for n, at in found.items()))
     own = environment(folder / "venv", ["-c", limits, f"{made}[{extra}]"])
     run(own, "-m", "pip", "freeze")
     for name in PACKAGES:
-        shutil.rmtree(folder / "tree" / name)
+        shutil.rmtree(clone / name)
     words = ("-P", "-m", "pytest", "-q", "-p", "no:cacheprovider")
-    return run(own, *words, *tests, cwd=folder / "tree", check=False)
+    return run(own, *words, *tests, cwd=clone, check=False)
 
 
 def main() -> None:
@@ -113,11 +116,13 @@ def main() -> None:
     )
     parser.add_argument("--extra", default="test")
     parser.add_argument("--folder", type=Path)
+    parser.add_argument("--wheel", type=Path, help="built already")
     parser.add_argument("tests", nargs="*", default=list(TESTS))
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         folder = (args.folder or Path(scratch)).resolve()
-        sys.exit(tested(folder, args.extra, args.tests))
+        made = args.wheel and args.wheel.resolve()
+        sys.exit(tested(folder, args.extra, made, args.tests))
 
 
 if __name__ == "__main__":

@@ -45,6 +45,9 @@ void interleave(void);
     (interleave(), __atomic_store(__VA_ARGS__), interleave())
 #define __atomic_compare_exchange_n(...)                                       \
     (interleave(), __atomic_compare_exchange_n(__VA_ARGS__))
+/* of a piece that is shortened under GEO: between its end and its length */
+#define store_f64_release(p, v)                                                \
+    (interleave(), store_f64_release(p, v), interleave())
 #else
 #define ATOMIC_GET(x) __atomic_load_n(&(x), __ATOMIC_ACQUIRE)
 #define ATOMIC_SET(x, v) __atomic_store_n(&(x), (v), __ATOMIC_RELEASE)
