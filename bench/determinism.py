@@ -1,11 +1,12 @@
 """Whether builds of this tree drive the same bits: compilers, levels, interpreters, processors.
 
-    python bench/determinism.py [--variant clang-O2 ...] [--folder DIR]
+    python bench/determinism.py [--variant clang-O2 ...] [--folder DIR] [--wheel FILE]
 
 A variant is a compiler and a level (``gcc-O2``, ``clang-O3``), a compiler and a
 processor, or an interpreter (``python3.12``).  Each is built from a clone of what is
 committed and drives the fifty programs of ``tests/support/sample_hashes.py``.  An
-interpreter has an environment of its own, a compiler has the packages of this one.
+interpreter has an environment of its own, where ``--wheel`` names what is built already;
+a compiler has the packages of this one.
 ``gcc-avx2`` and ``clang-avx2`` compile all for a processor with AVX2 and FMA.
 ``gcc-sse2`` is an engine that never takes its solver for AVX2.
 ``sse2`` and ``avx2`` are the build of this environment, where the C library, numpy and
@@ -88,7 +89,9 @@ def hashes(
     return typed
 
 
-def interpreted(variant: str, made: Path) -> dict[str, str] | None:
+def interpreted(
+    variant: str, made: Path, wheel: Path | None
+) -> dict[str, str] | None:
     """The hashes of another interpreter; None: it is not here."""
     python = shutil.which(variant)
     runs = python and subprocess.run(
@@ -99,7 +102,7 @@ def interpreted(variant: str, made: Path) -> dict[str, str] | None:
     tree = clone(made)
     _run(python, "-m", "venv", made / "venv")
     own = made / "venv" / "bin" / "python"
-    _run(own, "-m", "pip", "install", "-q", tree)
+    _run(own, "-m", "pip", "install", "-q", wheel or tree)
     return hashes(own, tree, made)
 
 
@@ -132,14 +135,16 @@ def clone(made: Path) -> Path:
     return made / "tree"
 
 
-def driven(variant: str, folder: Path) -> dict[str, str] | None:
+def driven(
+    variant: str, folder: Path, wheel: Path | None
+) -> dict[str, str] | None:
     """The hashes of a variant; None: its tools are not here."""
     if variant == "here":
         return hashes(sys.executable, ROOT)
     if variant in PROCESSORS:
         return hashes(sys.executable, ROOT, **PROCESSORS[variant])
     if variant.startswith("python"):
-        return interpreted(variant, folder / variant)
+        return interpreted(variant, folder / variant, wheel)
     return compiled(variant, folder / variant)
 
 
@@ -157,14 +162,16 @@ def main() -> None:
     )
     parser.add_argument("--variant", action="append", choices=VARIANTS)
     parser.add_argument("--folder", type=Path)
+    parser.add_argument("--wheel", type=Path)
     args = parser.parse_args()
     text = (ROOT / "tests/golden/sample_hashes.json").read_text()
     stored: dict[str, str] = json.loads(text)["programs"]
     different = False
     with tempfile.TemporaryDirectory() as scratch:
+        wheel = args.wheel and args.wheel.resolve()
         folder = (args.folder or Path(scratch)).resolve()
         for variant in args.variant or VARIANTS:
-            found = driven(variant, folder)
+            found = driven(variant, folder, wheel)
             if found is None:
                 print(f"{variant:12} not here, left out", flush=True)
                 continue
