@@ -22,6 +22,8 @@ typedef struct scheduler {
                        GEO */
     bool rehearse;  /* GEO rehearses ahead of each cycle, as in real time */
     bool switched;
+    int64_t seen;        /* cycle that the planner's last turn has ended in */
+    int64_t turns, most; /* it ended so often while the path stood unasked */
 } scheduler;
 
 static scheduler now;
@@ -39,8 +41,19 @@ static void run_geo(void) {
     now.cycles++;
 }
 
+/* A turn of the planner has ended: the path stands unasked for one more, if GEO
+ * has had a cycle since the last one. */
+static void count_turn(void) {
+    const struct engine *engine = now.engine;
+    bool stands = engine->lateness.cycles_now > 0 && !engine->geo.has_phase;
+    now.turns = !stands ? 0 : now.turns + (now.cycles != now.seen);
+    now.seen = now.cycles;
+    now.most = now.turns > now.most ? now.turns : now.most;
+}
+
 static void run_planner(void) {
     prediction_plan(now.engine, planner_pump(now.engine) != 0);
+    count_turn();
 }
 
 /* Mostly a cycle or two; now and then as many as pass while the planner gets no
@@ -115,7 +128,10 @@ int engine_interleaved(engine *engine,
                       .geo_first = geo_first != 0,
                       .rehearse = rehearse != 0,
                       .end = cycles,
-                      .switched = true};
+                      .switched = true,
+                      .seen = -1,
+                      .turns = now.turns,
+                      .most = now.most};
     for (int i = 0; i < 8; i++) {
         draw(2);
     }
@@ -127,6 +143,12 @@ int engine_interleaved(engine *engine,
     ATOMIC_SET(engine->threads.running, 0);
     return event < 0 ? ENGINE_DONE : event;
 }
+
+int64_t engine_interleaved_stood(void) {
+    int64_t most = now.most;
+    now.turns = now.most = 0;
+    return most;
+}
 #else
 int engine_interleaved(struct engine *engine,
                        int64_t cycles,
@@ -134,6 +156,10 @@ int engine_interleaved(struct engine *engine,
                        int geo_first,
                        int rehearse) {
     (void)engine, (void)cycles, (void)seed, (void)geo_first, (void)rehearse;
+    return -1;
+}
+
+int64_t engine_interleaved_stood(void) {
     return -1;
 }
 #endif

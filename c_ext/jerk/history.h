@@ -13,6 +13,9 @@ void remember_law(jerk_planner *planner,
                   const jerk_law *law,
                   bool whole);
 
+/* The last laws become the beginning of the plan again; false: they cannot. */
+bool take_back_laws(jerk_planner *planner, uint64_t count);
+
 /* Nothing that was handed out can be taken back any more. */
 void forget_laws(jerk_planner *planner);
 

@@ -97,32 +97,26 @@ static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
         take(arena, sizeof(struct one_sided) * blocks * ONE_SIDED_ROWS);
 }
 
-static void lay_out_plan(jerk_planner *planner, struct arena *arena) {
-    size_t count = (size_t)planner->capacity;
-    size_t stages = count + 2 * LANES;
-    double **kept[] = {&planner->plan.lengths,
-                       &planner->plan.x,
-                       &planner->plan.accel,
-                       &planner->plan.time,
-                       &planner->plan.input[0],
-                       &planner->plan.input[1],
-                       &planner->plan.jerk,
-                       &planner->plan.snap,
-                       &planner->plan.crackle,
-                       &planner->plan.pop,
-                       &planner->plan.offset,
-                       &planner->scratch};
-    for (size_t i = 0; i < sizeof kept / sizeof *kept; i++) {
-        *kept[i] = doubles(arena, stages + HANDED_MAX);
+static void lay_out_plan(plan *plan, struct arena *arena, size_t count) {
+    double **numbers[] = PLAN_ARRAYS(plan);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+        *numbers[i] = doubles(arena, count + 2 * LANES);
     }
-    planner->plan.tag = take(arena, sizeof(uint64_t) * (count + HANDED_MAX));
-    planner->plan.last = take(arena, count + HANDED_MAX);
+    plan->tag = take(arena, sizeof(uint64_t) * count);
+    plan->last = take(arena, count);
+}
+
+static void lay_out_plans(jerk_planner *planner, struct arena *arena) {
+    size_t count = (size_t)planner->capacity + HANDED_MAX;
+    lay_out_plan(&planner->plan, arena, count);
+    lay_out_plan(&planner->kept.plan, arena, count);
+    planner->scratch = doubles(arena, count + 2 * LANES);
 }
 
 static void lay_out(jerk_planner *planner, struct arena *arena) {
     lay_out_path(planner, arena);
     lay_out_problem(planner, arena);
-    lay_out_plan(planner, arena);
+    lay_out_plans(planner, arena);
 }
 
 static void set_scales(jerk_planner *planner) {
@@ -195,6 +189,7 @@ void planner_copy(jerk_planner *to, const jerk_planner *from) {
     to->handed = kept;
     to->gone = NULL;
     forget_laws(to);
+    to->kept.state = KEEP_NONE;
     lay_out(to, &arena);
     memcpy(to->arena, from->arena, arena.used);
 }

@@ -1,6 +1,7 @@
 /* From rest to rest on a straight line the time-optimal motion is known: at
  * most seven phases of constant path jerk. */
 #include <math.h>
+#include "jerk/keep.h"
 #include "jerk/state/state.h"
 #include "jerk/straight_line.h"
 
@@ -225,6 +226,7 @@ bool plan_straight(jerk_planner *planner) {
         return false;
     }
     struct profile t = fastest(limits, length);
+    keep_plan(planner);
     plan *pl = &planner->plan;
     pl->count = 0;
     pl->next = 0;

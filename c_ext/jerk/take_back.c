@@ -3,6 +3,7 @@
 #include <string.h>
 #include "jerk/hand_out.h"
 #include "jerk/history.h"
+#include "jerk/keep.h"
 #include "jerk/path/joints.h"
 #include "jerk/state/state.h"
 
@@ -84,20 +85,15 @@ static void end_plan(jerk_planner *planner, const struct handed *handed) {
         handed->last && (handed->interval.flags & JERK_STAND);
 }
 
-double jerk_take_back(jerk_planner *planner, double seconds) {
+bool take_back_laws(jerk_planner *planner, uint64_t count) {
     plan *pl = &planner->plan;
-    double t = 0.0;
-    uint64_t count = 0;
-    for (; t < seconds - LEAST_TIME; count++) {
-        if (count >= planner->handed_count || count >= HANDED_MAX) {
-            return 0.0;
-        }
-        t += handed_at(planner, planner->handed_count - 1 - count)->time;
+    if (count > planner->handed_count || count > HANDED_MAX) {
+        return false;
     }
     if ((uint64_t)pl->next < count) {
         int by = (int)count - pl->next;
         if (pl->count + by > planner->capacity + HANDED_MAX) {
-            return 0.0;
+            return false;
         }
         shift_plan(pl, by);
     }
@@ -111,6 +107,49 @@ double jerk_take_back(jerk_planner *planner, double seconds) {
         put_back(planner, handed);
     }
     pl->since = pl->since > (int)count ? pl->since - (int)count : 0;
+    return true;
+}
+
+double jerk_take_back(jerk_planner *planner, double seconds) {
+    double t = 0.0;
+    uint64_t count = 0;
+    for (; t < seconds - LEAST_TIME; count++) {
+        if (count >= planner->handed_count || count >= HANDED_MAX) {
+            return 0.0;
+        }
+        t += handed_at(planner, planner->handed_count - 1 - count)->time;
+    }
+    if (!take_back_laws(planner, count)) {
+        return 0.0;
+    }
     return t - seconds > LEAST_TIME ? t - hand_out_again(planner, t - seconds)
                                     : t;
+}
+
+/* What was handed out behind the kept plan is forgotten, and that plan follows
+ * again; returns how long it took, s, below 0: it cannot be done. */
+static double return_to_kept(jerk_planner *planner) {
+    uint64_t first = planner->kept.handed;
+    double t = 0.0;
+    for (uint64_t i = first; i < planner->handed_count; i++) {
+        t += handed_at(planner, i)->time;
+    }
+    if (planner->handed_count < first
+        || !take_back_laws(planner, planner->handed_count - first)) {
+        return -1.0;
+    }
+    kept_plan_follows(planner);
+    return t;
+}
+
+double jerk_go_back(jerk_planner *planner, double seconds) {
+    struct kept *kept = &planner->kept;
+    double t = 0.0;
+    if (kept->state == KEEP_DONE) {
+        t = return_to_kept(planner);
+    } else if (planner->plan.edition != kept->edition) {
+        t = -1.0;
+    }
+    kept->state = KEEP_NONE;
+    return t < 0.0 ? t : t + jerk_take_back(planner, seconds - t);
 }

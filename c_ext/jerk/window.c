@@ -2,6 +2,7 @@
  * stored tail. */
 #include <math.h>
 #include <string.h>
+#include "jerk/keep.h"
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/initial_guess.h"
 #include "jerk/solver/interior_point.h"
@@ -53,6 +54,7 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
         planner->changed = true;
         return false;
     }
+    keep_plan(planner);
     plan *pl = &planner->plan;
     struct problem *problem = &planner->prob;
     size_t bytes = sizeof(double) * (size_t)(grid->count + 1);

@@ -198,6 +198,16 @@ class JerkPlanner:
         """
         return float(lib.jerk_take_back(self._handle, seconds))
 
+    def keep(self) -> None:
+        """From here on the present plan is kept where another takes its place."""
+        lib.jerk_keep(self._handle)
+
+    def go_back(self, seconds: float) -> float:
+        """The ``seconds`` that were taken since ``keep`` are taken back, and the
+        plan of then follows; below 0: it cannot be done.
+        """
+        return float(lib.jerk_go_back(self._handle, seconds))
+
     def tail_driven(self) -> None:
         """Go on from the end of the tail, at rest."""
         lib.jerk_tail_driven(self._handle)

@@ -263,8 +263,8 @@ static double take_back(struct engine *engine, double seconds) {
     return seconds;
 }
 
-static void taken_back(struct engine *engine, bool follows) {
-    (void)engine, (void)follows;
+static void taken_back(struct engine *engine, bool follows, double seconds) {
+    (void)engine, (void)follows, (void)seconds;
 }
 
 static bool stands_elsewhere(const struct engine *engine) {
@@ -309,6 +309,7 @@ const struct planner_ops accel_planner = {
     .may_rejoin = may_rejoin,
     .follow = follow,
     .give_up_rejoin = give_up_rejoin,
+    .refused = stand_elsewhere,
     .remainder_of_plan = remainder_of_plan,
     .ways_to_standstill = ways_to_standstill,
     .spare = no_spare,

@@ -41,8 +41,9 @@ struct planner_ops {
     /* The last `seconds` of motion are taken back, or a little less; returns
      * how much. */
     double (*take_back)(struct engine *engine, double seconds);
-    /* Behind take_back: whether committed motion or its tail ends there. */
-    void (*taken_back)(struct engine *engine, bool follows);
+    /* Behind take_back: whether committed motion or its tail ends there. Else
+     * the `seconds` are driven. */
+    void (*taken_back)(struct engine *engine, bool follows, double seconds);
     /* The planner may be where committed motion does not end. */
     bool (*stands_elsewhere)(const struct engine *engine);
     void (*stand_elsewhere)(struct engine *engine);
@@ -52,6 +53,8 @@ struct planner_ops {
     bool (*follow)(struct engine *engine, double motion_s);
     /* ... and the tail is driven to its end. */
     void (*give_up_rejoin)(struct engine *engine);
+    /* GEO has refused what was offered. */
+    void (*refused)(struct engine *engine);
     /* The plan behind committed motion, into the writer. */
     void (*remainder_of_plan)(struct engine *engine, struct writer *writer);
     /* From the commit's end to where a hold brings the path to rest: one that

@@ -329,6 +329,18 @@ static bool write_tail(struct engine *engine,
     return count < adapter->laws_max;
 }
 
+/* The `seconds` that were handed out last are not driven: the planner goes back
+ * to where they begin, on the plan that the stored tail is of. False: it
+ * cannot. */
+static bool back_to_tail(struct engine *engine, double seconds) {
+    jerk_planner *planner = engine->jerk_adapter.planner;
+    if (fabs(jerk_go_back(planner, seconds) - seconds) > SAME_TIME) {
+        return false;
+    }
+    update_stands(engine);
+    return true;
+}
+
 /* The stopping tail becomes the shortest one there is, so that what lies behind
  * it may be changed. False: not now. */
 static bool shorten_tail(struct engine *engine) {
@@ -344,6 +356,7 @@ static bool shorten_tail(struct engine *engine) {
                        .piece = engine->commit.piece,
                        .s = engine->commit.s,
                        .v = engine->commit.v};
+    jerk_keep(engine->jerk_adapter.planner);
     jerk_brake(engine->jerk_adapter.planner);
     if (write_tail(engine, &engine->commit.tails[next], &w)
         && __atomic_compare_exchange_n(&engine->commit.word,
@@ -354,7 +367,7 @@ static bool shorten_tail(struct engine *engine) {
                                        __ATOMIC_ACQUIRE)) {
         return true;
     }
-    engine->jerk_adapter.restart = true;
+    engine->jerk_adapter.restart = !back_to_tail(engine, 0.0);
     return false;
 }
 
@@ -383,20 +396,6 @@ static bool write_plan(struct engine *engine,
     return write_tail(engine, tail, writer);
 }
 
-/* GEO has taken the tail behind the last commit: the planner goes back to where
- * it begins. False if its plan is another one by now. */
-static bool back_to_tail(struct jerk_adapter *jerk_adapter,
-                         const struct writer *writer,
-                         uint64_t edition) {
-    if (jerk_edition(jerk_adapter->planner) != edition) {
-        return false;
-    }
-    return !(writer->motion > 0.0)
-           || fabs(jerk_take_back(jerk_adapter->planner, writer->motion)
-                   - writer->motion)
-                  < SAME_TIME;
-}
-
 /* Commit motion until commit_high of it is ahead of GEO. */
 static void commit(struct engine *engine) {
     if (engine->jerk_adapter.restart && engine->commit.v > 0.0) {
@@ -406,8 +405,7 @@ static void commit(struct engine *engine) {
         adapter_restart(engine);
     }
     uint64_t word = ATOMIC_GET(engine->commit.word),
-             before = engine->commit.written,
-             edition = jerk_edition(engine->jerk_adapter.planner);
+             before = engine->commit.written;
     struct writer writer = {.engine = engine,
                             .piece = engine->commit.piece,
                             .s = engine->commit.s,
@@ -419,6 +417,7 @@ static void commit(struct engine *engine) {
         return; /* GEO has taken the tail */
     }
     jerk_watch(engine->jerk_adapter.planner, &engine->commit.word);
+    jerk_keep(engine->jerk_adapter.planner);
     bool fits = write_plan(engine, &writer, &engine->commit.tails[next]);
     jerk_watch(engine->jerk_adapter.planner, NULL);
     if (!fits
@@ -432,10 +431,9 @@ static void commit(struct engine *engine) {
         engine->jerk_adapter.restart =
             !fits
             || !back_to_tail(
-                &engine->jerk_adapter,
-                &writer,
-                edition); /* from rest: where the tail that GEO drives now ends,
-                             or where the path stands already */
+                engine,
+                writer.motion); /* from rest: where the tail that GEO drives now
+                                   ends, or where the path stands already */
         return;
     }
     engine->commit.phases += engine->commit.written - before;
@@ -457,6 +455,7 @@ static bool write_behind(struct engine *engine,
     engine->commit.s = writer->s;
     engine->commit.v = writer->v;
     engine->commit.committed_s += at_s + writer->seconds;
+    engine->jerk_adapter.offered_s = writer->motion;
     return true;
 }
 
@@ -472,13 +471,18 @@ static bool stands_elsewhere(const struct engine *engine) {
     return engine->jerk_adapter.restart;
 }
 
+static bool advance(struct engine *engine, double seconds) {
+    jerk_planner *planner = engine->jerk_adapter.planner;
+    return fabs(jerk_advance(planner, seconds) - seconds) <= SAME_TIME;
+}
+
 /* It follows: GEO comes to the tail, whose beginning that is (rejoin.c). Else
- * the path goes on from where the tail ends. */
-static void taken_back(struct engine *engine, bool follows) {
+ * what was taken back is driven all the same. */
+static void taken_back(struct engine *engine, bool follows, double seconds) {
     if (follows) {
         engine->commit.v = jerk_speed(engine->jerk_adapter.planner);
     } else {
-        engine->jerk_adapter.restart = true;
+        engine->jerk_adapter.restart = !advance(engine, seconds);
     }
 }
 
@@ -486,9 +490,21 @@ static bool may_rejoin(const struct engine *engine) {
     return !engine->jerk_adapter.restart;
 }
 
+/* An offer behind this one, should GEO refuse it, begins later on the tail. */
 static bool follow(struct engine *engine, double motion_s) {
-    return fabs(jerk_advance(engine->jerk_adapter.planner, motion_s) - motion_s)
-           <= SAME_TIME;
+    struct jerk_adapter *adapter = &engine->jerk_adapter;
+    uint64_t word = ATOMIC_GET(engine->commit.word);
+    double before = adapter->followed_of == word ? adapter->followed_s : 0.0;
+    bool follows = advance(engine, motion_s - before);
+    adapter->followed_of = word;
+    adapter->followed_s = motion_s;
+    jerk_keep(adapter->planner);
+    return follows;
+}
+
+static void refused(struct engine *engine) {
+    struct jerk_adapter *adapter = &engine->jerk_adapter;
+    adapter->restart = !back_to_tail(engine, adapter->offered_s);
 }
 
 /* The stored tail is the rest of the plan. */
@@ -559,6 +575,7 @@ const struct planner_ops jerk_limited_planner = {
     .may_rejoin = may_rejoin,
     .follow = follow,
     .give_up_rejoin = stand_elsewhere,
+    .refused = refused,
     .remainder_of_plan = remainder_of_plan,
     .ways_to_standstill = ways_to_standstill,
     .spare = spare,

@@ -188,5 +188,6 @@ void recall_commit(struct engine *engine) {
     }
     cut_later(engine, &cut, seconds);
     bool in_time = publish_cut(engine, word, &cut);
-    engine->planner->taken_back(engine, in_time || engine->commit.late);
+    bool follows = in_time || engine->commit.late;
+    engine->planner->taken_back(engine, follows, seconds);
 }

@@ -97,7 +97,6 @@ static void go_back(struct engine *engine) {
     engine->commit.v = rejoin->v;
     engine->commit.committed_s = rejoin->committed_s;
     engine->commit.written = rejoin->written;
-    engine->planner->stand_elsewhere(engine);
 }
 
 /* The offer, as far as the planner has written it. */
@@ -126,6 +125,7 @@ void rejoin_offer(struct engine *engine) {
                         &writer,
                         &engine->commit.tails[next])) {
         go_back(engine);
+        planner->stand_elsewhere(engine);
         return;
     }
     offer(engine, &at, next);
@@ -140,6 +140,7 @@ bool rejoin_settled(struct engine *engine) {
         return false;
     }
     go_back(engine);
+    engine->planner->refused(engine);
     ATOMIC_SET(engine->rejoin.state, REJOIN_NONE);
     return true;
 }

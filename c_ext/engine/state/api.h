@@ -507,6 +507,9 @@ int engine_interleaved(struct engine *engine,
                        uint64_t seed,
                        int geo_first,
                        int rehearse);
+/* Most turns of the planner in a row after which the path stood unasked, since
+ * the last call. */
+int64_t engine_interleaved_stood(void);
 /* Tests: what a real-time GEO does just ahead of a cycle. */
 void engine_rehearse(struct engine *engine);
 /* Measure the first `rows` real-time cycles: ns a cycle took, ns it began late,

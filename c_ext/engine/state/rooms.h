@@ -359,7 +359,10 @@ typedef struct jerk_adapter {
         open;     /* open: whether the axes stand behind it is not known yet */
     bool restart; /* the path stands elsewhere than where the planner is: where
                      the stored tail begins */
-    jerk_law *laws; /* room for a stopping tail */
+    uint64_t followed_of; /* the planner has come so far on the tail of this */
+    double followed_s;    /* commit, s of motion, ... */
+    double offered_s;     /* ... and offers so much behind it */
+    jerk_law *laws;       /* room for a stopping tail */
     int64_t laws_max;
 } jerk_adapter;
 

@@ -199,6 +199,14 @@ int64_t jerk_laws_kept(void);
  * many they were: less where a law could not be cut. */
 double jerk_take_back(jerk_planner *planner, double seconds);
 
+/* From here on the present plan is kept where another one takes its place. */
+void jerk_keep(jerk_planner *planner);
+
+/* The `seconds` that were handed out since jerk_keep are taken back, and the
+ * plan of then follows; returns as jerk_take_back, below 0: it cannot be done.
+ */
+double jerk_go_back(jerk_planner *planner, double seconds);
+
 /* As long as the edition is the same, the plan loses only what is handed out:
  * jerk_used tells how many of its laws that are as a whole. */
 uint64_t jerk_edition(const jerk_planner *planner);

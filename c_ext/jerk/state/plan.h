@@ -28,6 +28,26 @@ typedef struct plan {
     uint64_t edition; /* of the plan: see jerk_edition */
 } plan;
 
+/* Its arrays of numbers. */
+#define PLAN_ARRAYS(plan)                                                      \
+    {&(plan)->lengths,                                                         \
+     &(plan)->x,                                                               \
+     &(plan)->accel,                                                           \
+     &(plan)->time,                                                            \
+     &(plan)->input[0],                                                        \
+     &(plan)->input[1],                                                        \
+     &(plan)->jerk,                                                            \
+     &(plan)->snap,                                                            \
+     &(plan)->crackle,                                                         \
+     &(plan)->pop,                                                             \
+     &(plan)->offset}
+
+enum keeping {
+    KEEP_NONE,
+    KEEP_WANTED, /* the present plan, once another takes its place */
+    KEEP_DONE
+};
+
 /* A law that was handed out, and the state ahead of it. */
 typedef struct handed {
     jerk_interval interval; /* at the head of the ring */

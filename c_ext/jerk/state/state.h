@@ -20,6 +20,14 @@ typedef struct turned {
     double at, v, by[JERK_AXES];
 } turned;
 
+/* A plan that may come back (keep.c). */
+typedef struct kept {
+    enum keeping state;
+    plan plan;
+    struct speeds was;        /* under which it was made */
+    uint64_t handed, edition; /* laws handed out before, and the plan's */
+} kept;
+
 struct jerk_planner {
     jerk_config cfg;
     double scale; /* F */
@@ -47,6 +55,7 @@ struct jerk_planner {
     struct grid grid;
     struct problem prob;
     plan plan;
+    struct kept kept;
     double *scratch; /* capacity + LANES */
     double
         reach; /* mm: windows this long are solved; longer ones have failed */

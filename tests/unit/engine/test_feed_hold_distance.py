@@ -224,6 +224,37 @@ def test_laws_that_are_taken_back_come_again(seed: int) -> None:
     assert not planner.take_back(1e9)
 
 
+@pytest.mark.parametrize("moment", [0.02, 0.3, 0.8])
+@pytest.mark.parametrize("taken", [0.0, 0.004, 0.05])
+def test_the_plan_of_before_follows_again(moment: float, taken: float) -> None:
+    """Behind another override, a hold and an override, all taken back: the stop
+    ahead is the one of before, and what is asked for is planned anew.
+    """
+    planner = contour_planner()
+    planner.take(moment)
+    before = sample(planner.tail(), DT)
+    planner.keep()
+    seconds = 0.0
+    for override, hold in ((0.5, False), (0.5, True), (0.3, False)):
+        planner.override(override)
+        planner.hold(hold)
+        seconds += float(planner.take(taken)["time"].sum())
+    assert planner.go_back(seconds) == pytest.approx(seconds, abs=1e-9)
+    assert np.abs(sample(planner.tail(), DT) - before).max() < 1e-6
+    laws = planner.take(0.6)
+    speed = sample(laws, DT)[:, 1]
+    assert speed[400:].max() <= 30.0 * 1.005
+
+
+def test_too_much_to_take_back_is_told() -> None:
+    """More laws than are kept: the answer is another number."""
+    planner = contour_planner()
+    planner.keep()
+    planner.override(0.5)
+    seconds = float(planner.take(3.0)["time"].sum())
+    assert planner.go_back(seconds) < seconds - 1e-6
+
+
 @pytest.mark.parametrize("feed", [100.0, 200.0, 300.0])
 def test_a_hold_brakes_in_every_phase_of_speeding_up(feed: float) -> None:
     """Also where the acceleration falls towards the feed, so that nothing but

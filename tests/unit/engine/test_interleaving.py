@@ -72,3 +72,66 @@ def test_threads_switched_anywhere(
         pos, way = drive(cnc, rng, cycles)
         legal(pos, cnc.cell)
         assert way > 1e-3
+
+
+def curve_in_chords() -> str:
+    """1200 chords of a curve, F6000."""
+    lines, x, y = ["G01 G90 F6000"], 0.0, 0.0
+    for k in range(1200):
+        heading = 0.8 * np.sin(0.05 * k)
+        x, y = x + 0.4 * np.cos(heading), y + 0.4 * np.sin(heading)
+        lines.append(f"X{x:.4f} Y{y:.4f}")
+    return "\n".join(lines) + "\n"
+
+
+def interleaved(cnc: Inside, until: int, seed: int, geo_first: bool) -> None:
+    """Switched cycles up to that one."""
+    while (cycle := int(cnc.engine.state.cycle)) < until:
+        event = lib.engine_interleaved(
+            cnc.engine._handle,
+            until - cycle,
+            seed * 100_003 + cycle,
+            geo_first,
+            False,
+        )
+        assert cnc.prepare(Event(event)) or Event(event) is Event.DONE
+
+
+# bursts of 40 cycles of 4 ms without the planner are within that
+SETTLED_S = 0.6
+TURNS = 3  # the planner notes that the tail has ended, plans, commits
+
+
+@pytest.mark.parametrize("cycle_s", [0.001, 0.004])
+@pytest.mark.parametrize("geo_first", [False, True])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_speed_follows_the_override_and_holds(
+    tmp_path: Path, seed: int, geo_first: bool, cycle_s: float
+) -> None:
+    """A stored tail that GEO takes while the planner answers a change lasts
+    seconds at a low override: it is left all the same. And where the path has
+    come to rest it goes on with the next turns of the planner.
+    """
+    rng = np.random.default_rng(seed)
+    cell = f"cycle_s = {cycle_s}\n[channel]\ntolerance_mm = 0.02\n"
+    with Inside(tmp_path, curve_in_chords(), cell) as cnc:
+        asked = np.empty(0)
+        settled = np.empty(0, bool)
+        cnc.level(cnc.bahn.override_valid, True)
+        lib.engine_interleaved_stood()
+        for _ in range(20):
+            hold = bool(rng.random() < 0.2)
+            override = float(rng.choice([0.02, 0.05, 0.1, 0.5]))
+            cnc.level(cnc.bahn.feedhold, hold)
+            cnc.level(cnc.bahn.override, round(1000 * override))
+            n = round(rng.uniform(0.7, 1.0) / cycle_s)
+            interleaved(cnc, len(asked) + n, seed, geo_first)
+            n = int(cnc.engine.state.cycle) - len(asked)
+            speed = 0.0 if hold else 100.0 * override
+            asked = np.append(asked, np.full(n, speed))
+            settled = np.append(settled, np.arange(n) * cycle_s > SETTLED_S)
+        cnc._take()
+        speeds = np.diff(np.concatenate(cnc.paths), prepend=0.0) / cycle_s
+        assert (speeds <= 1.005 * asked + 1e-6)[settled].all()
+        assert lib.engine_interleaved_stood() <= TURNS
+        legal(cnc.pos, cnc.cell)
