@@ -21,4 +21,10 @@ void forget_laws(jerk_planner *planner);
 
 /* At a standstill: a plan that has not begun is none. */
 void forget_plan(jerk_planner *planner);
+
+/* Another plan is about to take the place of the present one. */
+void keep_plan(jerk_planner *planner);
+
+/* The plan that was kept is the present one again. */
+void kept_plan_follows(jerk_planner *planner);
 #endif

@@ -1,7 +1,7 @@
 /* From rest to rest on a straight line the time-optimal motion is known: at
  * most seven phases of constant path jerk. */
 #include <math.h>
-#include "jerk/keep.h"
+#include "jerk/history.h"
 #include "jerk/state/state.h"
 #include "jerk/straight_line.h"
 

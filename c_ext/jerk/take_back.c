@@ -3,7 +3,6 @@
 #include <string.h>
 #include "jerk/hand_out.h"
 #include "jerk/history.h"
-#include "jerk/keep.h"
 #include "jerk/path/joints.h"
 #include "jerk/state/state.h"
 

@@ -2,7 +2,7 @@
  * stored tail. */
 #include <math.h>
 #include <string.h>
-#include "jerk/keep.h"
+#include "jerk/history.h"
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/initial_guess.h"
 #include "jerk/solver/interior_point.h"

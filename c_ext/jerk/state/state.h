@@ -20,7 +20,7 @@ typedef struct turned {
     double at, v, by[JERK_AXES];
 } turned;
 
-/* A plan that may come back (keep.c). */
+/* A plan that may come back (history.c). */
 typedef struct kept {
     enum keeping state;
     plan plan;
