@@ -121,6 +121,7 @@ END_PROGRAM
 """
 
 
+@pytest.mark.ci
 def test_he_gets_no_file_of_a_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -173,6 +173,7 @@ def importer(exported: Exported, mode: str, **options) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.ci
 def test_two_instances_in_c(exported: Exported, driven: np.ndarray) -> None:
     """The first drives what ``run`` drives, the second stands by its own feed
     hold.
@@ -212,6 +213,7 @@ def of_session(session: int) -> list[int]:
     return found
 
 
+@pytest.mark.ci
 def test_a_killed_importer_ends_the_cell(exported: Exported) -> None:
     """No process and no segment of it is left."""
     process = importer(exported, "hang")

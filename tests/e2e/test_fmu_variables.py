@@ -138,6 +138,7 @@ def test_functions_variables_and_symbols(
         assert one["X.position"] == 1.5
 
 
+@pytest.mark.ci
 def test_a_structured_text_plc_has_symbols_both_ways(tmp_path: Path) -> None:
     """REAL, DINT and BOOL go in; what the program makes of them comes out."""
     (tmp_path / "part.nc").write_text("G1 F6000 X0.5\nM30\n")

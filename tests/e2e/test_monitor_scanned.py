@@ -214,6 +214,7 @@ def test_silent_streams_keep_no_page_out(server: Server) -> None:
     server.lives()
 
 
+@pytest.mark.ci
 def test_an_order_that_does_not_end_is_left(server: Server) -> None:
     """Its body stays out: status 408, with the token, too."""
     head = (

@@ -63,6 +63,7 @@ def test_tables_are_for_people(
     assert "\x1b" not in outcome.out
 
 
+@pytest.mark.ci
 def test_bench_tables_are_for_people(cli: Cli) -> None:
     """Nested figures have a row each, with their unit."""
     outcome = cli("bench", "cycle", "--seconds", "1")

@@ -85,6 +85,7 @@ def complete(folder: Path) -> int:
         ledger.close()
 
 
+@pytest.mark.ci
 def test_kills_lose_nothing_that_was_complete(
     whole: Results, tmp_path: Path
 ) -> None:
@@ -162,6 +163,7 @@ def test_a_changed_study_does_not_go_on(whole: Results, tmp_path: Path) -> None:
         sweep(study, out, resume=True)
 
 
+@pytest.mark.ci
 def test_rows_that_cannot_be_kept_end_the_sweep(tmp_path: Path) -> None:
     """The reason is told; nothing is said to be complete that is not."""
     study, out = study_in(tmp_path), tmp_path / "out"

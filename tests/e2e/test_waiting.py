@@ -138,6 +138,7 @@ def test_a_program_that_nobody_starts(program: Write) -> None:
     assert "StartProgram" in found["who"]
 
 
+@pytest.mark.ci
 def test_a_plc_that_does_not_scan(program: Write) -> None:
     """No cell time passes: the wall time ends the run and names the scan."""
     plc = idle(program, cyclic="import time; time.sleep(60)")

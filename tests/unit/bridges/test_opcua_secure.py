@@ -105,6 +105,7 @@ def test_the_policies_are_offered(secure: Any) -> None:
     assert asyncio.run(look()) == {*wanted, ("None", "None_")}
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("policy", POLICIES)
 def test_a_client_reads_by_a_policy(secure: Any, policy: str) -> None:
     """Anonymous: it reads and does not write."""

@@ -34,6 +34,7 @@ pytestmark = pytest.mark.sanitize_threads
 SECONDS = 2.5
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "functions", [FUNCTIONS, FORESIGHT], ids=["recall", "foresight"]
 )

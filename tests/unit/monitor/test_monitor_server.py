@@ -443,6 +443,7 @@ def test_functions_that_the_plc_has_not_acknowledged_are_in_flight() -> None:
             assert not found["acknowledged"]
 
 
+@pytest.mark.ci
 def test_more_symbols_than_a_page_gets_are_told(cell: PlcRunner) -> None:
     """64 symbols are read; each further one has a problem, not an empty value."""
     name = cell.hli.name
@@ -461,6 +462,7 @@ def test_more_symbols_than_a_page_gets_are_told(cell: PlcRunner) -> None:
     assert set(frame["problems"]) & set(paths[:64]) == set()
 
 
+@pytest.mark.ci
 def test_a_page_is_told_that_a_force_does_not_move_the_machine(
     cell: PlcRunner,
 ) -> None:
