@@ -318,7 +318,6 @@ def seen_soon(what: Callable[[], bool]) -> bool:
     while not what():
         if time.monotonic() > until:
             return False
-        os.sched_yield()
     return True
 
 

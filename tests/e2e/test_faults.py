@@ -26,6 +26,9 @@ pytestmark = pytest.mark.ci
 
 BUSY_S = 120.0
 """A machine that tests crowd may take so long; the bench asks for 5 s."""
+TRIES = 12
+"""Runs until one is hit: a function may wait for a single cycle of lockstep, and
+nobody looks while others have the processors."""
 SAMPLE = [
     Fault("cnc", "KILL", "M pending", "lockstep"),
     Fault("plc", "KILL", "request pending", "lockstep"),
@@ -45,8 +48,9 @@ def test_faults_end_the_run_and_leave_nothing(tmp_path: Path) -> None:
     for fault in SAMPLE:
         recorded = fault.when == "recording"
         setting = Setting(recorded=recorded)
-        hit, _ = one(fault, tmp_path, rng, BUSY_S, setting)
-        assert hit, fault
+        assert any(
+            one(fault, tmp_path, rng, BUSY_S, setting)[0] for _ in range(TRIES)
+        ), fault
     clean(tmp_path, BUSY_S)
 
 
@@ -58,8 +62,8 @@ def test_plcs_that_die_lose_and_double_no_function(
     what the CNC calls seen has been with one of them, for the first time once.
     """
     fault = Fault("plc", "AGAIN", "M pending", clock)
-    hit, _ = one_apart(fault, tmp_path, random.Random(7), BUSY_S)
-    assert hit
+    rng = random.Random(7)
+    assert any(one_apart(fault, tmp_path, rng, BUSY_S)[0] for _ in range(TRIES))
 
 
 def test_faults_mix_nothing_up_between_channels(tmp_path: Path) -> None:
