@@ -26,6 +26,7 @@ from hli import orders
 from support.browser import CHROMIUM, Browser, Tab
 from support.command_line import command
 from support.fake_cnc import unique_name
+from support.monitor_page import monitor_of
 from support.paths import ROOT
 
 IMAGES = ROOT / "docs" / "images"
@@ -494,30 +495,22 @@ def test_a_recording_has_a_slider(shown: Shown, tmp_path: Path) -> None:
     with Cell() as cell:
         result = cell.run(part, record=target)
     assert result.end == "completed", result.errors
-    with subprocess.Popen(
-        command("monitor", target, "--port", 0),
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as server:
-        try:
-            assert server.stdout is not None
-            tab.go(server.stdout.readline().strip())
-            tab.until("!!player.columns")
-            assert re.search(r"stands at|drives N10", tab.text("#story-cnc"))
-            tab.js(
-                f"(m => {{ m.value = {result.sim_time_s / 2}; m.dispatchEvent("
-                "new Event('input')) })(document.querySelector('#moment'))"
-            )
-            assert "drives N" in tab.text("#story-cnc")
-            tab.js("document.querySelector('#moment').focus()")
-            before = float(tab.js("player.at"))
-            tab.key("ArrowRight")
-            assert float(tab.js("player.at")) > before
-            now = "document.querySelector('#program-lines .now').textContent"
-            assert "N" in str(tab.js(now))
-            assert tab.said == []
-        finally:
-            server.terminate()
+    with monitor_of(target) as address:
+        tab.go(address)
+        tab.until("!!player.columns")
+        assert re.search(r"stands at|drives N10", tab.text("#story-cnc"))
+        tab.js(
+            f"(m => {{ m.value = {result.sim_time_s / 2}; m.dispatchEvent("
+            "new Event('input')) })(document.querySelector('#moment'))"
+        )
+        assert "drives N" in tab.text("#story-cnc")
+        tab.js("document.querySelector('#moment').focus()")
+        before = float(tab.js("player.at"))
+        tab.key("ArrowRight")
+        assert float(tab.js("player.at")) > before
+        now = "document.querySelector('#program-lines .now').textContent"
+        assert "N" in str(tab.js(now))
+        assert tab.said == []
 
 
 def test_a_killed_cnc_is_told_and_its_return_shown(page: Shown) -> None:

@@ -17,6 +17,7 @@ import pytest
 from cnc_core import Recording
 from support.browser import Browser, Tab
 from support.command_line import command
+from support.monitor_page import monitor_of
 from support.seeds import few
 
 pytestmark = pytest.mark.ci
@@ -156,21 +157,13 @@ def test_a_page_ahead_of_its_cnc_waits(
 ) -> None:
     """No CNC yet: the page says so, and calls no value old."""
     tab = browser.tab()
-    with subprocess.Popen(
-        command("monitor", f"t{id(tmp_path)}", "--port", 0),
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as server:
-        try:
-            assert server.stdout is not None
-            tab.go(server.stdout.readline().strip())
-            status = "document.querySelector('#status').innerText"
-            tab.until(f"{status} === 'waiting for the CNC'")
-            assert tab.text("#age") == "no values yet"
-            assert "not there yet" in tab.text("#story-cnc")
-            assert tab.said == []
-        finally:
-            server.terminate()
+    with monitor_of(f"t{id(tmp_path)}") as address:
+        tab.go(address)
+        status = "document.querySelector('#status').innerText"
+        tab.until(f"{status} === 'waiting for the CNC'")
+        assert tab.text("#age") == "no values yet"
+        assert "not there yet" in tab.text("#story-cnc")
+        assert tab.said == []
 
 
 def test_the_cnc_alone_has_its_page(browser: Browser, tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from hli import orders
 from support.browser import CHROMIUM, Browser, Tab
 from support.command_line import command
 from support.fake_cnc import unique_name
+from support.monitor_page import monitor_of
 from support.paths import ROOT
 
 IMAGES = ROOT / "docs" / "images"
@@ -75,6 +76,14 @@ def text_of(channel: str, passes: int = PLACES) -> str:
     return "".join(each) + "M30\n"
 
 
+def choose(tab: Tab, channel: int) -> None:
+    """Choose a channel of the list, as a person does."""
+    tab.js(
+        f"(s => {{ s.value = '{channel}'; s.dispatchEvent(new Event('change')) "
+        "})(document.querySelector('#channel'))"
+    )
+
+
 @dataclass
 class Shown:
     """A cell, a tab at its page."""
@@ -98,10 +107,7 @@ class Shown:
 
     def choose(self, channel: int, program: str = "") -> None:
         """As a person does; then its values are there."""
-        self.tab.js(
-            f"(s => {{ s.value = '{channel}'; s.dispatchEvent(new Event("
-            "'change')) })(document.querySelector('#channel'))"
-        )
+        choose(self.tab, channel)
         self.shows(channel, program)
 
     def shows(self, channel: int, program: str = "") -> None:
@@ -323,36 +329,25 @@ def test_a_recording_has_its_channels_and_its_contour(
         cell.run(files, plc=plc, record=target).check()
     served = Recorded([target])
     tab.said.clear()
-    with subprocess.Popen(
-        command("monitor", target, "--port", 0),
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as server:
-        try:
-            assert server.stdout is not None
-            tab.go(server.stdout.readline().strip())
-            tab.until("player.columns && player.columns.t.length > 0")
-            tab.js(
-                "(m => { m.value = 1.5; m.dispatchEvent(new Event('input')) })"
-                "(document.querySelector('#moment'))"
-            )
-            for channel, name in enumerate(NAMES):
-                tab.js(
-                    f"(s => {{ s.value = '{channel}'; s.dispatchEvent("
-                    "new Event('change')) })(document.querySelector('#channel'))"
-                )
-                tab.until(f"player.found.channel === '{name}'")
-                time_s = float(tab.js("player.at"))
-                assert time_s == pytest.approx(1.5, abs=0.01)
-                wanted = served.contour("run.arrow", name, time_s)
-                asked = f"mode 2, {10 * (channel + 1)}.000 mm from"
-                text = "document.querySelector('#contour-asked').innerText"
-                tab.until(f"{text}.includes('{asked}')")
-                rows = "document.querySelectorAll('#contour-rows tr').length"
-                assert wanted["elements"]
-                tab.until(f"{rows} === {len(wanted['elements'])}")
-                assert f"({name})" in tab.text("#contour-head")
-                assert tab.js("player.found.program") == f"{name}.nc"
-            assert tab.said == []
-        finally:
-            server.terminate()
+    with monitor_of(target) as address:
+        tab.go(address)
+        tab.until("player.columns && player.columns.t.length > 0")
+        tab.js(
+            "(m => { m.value = 1.5; m.dispatchEvent(new Event('input')) })"
+            "(document.querySelector('#moment'))"
+        )
+        for channel, name in enumerate(NAMES):
+            choose(tab, channel)
+            tab.until(f"player.found.channel === '{name}'")
+            time_s = float(tab.js("player.at"))
+            assert time_s == pytest.approx(1.5, abs=0.01)
+            wanted = served.contour("run.arrow", name, time_s)
+            asked = f"mode 2, {10 * (channel + 1)}.000 mm from"
+            text = "document.querySelector('#contour-asked').innerText"
+            tab.until(f"{text}.includes('{asked}')")
+            rows = "document.querySelectorAll('#contour-rows tr').length"
+            assert wanted["elements"]
+            tab.until(f"{rows} === {len(wanted['elements'])}")
+            assert f"({name})" in tab.text("#contour-head")
+            assert tab.js("player.found.program") == f"{name}.nc"
+        assert tab.said == []

@@ -1,18 +1,37 @@
-"""A page of the monitor as its script sees it, for tests of the server."""
+"""The monitor for tests: its process, and a page as its script sees it."""
 
 from __future__ import annotations
 
+import subprocess
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import Any
 
 from starlette.testclient import TestClient
 
 from plc_client.runner import PlcRunner
+from support.command_line import command
 
 TOKEN = "a-token-of-tests"
 HERE = "http://127.0.0.1:8765"
 LIVE = "ws://127.0.0.1:8765/api/live?cell="
 OURS = {"authorization": f"Bearer {TOKEN}"}
+
+
+@contextmanager
+def monitor_of(target: object) -> Iterator[str]:
+    """``hli-cosim monitor`` of a cell or a recording; the address that it prints."""
+    with subprocess.Popen(
+        command("monitor", target, "--port", 0),
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as server:
+        try:
+            assert server.stdout is not None
+            yield server.stdout.readline().strip()
+        finally:
+            server.terminate()
 
 
 class Open:
