@@ -18,7 +18,7 @@ from hli import layout
 from support.browser import CHROMIUM, Browser
 from support.command_line import SHM, Outcome
 from support.osai_programs import shop
-from support.paths import EVERY
+from support.paths import EVERY, SHARE, SHARES
 from support.processes import leftovers
 from support.rewriting import share_rewriting
 from support.warm_commands import Server
@@ -118,16 +118,18 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 def pytest_collection_modifyitems(
     config: pytest.Config, items: list[pytest.Item]
 ) -> None:
-    """HLI_COSIM_EVERY=N: of the cases of one test the first, and every Nth; all
-    of those that CI alone runs.
+    """HLI_COSIM_EVERY=N: of the cases of one test the first, and every Nth.
+    HLI_COSIM_SHARE=K/N: of the tests that CI alone runs each Nth.
     """
     seen: Counter[str] = Counter()
     kept, left = [], []
+    alone = 0
     for item in items:
         name = item.nodeid.partition("[")[0]
         whole = item.get_closest_marker("ci")
         if whole and not item.get_closest_marker("long"):
-            kept.append(item)
+            (kept if alone % SHARES == SHARE else left).append(item)
+            alone += 1
             continue
         (left if seen[name] % EVERY else kept).append(item)
         seen[name] += 1

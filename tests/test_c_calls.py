@@ -8,6 +8,8 @@ by its address. The order is the one of docs/explanation/architecture.md;
 
 from __future__ import annotations
 
+import pytest
+
 from support.c_calls import (
     between_folders,
     calls,
@@ -18,6 +20,8 @@ from support.c_calls import (
 )
 from support.import_graph import Edge, in_circles
 from support.open_edges import held
+
+pytestmark = pytest.mark.source
 
 # top to bottom; a folder calls and includes what stands below it
 ORDER = [

@@ -31,6 +31,8 @@ from support.import_graph import (
 from support.open_edges import held
 from support.paths import ROOT
 
+pytestmark = pytest.mark.source
+
 # top to bottom; the longest prefix names a module's room
 ORDER = [
     "cnc_core.__main__",

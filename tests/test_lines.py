@@ -20,6 +20,8 @@ from measure_code import (
 from support.open_edges import held
 from support.paths import ROOT
 
+pytestmark = pytest.mark.source
+
 LANGUAGES = ("python", "c")
 FUNCTION_LINES = 80
 FOLDER_FILES = 25

@@ -7,7 +7,11 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
+import pytest
+
 from support.paths import ROOT, TESTS
+
+pytestmark = pytest.mark.source
 
 GENERATED = {"_engine.c", "_sync.c"}
 

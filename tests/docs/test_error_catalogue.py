@@ -17,6 +17,8 @@ from plc_client.blocks import interface
 from plc_client.blocks.ahead import EmptyReason
 from support.paths import ROOT
 
+pytestmark = pytest.mark.source
+
 TEXTS = sorted((ROOT / "cnc_core" / "data").glob("errors_*.txt"))
 PACKAGES = ("cnc_core", "plc_client", "hli")
 RAISED = {"CncError", "fail", "Problem", "StopHere", "Mistake"}

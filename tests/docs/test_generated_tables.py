@@ -14,6 +14,8 @@ import pytest
 from cnc_core.catalogue import catalogue
 from cnc_core.frontend.isg.cycles.registry import CYCLES
 
+pytestmark = pytest.mark.source
+
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 

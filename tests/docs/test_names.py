@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.source
+
 ROOT = Path(__file__).resolve().parents[2]
 CODE = ("cnc_core", "hli", "plc_client", "c_ext", "tests", "bench")
 WALKS = [

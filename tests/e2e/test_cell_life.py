@@ -88,6 +88,7 @@ def test_ps_lists_the_cell(cli: Cli, cell: str) -> None:
     assert cell in cli("ps").out
 
 
+@pytest.mark.ci
 def test_watch_reads_again_and_again(cli: Cli, cell: str) -> None:
     """A line of JSON a reading: symbols of the HLI and of a task."""
     path = "gpCh[0]^.bahn_state.dist_prog_start"

@@ -31,6 +31,7 @@ def files(tmp_path: Path) -> list[Path]:
     return found
 
 
+@pytest.mark.ci
 def test_a_stepped_plc_has_all_channels(
     plc: PlcFactory, files: list[Path], tmp_path: Path
 ) -> None:

@@ -97,6 +97,7 @@ def test_blocks_prints_the_canonical_rows(cli: Cli, program: Write) -> None:
     assert rows[0]["param"] == 1.0
 
 
+@pytest.mark.ci
 def test_plan_writes_samples_as_the_contract_says(
     cli: Cli, program: Write, tmp_path: Path
 ) -> None:

@@ -155,7 +155,7 @@ def wait_for_children(pid: int, count: int) -> list[int]:
     raise AssertionError("the two processes did not start")
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("victim", [0, 1])
 @pytest.mark.parametrize("delay", [0.05, 0.6])
 def test_a_killed_side_ends_the_run(

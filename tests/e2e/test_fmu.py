@@ -109,6 +109,7 @@ def test_fmpy_drives_what_run_drives(
     assert out["ahead0.radius"].max() == pytest.approx(10.0)
 
 
+@pytest.mark.ci
 def test_fmi_3_has_arrays_and_the_hli(
     exported: Exported, driven: np.ndarray
 ) -> None:
@@ -187,6 +188,7 @@ def test_two_instances_in_c(exported: Exported, driven: np.ndarray) -> None:
     assert two[-1] == two[-50] < one[-1]
 
 
+@pytest.mark.ci
 def test_what_is_refused_is_told_to_the_importer(exported: Exported) -> None:
     """By name and with the reason; a refused call breaks nothing, and 100
     instances that make no step leave nothing.

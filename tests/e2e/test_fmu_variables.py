@@ -83,6 +83,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
 
 
+@pytest.mark.ci
 def test_what_does_not_fit_is_refused_and_breaks_nothing(
     exported: Path, tmp_path: Path
 ) -> None:
@@ -161,6 +162,7 @@ def test_a_structured_text_plc_has_symbols_both_ways(tmp_path: Path) -> None:
         assert one["Main.seen"] == -1.0
 
 
+@pytest.mark.ci
 def test_program_and_limits_are_parameters(
     exported: Path, tmp_path: Path
 ) -> None:
@@ -186,6 +188,7 @@ def test_program_and_limits_are_parameters(
         assert "a parameter is set before the initialization" in one.said[-1]
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
@@ -204,6 +207,7 @@ def test_a_wrong_parameter_is_told(
         assert said in one.said[-1]
 
 
+@pytest.mark.ci
 def test_an_error_of_the_program_is_told(
     exported: Path, tmp_path: Path
 ) -> None:

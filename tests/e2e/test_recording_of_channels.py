@@ -95,6 +95,7 @@ def test_a_row_is_a_cycle_of_all_channels(recording: Recording) -> None:
     assert cycles.units["saw.X"] == "mm"
 
 
+@pytest.mark.ci
 def test_the_column_of_an_axis_follows_it(tmp_path: Path) -> None:
     """The table at home in one channel is turned by both; its column shows it
     all, without a jump, and there is none for the place of a guest.

@@ -51,6 +51,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Results:
     return sweep(study_in(folder), folder / "out", workers=1)
 
 
+@pytest.mark.ci
 def test_the_table_has_a_row_a_run(whole: Results) -> None:
     """Parameters and figures beside each other; what fails is a row with its
     reason.

@@ -209,6 +209,7 @@ def test_ctrl_c_tells_where_it_stood(program: Write, rest: list[str]) -> None:
         assert json.loads(out)["waiting"][0]["line"] == 2
 
 
+@pytest.mark.ci
 def test_ctrl_c_ends_a_plan(program: Write) -> None:
     """One line with how far it was and what was written, status 130."""
     endless = program(
@@ -232,6 +233,7 @@ def test_ctrl_c_ends_a_plan(program: Write) -> None:
     assert recording.is_file()
 
 
+@pytest.mark.ci
 def test_ctrl_c_while_the_worker_starts() -> None:
     """A process of a run that still reads its packages says nothing of it."""
     script = (

@@ -59,6 +59,7 @@ def test_the_demo_runs_without_a_picture(cli: Cli, tmp_path: Path) -> None:
     assert not (tmp_path / "hli-cosim-demo" / "demo.png").exists()
 
 
+@pytest.mark.ci
 @pytest.mark.usefixtures("no_extras")
 def test_a_picture_names_its_extra(
     cli: Cli, program: Callable[..., Path]

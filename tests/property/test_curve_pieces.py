@@ -27,7 +27,7 @@ from support.seeds import few
 pytestmark = pytest.mark.sanitize("curve", "engine")
 
 
-@pytest.mark.parametrize("seed", few(range(24), 4))
+@pytest.mark.parametrize("seed", few(range(24), 2))
 @pytest.mark.parametrize(
     "live", [False, True], ids=["steady", "override and hold"]
 )
@@ -132,6 +132,7 @@ def test_rows_that_do_not_fit_their_coefficients_are_refused(
         engine_takes(rows, pool)
 
 
+@pytest.mark.ci
 def test_corners_between_curves_and_lines_are_legal() -> None:
     """Curves that meet lines and each other at an angle: the jump and the
     curvature together stay in the limits.

@@ -129,7 +129,7 @@ class Writer:
         )
 
 
-@pytest.mark.parametrize("seed", few(range(60), 20))
+@pytest.mark.parametrize("seed", few(range(60), 12))
 def test_random_programs_agree_with_python(tmp_path, seed):
     """Loops, branches, jumps, subroutines and arrays give what the same program in Python gives."""
     text, python = Writer(seed).program()
@@ -224,7 +224,7 @@ def change(rng, stack, state):
     return "G94 X{} Y{} Z{}".format(*stack.origin)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", few(range(40), 20))
 def test_transformations_agree_with_numpy(tmp_path, seed):
     """Swaps, mirrors, scaling, rotation and origins, in any order, are one product of matrices."""
     rng = random.Random(seed)
@@ -273,7 +273,7 @@ def greedy(points, size, angle, bevel):
     return served
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", few(range(40), 20))
 def test_corners_agree_with_another_construction(tmp_path, seed):
     """Fillets and bevels of random polygons: which corners, entry and exit of each."""
     rng = random.Random(seed)
@@ -355,7 +355,7 @@ WORDS = [
 ]
 
 
-@pytest.mark.parametrize("seed", few(range(150), 40))
+@pytest.mark.parametrize("seed", few(range(150), 24))
 def test_any_text_gives_rows_or_errors(tmp_path, seed):
     """Random words in random order: nothing but numbered errors with their places."""
     rng = random.Random(seed)
@@ -372,7 +372,7 @@ def test_any_text_gives_rows_or_errors(tmp_path, seed):
         assert caught.value.place.line, text
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", few(range(20), 10))
 def test_scanner_and_parser_agree(tmp_path, seed):
     """Plain lines mean the same whether C or Python reads them: planes, arcs,
     distances, centres.

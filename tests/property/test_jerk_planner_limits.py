@@ -27,6 +27,7 @@ from cnc_core.engine.jerk_planner import (
     Topp2,
     sample,
 )
+from support.seeds import few
 
 pytestmark = pytest.mark.sanitize("jerk")
 
@@ -125,7 +126,7 @@ class Operator:
         return np.concatenate(self.laws)
 
 
-@pytest.mark.parametrize("seed", range(36))
+@pytest.mark.parametrize("seed", few(range(36), 18))
 def test_limits_hold_whatever_the_operator_does(seed: int) -> None:
     """Sampled v, a, j stay within 1.02 of the limits, the path is driven to its
     very end, no time is unbounded.
@@ -185,7 +186,7 @@ def test_same_bits(seed: int) -> None:
     assert first.tobytes() == second.tobytes()
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", few(range(24), 12))
 def test_acceleration_limited(seed: int) -> None:
     """The acceleration-limited sibling keeps v and a within 1.02 through holds
     and overrides, and drives to the end.

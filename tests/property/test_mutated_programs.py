@@ -24,12 +24,13 @@ from support.mutated import (
     right_programs,
     unclear,
 )
+from support.seeds import few
 
 MUTATIONS = int(os.environ.get("HLI_COSIM_MUTATIONS", "150"))
 CHUNKS = 10
 
 
-@pytest.mark.parametrize("chunk", range(CHUNKS))
+@pytest.mark.parametrize("chunk", few(range(CHUNKS), CHUNKS // 2))
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_mutated_program_is_checked_to_an_end(
     dialect: str, chunk: int, tmp_path: Path

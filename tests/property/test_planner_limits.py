@@ -98,7 +98,7 @@ def _drive(
     )
 
 
-@pytest.mark.parametrize("seed", few(range(24), 8))
+@pytest.mark.parametrize("seed", few(range(24), 4))
 @pytest.mark.parametrize(
     "live", [False, True], ids=["steady", "override and hold"]
 )
@@ -115,7 +115,7 @@ def test_samples_respect_axis_limits(seed: int, live: bool) -> None:
     assert infeasible == 0
 
 
-@pytest.mark.parametrize("seed", few(range(40), 12))
+@pytest.mark.parametrize("seed", few(range(40), 6))
 @pytest.mark.parametrize(
     "live", [False, True], ids=["steady", "override and hold"]
 )
@@ -133,7 +133,7 @@ def test_without_jerk_samples_respect_axis_limits(
 
 
 @pytest.mark.parametrize("jerk", [True, False])
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", few(range(10), 5))
 def test_a_late_planner_leads_to_the_stopping_tail(
     seed: int, jerk: bool
 ) -> None:
@@ -188,7 +188,7 @@ def arc_program(rng: np.random.Generator) -> str:
     return "\n".join([*lines, "M30", ""])
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", few(range(8), 4))
 def test_arcs_and_helices_are_driven_exactly_and_legally(
     seed: int, program: Callable[..., Path]
 ) -> None:

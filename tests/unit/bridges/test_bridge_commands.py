@@ -16,6 +16,7 @@ from support.command_line import Outcome, command
 Cli = Callable[..., Outcome]
 
 
+@pytest.mark.ci
 def test_an_open_address_needs_the_clients_ids(cli: Cli) -> None:
     """Nobody opens a cell to the network by one option."""
     outcome = cli("ads", "none", "--host", "0.0.0.0")

@@ -26,6 +26,7 @@ AXIS = "CncInterface.CncAxisList.X"
 WAIT_S = 20.0
 TRIES = 20
 pytestmark = [
+    pytest.mark.ci,
     pytest.mark.filterwarnings("ignore::DeprecationWarning"),
     pytest.mark.filterwarnings(
         "ignore::pytest.PytestUnraisableExceptionWarning"

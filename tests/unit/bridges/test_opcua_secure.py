@@ -21,6 +21,7 @@ POLICIES = (
     "Aes128Sha256RsaOaep,SignAndEncrypt",
     "Aes256Sha256RsaPss,SignAndEncrypt",
 )
+pytestmark = pytest.mark.ci
 TITLE = "MAIN.title"
 GAIN = "Slow.gain"
 

@@ -192,6 +192,7 @@ def test_tiny_blocks_at_corners_leave_the_acceleration_to_them(
     assert ratios(pos, cell, jerk=False)[1] <= 1.01
 
 
+@pytest.mark.ci
 def test_picture_has_a_curve_of_the_jerk(
     program: Callable[..., Path], tmp_path: Path
 ) -> None:

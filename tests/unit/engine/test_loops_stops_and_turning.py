@@ -198,6 +198,7 @@ def test_an_insert_command_while_it_stands_at_an_inserted_stop(
         assert cnc.state.program_end_r
 
 
+@pytest.mark.ci
 def test_an_insert_command_shortly_ahead_of_a_sharp_corner(
     tmp_path: Path,
 ) -> None:
@@ -269,6 +270,7 @@ def test_a_dwell_is_not_lost_by_turning_at_it(tmp_path: Path) -> None:
     assert ended == [True, False]  # 900 cycles are not enough with the dwell
 
 
+@pytest.mark.ci
 def test_turning_twice_at_the_end_of_the_path(tmp_path: Path) -> None:
     """The path comes to rest at its very end with backward motion commanded:
     turned again it stands where it stood.

@@ -160,6 +160,7 @@ def test_the_program_of_a_channel_that_is_none(
         assert answer.status_code == (200 if channel == "2" else 404)
 
 
+@pytest.mark.ci
 def test_every_channel_has_a_trail_from_the_start_on(
     cell: PlcRunner, client: TestClient
 ) -> None:

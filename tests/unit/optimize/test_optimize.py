@@ -105,6 +105,7 @@ def far(points, made):
     return np.array(out)
 
 
+@pytest.mark.ci
 def test_a_noisy_surface(bench):
     """Every point within Toll of the output, C2 but at edges, fewer polynomials
     than points, and less time.

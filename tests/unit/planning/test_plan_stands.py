@@ -22,7 +22,7 @@ ENDLESS = {
 }
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("name", ENDLESS)
 def test_a_plan_without_motion_is_told(
     program: Write, name: str, monkeypatch: pytest.MonkeyPatch
