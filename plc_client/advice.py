@@ -15,6 +15,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
+from hli import layout
 from hli.owners import cnc_writes, status_names
 
 from .blocks.base import FunctionBlock
@@ -26,6 +27,13 @@ LONG_INTERVAL_S = 1.0
 MEASURED_SCANS = 3
 WAITS = "a scan must not wait: no sleep or input, TON for times"
 NOT_EACH_SCAN = ("__init__", "setup", "finished", "result")
+AREAS = tuple(
+    (area, {name for name, _ in structure._fields_})
+    for area, structure in (
+        ("gpCh", layout.HLI_CHANNEL),
+        ("gpAx", layout.HLI_AXIS),
+    )
+)
 WAITING: tuple[Any, ...] = (time.sleep, input)
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -153,14 +161,28 @@ def _written(bodies: list[Function]) -> Iterator[str]:
     for target in _targets(bodies):
         chain = list(_chain(target))
         status = [part for part in chain if part in status_names()]
+        path = _in_area(chain)
         if status:
             yield status[0]
+        elif path and cnc_writes(path):
+            yield path.partition(".")[2]
         if isinstance(target, ast.Attribute) and target.attr == "value":
             path = _path_of(target.value) or symbols.get(
                 ast.unparse(target.value)
             )
             if path and cnc_writes(path):
                 yield path
+
+
+def _in_area(chain: list[str]) -> str:
+    """The symbol path of ``a.b[0].c`` below the channel or axis that has a
+    member of the name ``a``; empty if none has.
+    """
+    for area, names in AREAS:
+        for k, name in enumerate(chain):
+            if name in names:
+                return ".".join([area, *reversed(chain[: k + 1])])
+    return ""
 
 
 def _unheard(bodies: list[Function], cls: type) -> Iterator[str]:

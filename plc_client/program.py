@@ -30,6 +30,7 @@ class Program:
     restarts: int = 0
     due: int = 0
     interval_ticks: int = 1
+    interval_s: float = 0.0  # in which it runs; 0: as specified
     scans_after_end: int = 0
     factory: Any = None
     arguments: tuple[Any, ...] = ()
@@ -154,7 +155,7 @@ class Program:
         a period from the interval.
         """
         return {
-            "interval_s": self.spec.interval,
+            "interval_s": self.interval_s or self.spec.interval,
             "priority": self.spec.priority,
             "scans": self.times.n,
             "overruns": self.overruns,

@@ -20,6 +20,7 @@ import numpy as np
 from hli import layout
 from hli.symbol import Symbol
 
+from .blocks.watchdog import read_record
 from .client import Hli, connect
 from .guard import Guard
 from .inputs import Inputs
@@ -325,9 +326,15 @@ class PlcRunner:
     def run_to_end(
         self, limit_s: float = LIMIT_S, scans_behind: int = 10
     ) -> None:
-        """Scans to the program's end and some behind it."""
+        """Scans to the program's end and some behind it.
+
+        PlcError: an error ended the program of a channel.
+        """
         self.run_until(lambda: self.ended, limit_s)
         self.step(scans_behind)
+        for ch in self.hli.gpCh:
+            if ch is not None and _failed(ch):
+                raise PlcError(_ended_by(ch))
 
     def restart(self) -> None:
         """PLC restart beside the CNC that stays as it is: new instances,
@@ -367,6 +374,23 @@ class PlcRunner:
     def trace(self) -> dict[str, np.ndarray[Any, Any]]:
         """What was watched: ``t`` (s) and one array per path."""
         return self._scanner.watch.columns()
+
+
+def _failed(ch: Any) -> bool:
+    state = ch._c.channel_mc_control.mode_and_state.state_r.state
+    return bool(state == layout.HLI_IMCM_PROCESS_ERROR)
+
+
+def _ended_by(ch: Any) -> str:
+    """The error that a channel stands in, by the last record of ``mc_error``."""
+    record = read_record(ch.mc_error)
+    block = f", N{record.block_number}" if record.block_number else ""
+    file = Path(record.file or record.program).name
+    place = f" ({file}{block})" if file else ""
+    return (
+        f"the program ended with error {record.error_id}{place};"
+        f" hli-cosim explain {record.error_id}; after close() cnc_report tells more"
+    )
 
 
 def _text_of(condition: Callable[[], Any]) -> str:

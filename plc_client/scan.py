@@ -190,6 +190,8 @@ class Scanner:
         interval = program.spec.interval
         ticks = self._pacer.ticks(interval)
         real = ticks * self._hli.cycle_s
+        if self._in_cycles:
+            program.interval_s = real
         program.warnings = advice.of_class(program)
         if self._in_cycles and abs(real - interval) > 1e-6 * interval:
             cycle_ms = self._hli.cycle_s * 1e3

@@ -335,11 +335,27 @@ def describe(error: BaseException) -> str:
     if told and Path(told["file"]).is_file():
         place = f"{told['file']}:{told['line']}"
         return f"{place}: {type(error).__name__}: {told['text']}"
-    text = " ".join(f"{type(error).__name__}: {error}".split())
+    text = " ".join(
+        f"{type(error).__name__}: {_block_of(error)}{error}".split()
+    )
     last = [*everything[-1:], *frames][-1]
     return f"{last.filename}:{last.lineno}: {text}" + "".join(
         f"\n{line}" for line in _trace(frames)
     )
+
+
+def _block_of(error: BaseException) -> str:
+    """The function block in which a TypeError came up, if its text does not
+    name it.
+    """
+    step, name = error.__traceback__, ""
+    while step is not None:
+        owner = step.tb_frame.f_locals.get("self")
+        if type(owner).__module__.startswith("plc_client.blocks"):
+            name = type(owner).__name__
+        step = step.tb_next
+    told = not isinstance(error, TypeError) or name in str(error)
+    return "" if told else f"{name}: "
 
 
 def _trace(frames: list[traceback.FrameSummary]) -> list[str]:

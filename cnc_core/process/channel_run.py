@@ -176,6 +176,7 @@ class ChannelRun:
             self.shared.say,
             (cell_s, wall_s),
             self.setup.place.name,
+            lambda: int(self.engine.state.cycle) * self.cell.cycle_s,
         )
         self.waiting: list[Waiting] = []
 

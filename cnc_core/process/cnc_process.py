@@ -173,7 +173,7 @@ class CncProcess:
     def _keep_waits(self) -> None:
         """What the channels waited for goes into the report."""
         for channel in self.channels:
-            channel.waiting = channel.waits.last
+            channel.waiting = channel.waits.kept()
 
     def _close(self) -> None:
         for channel in self.channels:

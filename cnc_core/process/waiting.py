@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -93,6 +93,7 @@ class StandWatch:
     ``scene`` looks at the run.  ``say`` gets each line.
     ``patience``: cell and wall time, s, after which a wait is told.
     ``channel``: its name, in a cell with several.
+    ``cell_time``: s, now.
     """
 
     def __init__(
@@ -101,8 +102,10 @@ class StandWatch:
         say: Callable[[str], None],
         patience: tuple[float, float] = (STANDS_CELL_S, STANDS_WALL_S),
         channel: str = "",
+        cell_time: Callable[[], float] = float,
     ) -> None:
         self._scene, self._say, self._channel = scene, say, channel
+        self._cell_time, self._looked_at = cell_time, 0.0
         self._cell_s, self._wall_s = patience
         self._key: object = None
         self._since = self._next_look = time.monotonic()
@@ -142,6 +145,16 @@ class StandWatch:
         self.last = self._waiting(self._seen(now), now)
         return self.last
 
+    def kept(self) -> list[Waiting]:
+        """What the last look saw, as if it lasted until now: the PLC may have
+        gone meanwhile, which would be another wait.
+        """
+        passed = self._cell_time() - self._looked_at
+        return [
+            replace(one, since_s=round(one.since_s + passed, 6))
+            for one in self.last
+        ]
+
     def _seen(self, now: float) -> Scene:
         scene = self._scene()
         key = scene.key
@@ -153,6 +166,7 @@ class StandWatch:
         return scene
 
     def _waiting(self, scene: Scene, now: float) -> list[Waiting]:
+        self._looked_at = self._cell_time()
         wall_s = now - self._since
         since_s = wall_s if scene.cell_s is None else scene.cell_s
         return [

@@ -236,6 +236,7 @@ class ContourLookahead(FunctionBlock):
         wrong = self._wrong(start_position, length)
         if wrong:
             self.error, self.error_id = True, wrong
+            self.refused += 1
             return
         self.error, self.error_id = False, 0
         if not self._open or self._arbiter.is_waiting(self._deliver):

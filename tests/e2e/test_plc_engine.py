@@ -19,6 +19,7 @@ from plc_client import (
     MCV_HliInterface,
     Override,
     PathDirection,
+    PlcError,
     ProcessState,
     ResetChannel,
     ResumeProgram,
@@ -187,6 +188,18 @@ def test_watchdogs_and_interface(plc: Any, program: Write) -> None:
     runner.step(3)
     assert task.watchdog.state is WatchState.MISSED
     assert 270053 in task.records
+
+
+@pytest.mark.parametrize("text", ["N10 G999\nM30\n", "N20 G01 X200000\nM30\n"])
+def test_a_program_that_ends_by_an_error_is_no_end(
+    plc: Any, program: Write, text: str
+) -> None:
+    """run_to_end() tells number and file; a syntax error as well as one on the
+    way.
+    """
+    runner = plc(Bench, program(text))
+    with pytest.raises(PlcError, match=r"ended with error \d+ \(part\.nc"):
+        runner.run_to_end(limit_s=20.0)
 
 
 def test_error_of_the_program_arrives_and_reset_leaves_it(

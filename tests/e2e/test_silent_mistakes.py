@@ -71,6 +71,13 @@ def run(
             },
             "ov (Override) got an input out of range",
         ),
+        (
+            {
+                "setup": "self.see = plc_client.ContourLookahead(self.ch)",
+                "cyclic": "self.see(0.0, 500.0, mode=3)",
+            },
+            "see (ContourLookahead) got an input out of range",
+        ),
     ],
 )
 @pytest.mark.ci_cases

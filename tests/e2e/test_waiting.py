@@ -206,7 +206,11 @@ def test_ctrl_c_tells_where_it_stood(program: Write, rest: list[str]) -> None:
     assert "run.npz" in last
     assert not list(SHM.glob(f"hli-cosim-{process.pid}-*"))
     if rest:
-        assert json.loads(out)["waiting"][0]["line"] == 2
+        result = json.loads(out)
+        (wait,) = result["waiting"]
+        assert wait["line"] == 2
+        # it has stood since shortly behind the start, up to the last cycle
+        assert 0.0 < result["sim_time_s"] - wait["since_s"] < 0.5
 
 
 @pytest.mark.ci

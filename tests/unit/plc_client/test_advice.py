@@ -62,6 +62,10 @@ def warned(program: Write, cyclic: str, interval: str = "0.001") -> list[str]:
         ("self.ch.channel_mc_control.mode_and_state.state_r.mode = 2", CNC),
         ("self.bahn_state.override_r, x = 1, 2", "override_r"),
         ("slow_down(self.ch)", "override_r"),
+        (
+            "self.ch.contour_lookahead.response.block[3].length = 5.0",
+            "contour_lookahead.response.block.length",
+        ),
         ("self.symbol.value = 5", "gpCh[0].bahn_state.override_r"),
     ],
 )
@@ -80,6 +84,7 @@ def test_a_mistake_in_the_text_is_told(
         "self.state_r = self.bahn_state.override_r",
         "self.wanted.value = 500",
         "u = self.ch.bahn_mc_control.feedhold; u.command_w = u.enable_w = True",
+        "self.ch.contour_lookahead.request.length = 5.0",
         "self.ch.lc_error.satz_r.kopf.error_id = 4711",
         "override_r = self.symbol.value; self.value = override_r",
         "self.pause(1); self.sleep = 2",

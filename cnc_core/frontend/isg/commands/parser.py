@@ -6,6 +6,7 @@ executed is stored or refused by name.
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
@@ -49,7 +50,20 @@ from .text import TextCommands
 from .time import TimeCommands
 
 MARKERS = {"ON": MARKER_ON, "OFF": MARKER_OFF, "CLEAR": MARKER_CLEAR}
+NEAR = 0.8
 FIRST_WORDS = frozenset(name.split()[0] for name in table.TABLE)
+
+
+def _meant(words: list[str]) -> str:
+    """The command whose name these words nearly are; empty without one."""
+    for count in range(len(words), 0, -1):
+        named = [n for n in table.TABLE if len(n.split()) == count]
+        near = difflib.get_close_matches(
+            " ".join(words[:count]), named, 1, NEAR
+        )
+        if near:
+            return near[0]
+    return ""
 
 
 class Command(NamedTuple):
@@ -206,12 +220,17 @@ class CommandParser(
             if effect is not None:
                 break
         name = " ".join(self._words(99))
-        if words[0] in FIRST_WORDS:
+        meant = _meant(words) if effect is None else ""
+        if words[0] in FIRST_WORDS and not meant:
             raise fail(900003, f"#{name} is not supported", offset)
-        if not self._state.lenient:
-            raise fail(900002, f"unknown command #{words[0]}", offset)
+        hint = f"; did you mean #{meant}?" if meant else ""
+        if words[0] in FIRST_WORDS or not self._state.lenient:
+            wrong = name if meant else words[0]
+            raise fail(900002, f"unknown command #{wrong}{hint}", offset)
         self._rest()
-        self._state.warn(907041, f"unknown command #{name} is skipped", offset)
+        self._state.warn(
+            907041, f"unknown command #{name} is skipped{hint}", offset
+        )
         return list
 
     def _old_name(self, name: str, offset: int) -> None:
