@@ -325,8 +325,8 @@ def test_an_interval_that_is_no_multiple_of_the_cycle_is_told() -> None:
 
     with PlcRunner.on_mock([Odd, Fast], [line(1)], cycle_s=0.002) as plc:
         texts = [text.split(": ", 1)[1] for text in plc.warnings]
-    end = "ms is no multiple of the cell's cycle of 2 ms; it runs every 2 ms"
         intervals = {t["interval_s"] for t in plc.statistics().values()}
+    end = "ms is no multiple of the cell's cycle of 2 ms; it runs every 2 ms"
     assert texts == [f"2.5 {end}", f"1 {end}"]
     assert intervals == {0.002}
     with PlcRunner.on_mock([Slow, Fast], [line(1)]) as plc:

@@ -123,13 +123,13 @@ def test_a_slip_in_a_command_is_told_with_what_was_meant(
 ):
     """It is unknown, not a function that the manual has and this does not."""
     said = f"unknown command #{wrong}; did you mean #{meant}?"
-    error = error_of(front_end(f"#{wrong}\n"))
+    error = error_of(rows_of, front_end(f"#{wrong}\n"))
     assert (error.code, error.text) == (900002, said)
 
 
 def test_a_command_that_is_refused_is_no_slip(front_end):
     """Its name is known: 900003."""
-    assert error_of(front_end("#CYL FOO\n")).code == 900003
+    assert error_of(rows_of, front_end("#CYL FOO\n")).code == 900003
 
 
 def test_program_lines(front_end):
