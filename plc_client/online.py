@@ -345,9 +345,13 @@ class Watch:
 
 
 def _check_number(path: str, symbol: Symbol) -> None:
-    if not _is_number(symbol.value):
+    value = symbol.value
+    if not _is_number(value):
+        members = getattr(getattr(value, "_c", None), "_fields_", ())
+        names = ", ".join(name for name, *_ in members)
         raise SymbolError(
-            f"symbol {path!r}: only single numbers and BOOLs can be watched; name a member"
+            f"symbol {path!r}: only single numbers and BOOLs can be watched;"
+            f" name a member{': ' + names if names else ''}"
         )
 
 

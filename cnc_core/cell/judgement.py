@@ -20,7 +20,10 @@ def judge(result: RunResult, job: Job, cnc: dict[str, Any]) -> None:
         return
     if job.stalled:
         result.end = "error"
-        result.errors.append(CncError(905024).as_json())
+        error = CncError(905024).as_json()
+        for wait in result.waiting[:1]:  # where it stands
+            error |= {"file": wait["file"], "line": wait["line"], "column": 1}
+        result.errors.append(error)
     if job.plc is None:
         if not cnc:
             result.end = "aborted"

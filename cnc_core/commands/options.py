@@ -72,6 +72,17 @@ FORCE = typer.Option(
 Watched = Annotated[list[str] | None, WATCH]
 Forced = Annotated[list[str] | None, FORCE]
 
+
+def _seconds(text: str) -> float:
+    """The interval of a task."""
+    try:
+        return float(text)
+    except ValueError:
+        raise typer.BadParameter(
+            f"{text}: a number of seconds, 0.001 for 1 ms"
+        ) from None
+
+
 # member of an options dataclass: how it stands on the command line
 OPTIONS: dict[str, tuple[Any, Any]] = {
     "interval": (
@@ -79,6 +90,7 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
         typer.Option(
             "--interval",
             metavar="S",
+            parser=_seconds,
             help="Structured Text: interval of the only task",
         ),
     ),

@@ -321,13 +321,14 @@ def test_run_without_any_plc(program: Write) -> None:
 def test_stop_that_nobody_continues_ends_a_run_without_plc(
     program: Write,
 ) -> None:
-    """Not a hang but an error with its number."""
+    """Not a hang but an error with its number and the line of the stop."""
     with Cell() as cell:
         result = cell.run(
             program("N10 G01 X1 F6000\nM0\nN20 X2\nM30\n"), "none"
         )
     assert result.end == "error"
-    assert result.errors[0]["code"] == 905024
+    (error,) = result.errors
+    assert (error["code"], error["line"]) == (905024, 2)
 
 
 @pytest.mark.parametrize(

@@ -207,14 +207,18 @@ def test_a_variable_that_takes_no_force_is_named(path: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "path",
-    ["gpCh[0]^", "gpCh[0]^.bahn_mc_control.override", "gpAx[0]^.lr_state"],
+    ("path", "members"),
+    [
+        ("gpCh[0]^", "head, "),
+        ("gpCh[0]^.bahn_mc_control.override", "enable_w, "),
+        ("gpAx[0]^.lr_state", ""),
+    ],
 )
-def test_a_structure_is_no_watch(path: str) -> None:
-    """The watch list holds numbers; a structure is refused instead of recorded as nothing."""
+def test_a_structure_is_no_watch(path: str, members: str) -> None:
+    """The watch list holds numbers; a structure is refused with its members."""
     with (
         PlcRunner.on_mock(Forced, [line(10)]) as plc,
-        pytest.raises(SymbolError, match="name a member"),
+        pytest.raises(SymbolError, match=f"name a member: .*{members}"),
     ):
         plc.watch(path)
 
