@@ -105,6 +105,8 @@ def tested(
     for name in PACKAGES:
         shutil.rmtree(clone / name)
     words = ("-P", "-m", "pytest", "-q", "-p", "no:cacheprovider")
+    # an old version may use what its own requirements deprecate by now
+    words += ("-W", "ignore::DeprecationWarning")
     return run(own, *words, *tests, cwd=clone, check=False)
 
 
