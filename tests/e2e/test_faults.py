@@ -19,7 +19,7 @@ import pytest
 
 import hli
 from fault_apart import one_apart
-from fault_run import Fault, Setting, clean, one
+from fault_run import FUNCTIONS, Fault, Setting, clean, is_walk, one
 from support.command_line import T1, command, wait_for_cycle
 
 pytestmark = pytest.mark.ci
@@ -260,3 +260,25 @@ def in_namespace(
     if done.returncode == 77 or done.stderr.startswith("unshare:"):
         pytest.skip("users may not mount here")
     return done
+
+
+ONCE = list(range(1, FUNCTIONS + 1))
+
+
+@pytest.mark.parametrize(
+    ("seen", "walks"),
+    [
+        (ONCE, True),
+        ([1, 2, 2, 1, 1, *ONCE[1:]], True),  # back over both, and forward
+        ([1, 2, *ONCE[1:]], True),  # turned while 2 was waited for
+        (ONCE[:-1], False),
+        ([1, *ONCE[2:]], False),
+        ([1, 2, 3, 1, *ONCE[1:]], False),
+        ([1, 2, 3, 3, 2, *ONCE[3:]], False),  # forward without 2 and 3
+    ],
+)
+def test_a_path_that_turns_passes_neighbours(
+    seen: list[int], walks: bool
+) -> None:
+    """What counts as nothing lost in a run that goes back and forth."""
+    assert is_walk(seen, 0) is walks
