@@ -9,7 +9,7 @@ from ..model import types
 from ..model.classes import STANDARD_NAMES, Class, ClassType, Routine, Variable
 from ..model.world import Cascade, unknown
 from ..syntax import tree
-from . import assertions, convert, places, store
+from . import assertions, block_inputs, convert, places, store
 from .context import Context
 from .value import PropertyRef, RoutineRef, Value, address, at
 
@@ -126,6 +126,11 @@ def _call(
     for variable in routine.parameters:
         argument = given.get(variable.name.upper())
         _argument(context, variable, argument, values, pieces, pos)
+    block_inputs.check(routine, values, given)
+    if routine.origin is not None and block_inputs.notes(
+        context, routine.origin
+    ):
+        pieces.before.append(block_inputs.noted(context, routine.label, pos))
     function = target(context, base, self_text)
     text = f"{function}({', '.join(pieces.arguments)})"
     return _finished(context, routine, pieces, text, buffer)
@@ -457,6 +462,8 @@ def call_instance(context: Context, base: Value, node: tree.Call) -> Value:
         instance = _kept(context, base.text)
     _check_in_outs(cls, given, node)
     body = _body_call(context, base, cls, instance)
+    if block_inputs.notes(context, cls.origin):
+        body = f"{block_inputs.noted(context, cls.name, node.pos)}; {body}"
     return _with_arguments(context, cls, given, instance, body)
 
 
@@ -469,6 +476,8 @@ def _call_action(context: Context, base: RoutineRef, node: tree.Call) -> Value:
     if "(" in instance:
         instance = _kept(context, instance)
     body = f"{target(context, base, instance)}({instance})"
+    if block_inputs.notes(context, cls.origin):
+        body = f"{block_inputs.noted(context, cls.name, node.pos)}; {body}"
     return _with_arguments(context, cls, given, instance, body)
 
 

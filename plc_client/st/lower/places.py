@@ -83,7 +83,10 @@ def dereference(context: Context, found: Value, pos: Position) -> Value:
     if found.text == "self":
         return at(type_.target, "self")
     place, name = context.here(pos), _text(found.spelled)
-    if found.trusted:
+    if found.trusted and found.array:
+        name = _text(found.spelled.removesuffix("[]"))
+        pointer = f"st_area({found.place}, {found.array}, {place}, {name})"
+    elif found.trusted:
         pointer = f"st_set({found.text}, {place}, {name})"
     else:
         size = type_.target.size
@@ -330,8 +333,7 @@ def _element(
         if found.constant is not None:
             fixed += (_inside(found, low, high, node.pos) - low) * stride
         else:
-            text = f"st_index({found.text}, {low}, {high}, "
-            text += context.here(node.pos) + ")"
+            text = _index(context, base, found, node.pos, low, high)
             moving.append(f"{text} * {stride}")
     inner: types.Type = type_.element
     if len(indices) < len(type_.dims):
@@ -341,10 +343,28 @@ def _element(
     return _part(base, inner, where, calls)
 
 
+def _index(
+    context: Context,
+    base: Value,
+    found: Value,
+    pos: Position,
+    low: int,
+    high: int,
+) -> str:
+    """C of a checked index; of the HLI's areas it names what they are."""
+    function, more = "st_index", ""
+    if base.trusted:
+        function, more = "st_area_index", f", {_text(base.spelled)}"
+    place = context.here(pos)
+    return f"{function}({found.text}, {low}, {high}, {place}{more})"
+
+
 def _part(base: Value, type_: types.Type, where: str, calls: bool) -> Value:
     result = at(type_, where, base.writable)
     result.calls, result.trusted = calls, base.trusted
     result.spelled = f"{base.spelled}[]"
+    if base.trusted:
+        result.array = base.text
     return result
 
 

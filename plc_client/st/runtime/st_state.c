@@ -32,7 +32,9 @@ enum {
     TRAP_DIVIDE,
     TRAP_STACK,
     TRAP_LOOP,
-    TRAP_ABSTRACT
+    TRAP_ABSTRACT,
+    TRAP_AREA,
+    TRAP_REFUSED
 };
 
 typedef struct {
@@ -42,9 +44,13 @@ typedef struct {
     char name[128];
     int64_t values[3];
     double real;
+    char caller_pou[128]; /* the user's call of the library; empty: none */
+    char caller_name[128];
+    int32_t caller_line;
 } st_trap_report;
 
 ST_API st_trap_report st_trap;
+const st_call *st_caller;
 static jmp_buf way_out;
 static int running;
 static int64_t deadline_ns, allowed_ns = 10000000000LL;
@@ -69,6 +75,12 @@ __attribute__((noreturn)) static void leave(int kind,
     st_trap.line = line;
     snprintf(st_trap.pou, sizeof st_trap.pou, "%s", pou);
     snprintf(st_trap.name, sizeof st_trap.name, "%s", name);
+    static const st_call nobody = {"", 0, ""};
+    const st_call *caller = st_caller != 0 ? st_caller : &nobody;
+    char *caller_pou = st_trap.caller_pou, *caller_name = st_trap.caller_name;
+    snprintf(caller_pou, sizeof st_trap.caller_pou, "%s", caller->pou);
+    snprintf(caller_name, sizeof st_trap.caller_name, "%s", caller->name);
+    st_trap.caller_line = caller->line;
     if (!running) {
         abort();
     }
@@ -123,6 +135,15 @@ void st_trap_stack(const char *pou) {
 
 void st_trap_abstract(void) {
     leave(TRAP_ABSTRACT, "", 0, "");
+}
+
+void st_trap_area(const char *pou, int line, const char *name, st_i64 index) {
+    values(index, 0, 0);
+    leave(TRAP_AREA, pou, line, name);
+}
+
+void st_refuse(st_ptr text) {
+    leave(TRAP_REFUSED, "", 0, (const char *)text);
 }
 
 void st_loop_spent(const char *pou, int line) {
@@ -350,6 +371,7 @@ ST_API int32_t st_guarded(void (*entry)(void), int64_t now_ns) {
     st_turns = TURNS;
     deadline_ns = clock_ns() + allowed_ns;
     st_trap.kind = TRAP_NONE;
+    st_caller = 0;
     running = 1;
     if (setjmp(way_out) == 0) {
         entry();
