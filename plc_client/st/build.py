@@ -102,6 +102,7 @@ def check(
 
 
 def _check(sources: Sources, options: Options | None, keeps: bool) -> Checked:
+    from .lower.hli_writes import unheard  # noqa: PLC0415
     from .lower.program import Lowering  # noqa: PLC0415
     from .model import collect, hli_types  # noqa: PLC0415
     from .model.collect import Collector  # noqa: PLC0415
@@ -138,7 +139,8 @@ def _check(sources: Sources, options: Options | None, keeps: bool) -> Checked:
         for f in world.functions.values()
         if f.origin is not None and _own(f.origin.file)
     ]
-    log.warnings = [w for w in log.warnings if _own(w.file)]
+    told = [w for w in log.warnings if _own(w.file)]
+    log.warnings = unheard(told, sources.values())
     libraries = foreign.libraries_of(sources)
     log.errors = foreign.refused(log.errors, libraries, world.declares)
     return Checked(log, len(own) + len(functions), program, world)

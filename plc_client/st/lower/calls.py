@@ -9,7 +9,14 @@ from ..model import types
 from ..model.classes import STANDARD_NAMES, Class, ClassType, Routine, Variable
 from ..model.world import Cascade, unknown
 from ..syntax import tree
-from . import assertions, block_inputs, convert, places, store
+from . import (
+    assertions,
+    block_inputs,
+    convert,
+    hli_writes,
+    places,
+    store,
+)
 from .context import Context
 from .value import PropertyRef, RoutineRef, Value, address, at
 
@@ -322,6 +329,7 @@ def _output(
         direct = types.same(found.type, variable.type) and found.place
         if direct and found.bit is None and not found.flag:
             store.check_writable(found, node.pos)
+            hli_writes.note(context, found, node.pos)
             pieces.arguments.append(found.place)
             return
     if variable.type.scalar:

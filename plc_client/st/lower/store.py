@@ -6,7 +6,7 @@ from ..errors import TARGET, TYPE, Position, StopHere
 from ..model import types
 from ..model.classes import ClassType
 from ..syntax import tree
-from . import convert, places
+from . import convert, hli_writes, places
 from .context import Context
 from .value import PropertyRef, Value
 
@@ -20,6 +20,7 @@ def text(context: Context, node: tree.Node, value: Value, pos: Position) -> str:
         raise StopHere(TARGET, "only variables can be written", node.pos)
     place = places.follow(context, found, node.pos)
     check_writable(place, node.pos)
+    hli_writes.note(context, place, node.pos)
     value = convert.implicit(context, value, place.type, pos)
     return assignment(context, place, value, pos)
 

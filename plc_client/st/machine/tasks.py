@@ -11,7 +11,9 @@ from typing import Any
 from ... import clock
 from ...task import PlcError, task
 from ..build import build, sources_of
+from ..errors import OWNER, UNHEARD
 from ..options import Built, Options
+from .findings import findings
 from .listing import listing_of
 from .loader import StProgram, StTrap
 from .retain import Retained
@@ -92,6 +94,38 @@ class StTask:
             print(f"task halted: {trap}", flush=True)
             return
         raise trap
+
+    def st_warnings(self) -> list[str]:
+        """What the compiler has to say of the program's use of the HLI; the
+        first task tells it.
+        """
+        built = self._st_shared.built
+        if not self._is_first():
+            return []
+        return [
+            str(warning).splitlines()[0]
+            for warning in built.warnings
+            if warning.code in (OWNER, UNHEARD)
+        ]
+
+    def st_findings(self) -> list[str]:
+        """What the run has shown of the task's blocks; those of lists of
+        globals are told by the first task.
+        """
+        program, name = self._st_shared.program, self._st_name
+        root = program.description["roots"][name]
+        found = findings(program.memory, root["type"], root["at"], "")
+        for label, rows in program.description["lists"].items():
+            for variable, row in rows.items() if self._is_first() else ():
+                if "type" in row:
+                    path = f"{label}.{variable}"
+                    place = (row["type"], row["at"])
+                    found += findings(program.memory, *place, path)
+        return [text.removeprefix(".") for text in found]
+
+    def _is_first(self) -> bool:
+        tasks = self._st_shared.built.description["tasks"]
+        return tasks[0]["programs"][0].upper() == self._st_name.upper()
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_st_") or name in ("finished", "result"):
