@@ -112,7 +112,7 @@ def _check(sources: Sources, options: Options | None, keeps: bool) -> Checked:
 
     options = options or Options()
     log = Log()
-    world = World(log, options.short_circuit, offered=library.names())
+    world = World(log, options.short_circuit, offered=library.spelled())
     collector = Collector(world)
     protected = hli_types.declare(world)
     of_library = library.units_for(sources.values())

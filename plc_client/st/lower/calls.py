@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ..errors import ARGUMENT, CLASS, TARGET, Position, StopHere
+from ..errors import ARGUMENT, CLASS, NAME, TARGET, Position, StopHere
 from ..model import types
 from ..model.classes import STANDARD_NAMES, Class, ClassType, Routine, Variable
-from ..model.world import Cascade, unknown
+from ..model.world import Cascade, nearest
 from ..syntax import tree
 from . import (
     assertions,
@@ -407,9 +407,7 @@ def _check_named(
     label: str,
 ) -> None:
     if key not in names:
-        raise unknown(
-            f"parameter of {label}:", argument.name, list(names), argument.pos
-        )
+        raise _no_parameter(names, argument, label)
     section = names[key].section
     if argument.out and section == "VAR_INPUT":
         text = f"{argument.name} is an input; write :="
@@ -417,6 +415,20 @@ def _check_named(
     if not argument.out and section == "VAR_OUTPUT":
         text = f"{argument.name} is an output; write =>"
         raise StopHere(ARGUMENT, text, argument.pos)
+
+
+def _no_parameter(
+    names: dict[str, Variable], argument: tree.Argument, label: str
+) -> StopHere:
+    """The error for a name that is no parameter: the nearest one, and all."""
+    sections = ("VAR_OUTPUT",) if argument.out else ("VAR_INPUT", "VAR_IN_OUT")
+    what = "outputs" if argument.out else "inputs"
+    known = [v.name for v in names.values() if v.section in sections]
+    text = f"parameter of {label}: {argument.name} is unknown; "
+    near = nearest(argument.name, known, 0.6)
+    text += f"did you mean {near}? " if near else ""
+    text += f"{what}: {', '.join(known) or 'none'}"
+    return StopHere(NAME, text, argument.pos)
 
 
 # -- properties

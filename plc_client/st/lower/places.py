@@ -196,7 +196,7 @@ def _of_struct(
     if found is None and type_.foreign:
         found = type_.members.get(_OLD_NAMES.get(key, ""))
     if found is None:
-        raise unknown(f"member of {type_}:", name, list(type_.members), pos)
+        raise unknown(f"member of {type_}:", name, _members(type_), pos)
     where = address(base.text, found.offset)
     if type_.foreign and (type_.name.upper(), key) in _LATCHED:
         where = f"st_latched({where})"
@@ -210,6 +210,10 @@ def _of_struct(
         value.flag = True
         value.text = f"st_load_flag({where})"
     return value
+
+
+def _members(type_: types.StructType) -> list[str]:
+    return [member.name for member in type_.members.values()]
 
 
 def _of_instance(
@@ -226,8 +230,7 @@ def _of_instance(
     if found is None:
         if cls.uncertain:
             raise Cascade(pos)
-        known = [v.name for v in cls.instance_variables()] + cls.slots()
-        raise unknown(f"member of {cls.name}:", name, known, pos)
+        raise unknown(f"member of {cls.name}:", name, cls.spelled(), pos)
     _check_access(context, found, key, base, pos)
     if isinstance(found, Value):
         found.calls = base.calls
@@ -283,8 +286,7 @@ def _of_interface(
     if routine is None:
         if any(found.refused for found in (cls, *cls.all_interfaces())):
             raise Cascade(pos)
-        known = cls.interface_methods()
-        raise unknown(f"method of {cls.name}:", name, known, pos)
+        raise unknown(f"method of {cls.name}:", name, cls.spelled(), pos)
     return RoutineRef(routine, base.text, False, cls, base.calls)
 
 

@@ -139,12 +139,14 @@ class StTask:
         return dir(self._st_view)
 
     def st_views(self) -> dict[str, Any]:
-        """Programs and lists of globals by their names."""
+        """Programs and lists of globals by their names, the user's alone."""
         program = self._st_shared.program
+        places = program.description["places"]
         return {
             name: program[name]
             for name in program.names()
             if "HLI_" not in name
+            and not places.get(name.upper(), [""])[0].startswith("<library>")
         }
 
     def st_listing(self) -> dict[str, Any]:

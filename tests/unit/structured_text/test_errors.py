@@ -23,9 +23,9 @@ CASES = [
     ("N := 3;", "cannot be written", 1),
     ("CASE x OF 1, 1: x := 2; END_CASE", "the label 1 stands twice", 14),
     ("EXIT;", "EXIT stands outside of a loop", 1),
-    ("fb(nope := 1);", "parameter of R_TRIG: nope is unknown", 4),
+    ("fb(nope := 1);", "parameter of R_TRIG: nope is unknown; inputs: CLK", 4),
     ("gpCh[12]^.head.channel_nr := 1;", "index 12 is outside of 0..11", 6),
-    ("gpCh[0]^.bahn_stat.x := 1;", "did you mean BAHN_STATE?", 10),
+    ("gpCh[0]^.bahn_stat.x := 1;", "did you mean bahn_state?", 10),
     ("x := gpCh[0];", "gpCh[i] is a pointer; write its number, i", 6),
     ("x := gpVECh[0]^.value[0];", "write gpVECh[i]^[n]", 17),
     ("x := 1 +;", "is unexpected", 9),
@@ -216,3 +216,50 @@ def test_types_nested_too_deeply_are_told_once() -> None:
         {"deep.st": chain + "TYPE S1500 : INT; END_TYPE\n"}
     ).log.errors
     assert found.code == REFUSED
+
+
+@pytest.mark.parametrize(
+    ("statement", "text"),
+    [
+        (
+            "l(modus := 1);",
+            "modus is unknown; did you mean mode? inputs: start_",
+        ),
+        (
+            "l(don => b);",
+            "don is unknown; did you mean done? outputs: done, busy",
+        ),
+        ("b := l.dones;", "did you mean done?"),
+        ("nCoutn := 1;", "did you mean nCount?"),
+        ("b := GVL_Cel.x;", "did you mean GVL_Cell?"),
+        ("l.reed_log();", "did you mean read_log?"),
+    ],
+)
+def test_a_near_name_is_told_as_it_is_declared(
+    statement: str, text: str
+) -> None:
+    """Not in capitals; an unknown parameter names all that there are."""
+    variables = "VAR l : ContourLookahead; b : BOOL; nCount : INT; END_VAR"
+    source = {
+        "GVL_Cell.st": "VAR_GLOBAL x : BOOL; END_VAR\n",
+        "bad.st": f"PROGRAM MAIN\n{variables}\n{statement}\nEND_PROGRAM\n",
+    }
+    (error,) = check(source).log.errors
+    assert text in error.text
+
+
+def test_a_near_type_is_told_as_it_is_declared() -> None:
+    """Blocks of the library, types of the HLI and of the program."""
+    source = """TYPE E_Color : (Red, Green); END_TYPE
+PROGRAM MAIN
+VAR
+a : ContourLookAheadd;
+b : HLI_BAHN_STAT;
+c : E_Colour;
+END_VAR
+END_PROGRAM
+"""
+    found = check({"bad.st": source}).log.errors
+    meant = [error.text.partition("; ")[2] for error in found]
+    names = ("ContourLookahead", "HLI_BAHN_STATE", "E_Color")
+    assert meant == [f"did you mean {name}?" for name in names]

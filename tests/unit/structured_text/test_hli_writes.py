@@ -70,7 +70,8 @@ def test_an_edit_elsewhere_keeps_or_ends_a_warning(
 ) -> None:
     """The C of the block that commands is kept; the other one enables or not."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    first = f"FUNCTION_BLOCK A\nVAR b : B; END_VAR\n{OVERRIDE}.command_w := 1;\nEND_FUNCTION_BLOCK\n"
+    command = f"{OVERRIDE}.command_w := 1;"
+    first = f"FUNCTION_BLOCK A\n{command}\nEND_FUNCTION_BLOCK\n"
     second = "FUNCTION_BLOCK B\n{text}\nEND_FUNCTION_BLOCK\n" + HEAD
     enabling = f"{OVERRIDE}.enable_w := {OVERRIDE}_valid.enable_w := TRUE;"
     for text, many in ((";", 2), (enabling, 0), (";;", 2)):
