@@ -10,10 +10,8 @@ from ..model.classes import STANDARD_NAMES, Class, ClassType, Routine, Variable
 from ..model.world import Cascade, nearest
 from ..syntax import tree
 from . import (
-    assertions,
-    block_inputs,
     convert,
-    hli_writes,
+    library_calls,
     places,
     store,
 )
@@ -94,7 +92,7 @@ def _through_interface(
 # -- functions and methods
 def call_routine(context: Context, base: RoutineRef, node: tree.Call) -> Value:
     """A call whose arguments stand in brackets."""
-    base = assertions.chosen(context, base, node)
+    base = library_calls.chosen(context, base, node)
     routine = base.routine
     _check_callable(context, base, node.pos)
     if routine.pou.kind == "action" and node.arguments:
@@ -119,8 +117,8 @@ def _call(
     pos: Position,
 ) -> Value:
     routine, pieces = base.routine, Pieces()
-    if assertions.is_one(routine):
-        pieces.before.append(assertions.site(context, pos))
+    if library_calls.is_one(routine):
+        pieces.before.append(library_calls.site(context, pos))
     self_text = _instance(context, base, pieces, pos)
     if self_text:
         pieces.arguments.append(self_text)
@@ -133,11 +131,11 @@ def _call(
     for variable in routine.parameters:
         argument = given.get(variable.name.upper())
         _argument(context, variable, argument, values, pieces, pos)
-    block_inputs.check(routine, values, given)
-    if routine.origin is not None and block_inputs.notes(
+    library_calls.check(routine, values, given)
+    if routine.origin is not None and library_calls.notes(
         context, routine.origin
     ):
-        pieces.before.append(block_inputs.noted(context, routine.label, pos))
+        pieces.before.append(library_calls.noted(context, routine.label, pos))
     function = target(context, base, self_text)
     text = f"{function}({', '.join(pieces.arguments)})"
     return _finished(context, routine, pieces, text, buffer)
@@ -329,7 +327,7 @@ def _output(
         direct = types.same(found.type, variable.type) and found.place
         if direct and found.bit is None and not found.flag:
             store.check_writable(found, node.pos)
-            hli_writes.note(context, found, node.pos)
+            store.note(context, found, node.pos)
             pieces.arguments.append(found.place)
             return
     if variable.type.scalar:
@@ -482,8 +480,8 @@ def call_instance(context: Context, base: Value, node: tree.Call) -> Value:
         instance = _kept(context, base.text)
     _check_in_outs(cls, given, node)
     body = _body_call(context, base, cls, instance)
-    if block_inputs.notes(context, cls.origin):
-        body = f"{block_inputs.noted(context, cls.name, node.pos)}; {body}"
+    if library_calls.notes(context, cls.origin):
+        body = f"{library_calls.noted(context, cls.name, node.pos)}; {body}"
     return _with_arguments(context, cls, given, instance, body)
 
 
@@ -496,8 +494,8 @@ def _call_action(context: Context, base: RoutineRef, node: tree.Call) -> Value:
     if "(" in instance:
         instance = _kept(context, instance)
     body = f"{target(context, base, instance)}({instance})"
-    if block_inputs.notes(context, cls.origin):
-        body = f"{block_inputs.noted(context, cls.name, node.pos)}; {body}"
+    if library_calls.notes(context, cls.origin):
+        body = f"{library_calls.noted(context, cls.name, node.pos)}; {body}"
     return _with_arguments(context, cls, given, instance, body)
 
 
