@@ -82,6 +82,13 @@ def _wild(trap: _Trap) -> str:
     return f"{name} points to {where} ({size} bytes), outside of the program"
 
 
+_AREA = 9
+_AREAS = {
+    "gpCh": "channel",
+    "gpAx": "axis",
+    "gpVECh": "channel",
+    "gpAhead": "channel",
+}
 _KINDS: dict[int, Callable[[_Trap], str]] = {
     1: _bound,
     2: _range,
@@ -91,15 +98,10 @@ _KINDS: dict[int, Callable[[_Trap], str]] = {
     6: lambda t: "the stack is used up; does the POU call itself without end?",
     7: lambda t: f"the loop has not ended within {t.values[0]} ms",
     8: lambda t: "an abstract or unset method was called",
-    9: lambda t: f"{_AREAS[t.name.decode()]} {t.values[0]} is not configured",
-    10: lambda t: t.name.decode("cp1252"),
-}
-_AREA = 9
-_AREAS = {
-    "gpCh": "channel",
-    "gpAx": "axis",
-    "gpVECh": "channel",
-    "gpAhead": "channel",
+    _AREA: lambda t: (
+        f"{_AREAS[t.name.decode()]} {t.values[0]} is not configured"
+    ),
+    10: lambda t: t.name.decode("cp1252", errors="replace"),
 }
 
 

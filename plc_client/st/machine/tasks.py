@@ -124,8 +124,10 @@ class StTask:
         return [text.removeprefix(".") for text in found]
 
     def _is_first(self) -> bool:
-        tasks = self._st_shared.built.description["tasks"]
-        return tasks[0]["programs"][0].upper() == self._st_name.upper()
+        first: str = self._st_shared.built.description["tasks"][0]["programs"][
+            0
+        ]
+        return first.upper() == self._st_name.upper()
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_st_") or name in ("finished", "result"):
