@@ -43,7 +43,7 @@ def of_class(program: Program) -> list[str]:
     cls, interval = type(program.instance), program.spec.interval
     bodies = _bodies(cls)
     if not bodies:  # no Python: Structured Text writes times with units
-        return []
+        return _of_compiled(program, "st_warnings")
     found = []
     if interval >= LONG_INTERVAL_S:
         found.append(
@@ -69,7 +69,17 @@ def of_run(program: Program) -> list[str]:
         *_of_times(program),
         *_of_blocks(program),
         *_of_fractions(program),
+        *(
+            f"task {program.name}: {text}"
+            for text in _of_compiled(program, "st_findings")
+        ),
     ]
+
+
+def _of_compiled(program: Program, method: str) -> list[str]:
+    """What a program in Structured Text tells itself."""
+    tell = getattr(type(program.instance), method, None)
+    return list(tell(program.instance)) if tell is not None else []
 
 
 def _of_times(program: Program) -> list[str]:

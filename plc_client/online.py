@@ -220,8 +220,7 @@ class SymbolTable:
             try:
                 return resolve(self._hli, path)
             except SymbolError as error:
-                tasks = ", ".join(p.name for p in self._programs.values())
-                raise SymbolError(f"{error}; tasks: {tasks}") from None
+                raise self._unknown(error, path, parts[0]) from None
         if len(parts) < 2:
             raise SymbolError(
                 f"symbol {path!r}: a variable of task {program.name} is needed"
@@ -229,6 +228,23 @@ class SymbolTable:
         keys = [_key(path, part) for part in parts[1:]]
         spelled = program.name + "".join(map(_spelled, keys))
         return TaskSymbol(spelled, program, keys)
+
+    def _unknown(
+        self, error: SymbolError, path: str, first: str
+    ) -> SymbolError:
+        """The error with the tasks, or those that have a variable of the name."""
+        programs = self._programs.values()
+        having = [
+            f"{program.name}.{path}"
+            for program in programs
+            if _peek(program.instance, first) is not None
+        ]
+        if having:
+            meant = " or ".join(having)
+            text = f"symbol {path!r}: {first} is unknown; did you mean {meant}?"
+            return SymbolError(text)
+        tasks = ", ".join(program.name for program in programs)
+        return SymbolError(f"{error}; tasks: {tasks}")
 
 
 def _key(path: str, part: str) -> Key:

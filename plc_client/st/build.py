@@ -5,8 +5,9 @@ from __future__ import annotations
 import functools
 import gc
 import json
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import Any
 from hli import layout
 
 from . import foreign
-from .errors import REFUSED, Log, Problem, StError
+from .errors import REFUSED, UNHEARD, Log, Problem, StError
 from .machine import compiler
 from .options import Built, Options
 from .source import files
@@ -111,7 +112,7 @@ def _check(sources: Sources, options: Options | None, keeps: bool) -> Checked:
 
     options = options or Options()
     log = Log()
-    world = World(log, options.short_circuit, offered=library.names())
+    world = World(log, options.short_circuit, offered=library.spelled())
     collector = Collector(world)
     protected = hli_types.declare(world)
     of_library = library.units_for(sources.values())
@@ -138,10 +139,29 @@ def _check(sources: Sources, options: Options | None, keeps: bool) -> Checked:
         for f in world.functions.values()
         if f.origin is not None and _own(f.origin.file)
     ]
-    log.warnings = [w for w in log.warnings if _own(w.file)]
+    told = [w for w in log.warnings if _own(w.file)]
+    log.warnings = _unheard(told, sources.values())
     libraries = foreign.libraries_of(sources)
     log.errors = foreign.refused(log.errors, libraries, world.declares)
     return Checked(log, len(own) + len(functions), program, world)
+
+
+def _unheard(
+    warnings: Iterable[Problem], texts: Iterable[str]
+) -> list[Problem]:
+    """The warnings that hold for a program of these texts; each name that is
+    missing is told once.
+    """
+    whole = "\n".join(texts)
+    found, told = [], set()
+    for warning in warnings:
+        name = warning.construct
+        if warning.code == UNHEARD:
+            if name in told or re.search(rf"\b{name}\b", whole, re.I):
+                continue
+            told.add(name)
+        found.append(warning)
+    return found
 
 
 def _own(file: str) -> bool:

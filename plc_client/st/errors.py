@@ -23,6 +23,8 @@ REFUSED = 952007
 RANGE = 952008
 CLASS = 952009
 LOSSY = 953001
+OWNER = 953002
+UNHEARD = 953003
 
 ST_ERRORS: dict[int, str] = {
     SYNTAX: "the text is no Structured Text",
@@ -38,6 +40,8 @@ ST_ERRORS: dict[int, str] = {
     RANGE: "the value is out of range",
     CLASS: "inheritance or interface is wrong",
     LOSSY: "the implicit conversion may lose information",
+    OWNER: "the CNC writes this member of the HLI",
+    UNHEARD: "the CNC does not look at this command",
 }
 """Number -> what it means, without the particulars of one place."""
 
@@ -138,11 +142,8 @@ class Log:
         self._seen.add(place)
         self.errors.append(problem_at(origin, stop, pou))
 
-    def warn(
-        self, origin: Origin, text: str, pos: Position, pou: str = ""
-    ) -> None:
+    def warn(self, origin: Origin, stop: StopHere, pou: str = "") -> None:
         """Note a warning."""
-        stop = StopHere(LOSSY, text, pos)
         self.warnings.append(problem_at(origin, stop, pou))
 
 

@@ -20,6 +20,7 @@ _SHAPES = {
     "__AHEAD_CLAIM": ("st_ahead_claim", "a", types.DINT),
     "__AHEAD_ASK": ("st_ahead_ask", "an", types.VOID),
     "__AHEAD_TAKE": ("st_ahead_take", "anaaa", types.DINT),
+    "__REFUSE": ("st_refuse", "a", types.VOID),
     "__TECHNO_AGAIN": ("st_techno_again", "n", types.ULINT),
 }
 """Name in ST: function of the run time, a for an address and n for a number, result."""

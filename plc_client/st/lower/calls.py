@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ..errors import ARGUMENT, CLASS, TARGET, Position, StopHere
+from ..errors import ARGUMENT, CLASS, NAME, TARGET, Position, StopHere
 from ..model import types
 from ..model.classes import STANDARD_NAMES, Class, ClassType, Routine, Variable
-from ..model.world import Cascade, unknown
+from ..model.world import Cascade, nearest
 from ..syntax import tree
-from . import assertions, convert, places, store
+from . import (
+    convert,
+    library_calls,
+    places,
+    store,
+)
 from .context import Context
 from .value import PropertyRef, RoutineRef, Value, address, at
 
@@ -87,7 +92,7 @@ def _through_interface(
 # -- functions and methods
 def call_routine(context: Context, base: RoutineRef, node: tree.Call) -> Value:
     """A call whose arguments stand in brackets."""
-    base = assertions.chosen(context, base, node)
+    base = library_calls.chosen(context, base, node)
     routine = base.routine
     _check_callable(context, base, node.pos)
     if routine.pou.kind == "action" and node.arguments:
@@ -112,8 +117,8 @@ def _call(
     pos: Position,
 ) -> Value:
     routine, pieces = base.routine, Pieces()
-    if assertions.is_one(routine):
-        pieces.before.append(assertions.site(context, pos))
+    if library_calls.is_one(routine):
+        pieces.before.append(library_calls.site(context, pos))
     self_text = _instance(context, base, pieces, pos)
     if self_text:
         pieces.arguments.append(self_text)
@@ -126,6 +131,11 @@ def _call(
     for variable in routine.parameters:
         argument = given.get(variable.name.upper())
         _argument(context, variable, argument, values, pieces, pos)
+    library_calls.check(routine, values, given)
+    if routine.origin is not None and library_calls.notes(
+        context, routine.origin
+    ):
+        pieces.before.append(library_calls.noted(context, routine.label, pos))
     function = target(context, base, self_text)
     text = f"{function}({', '.join(pieces.arguments)})"
     return _finished(context, routine, pieces, text, buffer)
@@ -317,6 +327,7 @@ def _output(
         direct = types.same(found.type, variable.type) and found.place
         if direct and found.bit is None and not found.flag:
             store.check_writable(found, node.pos)
+            store.note(context, found, node.pos)
             pieces.arguments.append(found.place)
             return
     if variable.type.scalar:
@@ -394,9 +405,7 @@ def _check_named(
     label: str,
 ) -> None:
     if key not in names:
-        raise unknown(
-            f"parameter of {label}:", argument.name, list(names), argument.pos
-        )
+        raise _no_parameter(names, argument, label)
     section = names[key].section
     if argument.out and section == "VAR_INPUT":
         text = f"{argument.name} is an input; write :="
@@ -404,6 +413,20 @@ def _check_named(
     if not argument.out and section == "VAR_OUTPUT":
         text = f"{argument.name} is an output; write =>"
         raise StopHere(ARGUMENT, text, argument.pos)
+
+
+def _no_parameter(
+    names: dict[str, Variable], argument: tree.Argument, label: str
+) -> StopHere:
+    """The error for a name that is no parameter: the nearest one, and all."""
+    sections = ("VAR_OUTPUT",) if argument.out else ("VAR_INPUT", "VAR_IN_OUT")
+    what = "outputs" if argument.out else "inputs"
+    known = [v.name for v in names.values() if v.section in sections]
+    text = f"parameter of {label}: {argument.name} is unknown; "
+    near = nearest(argument.name, known, 0.6)
+    text += f"did you mean {near}? " if near else ""
+    text += f"{what}: {', '.join(known) or 'none'}"
+    return StopHere(NAME, text, argument.pos)
 
 
 # -- properties
@@ -457,6 +480,8 @@ def call_instance(context: Context, base: Value, node: tree.Call) -> Value:
         instance = _kept(context, base.text)
     _check_in_outs(cls, given, node)
     body = _body_call(context, base, cls, instance)
+    if library_calls.notes(context, cls.origin):
+        body = f"{library_calls.noted(context, cls.name, node.pos)}; {body}"
     return _with_arguments(context, cls, given, instance, body)
 
 
@@ -469,6 +494,8 @@ def _call_action(context: Context, base: RoutineRef, node: tree.Call) -> Value:
     if "(" in instance:
         instance = _kept(context, instance)
     body = f"{target(context, base, instance)}({instance})"
+    if library_calls.notes(context, cls.origin):
+        body = f"{library_calls.noted(context, cls.name, node.pos)}; {body}"
     return _with_arguments(context, cls, given, instance, body)
 
 

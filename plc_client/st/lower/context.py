@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
-from ..errors import Origin, Position, StopHere
+from ..errors import LOSSY, Origin, Position, StopHere
 from ..model import types
 from ..model.classes import Class, Routine
 from ..model.world import World
@@ -78,9 +78,12 @@ class Context(ABC):
         """C text that calls the setter."""
 
     # -- reports
-    def warn(self, text: str, pos: Position) -> None:
+    def warn(
+        self, text: str, pos: Position, code: int = LOSSY, construct: str = ""
+    ) -> None:
         """A warning at a place of this POU."""
-        self.world.log.warn(self.origin, text, pos, self.label)
+        stop = StopHere(code, text, pos, construct)
+        self.world.log.warn(self.origin, stop, self.label)
 
     def error(self, stop: StopHere) -> None:
         """An error at a place of this POU."""

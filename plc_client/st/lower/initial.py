@@ -248,7 +248,8 @@ def _member(
     if isinstance(type_, ClassType) and type_.cls.uncertain:
         raise Cascade(pos)
     if name.upper() not in known:
-        raise unknown(f"member of {type_}:", name, list(known), pos)
+        spelled = [member.name for member in known.values()]
+        raise unknown(f"member of {type_}:", name, spelled, pos)
     return known[name.upper()]
 
 

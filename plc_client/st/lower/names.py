@@ -118,14 +118,11 @@ def _broad(context: Context, key: str, pos: Position) -> Entity | None:
 
 
 def _known(context: Context) -> list[str]:
-    world = context.world
-    names = [*world.globals, *world.functions, *world.lists]
-    names += [*world.enumerators, *builtins.names(), *world.offered]
+    names = [*context.world.names(), *builtins.names()]
     if context.routine is not None:
-        names += context.routine.variables
+        names += [v.name for v in context.routine.variables.values()]
     if context.cls is not None:
-        for cls in context.cls.ancestors():
-            names += [*cls.own, *cls.methods, *cls.properties]
+        names += context.cls.spelled()
     return names
 
 
@@ -135,7 +132,7 @@ def in_list(
     """A variable by the name of its list."""
     key = name.upper()
     if key not in found.variables:
-        known = list(found.variables)
+        known = [v.name for v in found.variables.values()]
         raise unknown(f"name {found.name}.", name, known, pos)
     return variable(context, found.variables[key], "", pos)
 

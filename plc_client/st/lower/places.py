@@ -83,7 +83,10 @@ def dereference(context: Context, found: Value, pos: Position) -> Value:
     if found.text == "self":
         return at(type_.target, "self")
     place, name = context.here(pos), _text(found.spelled)
-    if found.trusted:
+    if found.trusted and found.array:
+        name = _text(found.spelled.removesuffix("[]"))
+        pointer = f"st_area({found.place}, {found.array}, {place}, {name})"
+    elif found.trusted:
         pointer = f"st_set({found.text}, {place}, {name})"
     else:
         size = type_.target.size
@@ -193,7 +196,7 @@ def _of_struct(
     if found is None and type_.foreign:
         found = type_.members.get(_OLD_NAMES.get(key, ""))
     if found is None:
-        raise unknown(f"member of {type_}:", name, list(type_.members), pos)
+        raise unknown(f"member of {type_}:", name, _members(type_), pos)
     where = address(base.text, found.offset)
     if type_.foreign and (type_.name.upper(), key) in _LATCHED:
         where = f"st_latched({where})"
@@ -207,6 +210,10 @@ def _of_struct(
         value.flag = True
         value.text = f"st_load_flag({where})"
     return value
+
+
+def _members(type_: types.StructType) -> list[str]:
+    return [member.name for member in type_.members.values()]
 
 
 def _of_instance(
@@ -223,8 +230,7 @@ def _of_instance(
     if found is None:
         if cls.uncertain:
             raise Cascade(pos)
-        known = [v.name for v in cls.instance_variables()] + cls.slots()
-        raise unknown(f"member of {cls.name}:", name, known, pos)
+        raise unknown(f"member of {cls.name}:", name, cls.spelled(), pos)
     _check_access(context, found, key, base, pos)
     if isinstance(found, Value):
         found.calls = base.calls
@@ -280,8 +286,7 @@ def _of_interface(
     if routine is None:
         if any(found.refused for found in (cls, *cls.all_interfaces())):
             raise Cascade(pos)
-        known = cls.interface_methods()
-        raise unknown(f"method of {cls.name}:", name, known, pos)
+        raise unknown(f"method of {cls.name}:", name, cls.spelled(), pos)
     return RoutineRef(routine, base.text, False, cls, base.calls)
 
 
@@ -330,8 +335,7 @@ def _element(
         if found.constant is not None:
             fixed += (_inside(found, low, high, node.pos) - low) * stride
         else:
-            text = f"st_index({found.text}, {low}, {high}, "
-            text += context.here(node.pos) + ")"
+            text = _index(context, base, found, node.pos, low, high)
             moving.append(f"{text} * {stride}")
     inner: types.Type = type_.element
     if len(indices) < len(type_.dims):
@@ -341,10 +345,28 @@ def _element(
     return _part(base, inner, where, calls)
 
 
+def _index(
+    context: Context,
+    base: Value,
+    found: Value,
+    pos: Position,
+    low: int,
+    high: int,
+) -> str:
+    """C of a checked index; of the HLI's areas it names what they are."""
+    function, more = "st_index", ""
+    if base.trusted:
+        function, more = "st_area_index", f", {_text(base.spelled)}"
+    place = context.here(pos)
+    return f"{function}({found.text}, {low}, {high}, {place}{more})"
+
+
 def _part(base: Value, type_: types.Type, where: str, calls: bool) -> Value:
     result = at(type_, where, base.writable)
     result.calls, result.trusted = calls, base.trusted
     result.spelled = f"{base.spelled}[]"
+    if base.trusted:
+        result.array = base.text
     return result
 
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from ..errors import TARGET, TYPE, Position, StopHere
+from hli.owners import cnc_writes, members_of
+
+from ..errors import OWNER, TARGET, TYPE, UNHEARD, Position, StopHere
 from ..model import types
 from ..model.classes import ClassType
 from ..syntax import tree
 from . import convert, places
 from .context import Context
 from .value import PropertyRef, Value
+
+_WITH_A_FLAG = ("override", "rapid_override")
+"""Units that the CNC looks at while another unit is TRUE, too."""
 
 
 def text(context: Context, node: tree.Node, value: Value, pos: Position) -> str:
@@ -20,6 +25,7 @@ def text(context: Context, node: tree.Node, value: Value, pos: Position) -> str:
         raise StopHere(TARGET, "only variables can be written", node.pos)
     place = places.follow(context, found, node.pos)
     check_writable(place, node.pos)
+    note(context, place, node.pos)
     value = convert.implicit(context, value, place.type, pos)
     return assignment(context, place, value, pos)
 
@@ -46,6 +52,29 @@ def check_writable(place: Value, pos: Position) -> None:
         why = "a constant or an output of another block"
         text = f"{what} is {why} and cannot be written"
         raise StopHere(TARGET, text, pos)
+
+
+def note(context: Context, place: Value, pos: Position) -> None:
+    """Warn of an assignment to ``gpCh[0]^...`` and its like."""
+    path = place.spelled
+    if path[:2].upper() != "GP" or context.origin.file.startswith("<"):
+        return
+    spelled = path.replace("[]", "[i]")
+    if cnc_writes(path):
+        text = f"{spelled} is written by the CNC in each cycle; write"
+        context.warn(f"{text} command_w or another _w member", pos, OWNER)
+        return
+    names = [member for _, member in members_of(path)]
+    if "command_w" not in names:
+        return
+    unit = names[names.index("command_w") - 1]
+    needed = [("enable_w", "a unit")]
+    if unit in _WITH_A_FLAG:
+        needed.append((f"{unit}_valid", unit))
+    for name, what in needed:
+        text = f"{spelled} is written, and {name} nowhere; the CNC looks at"
+        text += f" {what} while {name} is TRUE"
+        context.warn(text, pos, UNHEARD, name)
 
 
 def assignment(

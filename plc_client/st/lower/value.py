@@ -21,6 +21,7 @@ class Value:
     ``weak``: a literal without a type of its own takes the other's.
     ``bits``: width that TwinCAT would give a whole number.
     ``calls``: computing it runs the user's code.
+    ``array``: of an element of the HLI's pointers the address of their array.
     """
 
     type: types.Type
@@ -37,6 +38,7 @@ class Value:
     spelled: str = ""
     bounds: tuple[str, ...] = ()
     trusted: bool = False
+    array: str = ""
     exact: bool = False
 
     @property

@@ -26,6 +26,9 @@ class _Trap(ctypes.Structure):
         ("name", ctypes.c_char * 128),
         ("values", ctypes.c_int64 * 3),
         ("real", ctypes.c_double),
+        ("caller_pou", ctypes.c_char * 128),
+        ("caller_name", ctypes.c_char * 128),
+        ("caller_line", ctypes.c_int32),
     ]
 
 
@@ -79,6 +82,13 @@ def _wild(trap: _Trap) -> str:
     return f"{name} points to {where} ({size} bytes), outside of the program"
 
 
+_AREA = 9
+_AREAS = {
+    "gpCh": "channel",
+    "gpAx": "axis",
+    "gpVECh": "channel",
+    "gpAhead": "channel",
+}
 _KINDS: dict[int, Callable[[_Trap], str]] = {
     1: _bound,
     2: _range,
@@ -88,6 +98,10 @@ _KINDS: dict[int, Callable[[_Trap], str]] = {
     6: lambda t: "the stack is used up; does the POU call itself without end?",
     7: lambda t: f"the loop has not ended within {t.values[0]} ms",
     8: lambda t: "an abstract or unset method was called",
+    _AREA: lambda t: (
+        f"{_AREAS[t.name.decode()]} {t.values[0]} is not configured"
+    ),
+    10: lambda t: t.name.decode("cp1252", errors="replace"),
 }
 
 
@@ -193,10 +207,30 @@ class StProgram:
         """The error of the trap that just ended a call."""
         trap = self._trap
         label = trap.pou.decode()
-        file, first = self.description["places"].get(label, ["", 0])
         text = _KINDS[trap.kind](trap)
-        line = first + trap.line
-        return StTrap(f"{file}:{line}: {label}: {text}")
+        if trap.kind == _AREA:
+            text += f"; {self._there_is(trap.name.decode())}"
+        place = self._place(label, trap.line)
+        caller = trap.caller_pou.decode()
+        if caller and (not label or place.startswith("<library>")):
+            called = trap.caller_name.decode()
+            place = self._place(caller, trap.caller_line)
+            return StTrap(f"{place}: {caller}: {called}: {text}")
+        return StTrap(f"{place}: {label}: {text}")
+
+    def _place(self, label: str, line: int) -> str:
+        """``FILE:LINE`` of a line of a POU."""
+        file, first = self.description["places"].get(label, ["", 0])
+        return f"{file}:{first + line}"
+
+    def _there_is(self, name: str) -> str:
+        """Which indices of the HLI's areas there are."""
+        hli = getattr(self, "_hli", None)
+        if hli is None:
+            return "there is no CNC"
+        areas = getattr(hli, name)
+        there = [k for k, area in enumerate(areas[:]) if area is not None]
+        return f"the CNC has {there[0]}..{there[-1]}" if there else "none is"
 
     # -- variables
     def names(self) -> list[str]:

@@ -11,7 +11,9 @@ from typing import Any
 from ... import clock
 from ...task import PlcError, task
 from ..build import build, sources_of
+from ..errors import OWNER, UNHEARD
 from ..options import Built, Options
+from .findings import findings
 from .listing import listing_of
 from .loader import StProgram, StTrap
 from .retain import Retained
@@ -93,6 +95,40 @@ class StTask:
             return
         raise trap
 
+    def st_warnings(self) -> list[str]:
+        """What the compiler has to say of the program's use of the HLI; the
+        first task tells it.
+        """
+        built = self._st_shared.built
+        if not self._is_first():
+            return []
+        return [
+            str(warning).splitlines()[0]
+            for warning in built.warnings
+            if warning.code in (OWNER, UNHEARD)
+        ]
+
+    def st_findings(self) -> list[str]:
+        """What the run has shown of the task's blocks; those of lists of
+        globals are told by the first task.
+        """
+        program, name = self._st_shared.program, self._st_name
+        root = program.description["roots"][name]
+        found = findings(program.memory, root["type"], root["at"], "")
+        for label, rows in program.description["lists"].items():
+            for variable, row in rows.items() if self._is_first() else ():
+                if "type" in row:
+                    path = f"{label}.{variable}"
+                    place = (row["type"], row["at"])
+                    found += findings(program.memory, *place, path)
+        return [text.removeprefix(".") for text in found]
+
+    def _is_first(self) -> bool:
+        first: str = self._st_shared.built.description["tasks"][0]["programs"][
+            0
+        ]
+        return first.upper() == self._st_name.upper()
+
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_st_") or name in ("finished", "result"):
             raise AttributeError(name)
@@ -105,12 +141,14 @@ class StTask:
         return dir(self._st_view)
 
     def st_views(self) -> dict[str, Any]:
-        """Programs and lists of globals by their names."""
+        """Programs and lists of globals by their names, the user's alone."""
         program = self._st_shared.program
+        places = program.description["places"]
         return {
             name: program[name]
             for name in program.names()
             if "HLI_" not in name
+            and not places.get(name.upper(), [""])[0].startswith("<library>")
         }
 
     def st_listing(self) -> dict[str, Any]:

@@ -202,6 +202,15 @@ class Class:
             found += [n for n in cls.methods if n not in found]
         return found
 
+    def spelled(self) -> list[str]:
+        """Names of variables, methods and properties as they are declared."""
+        found: list[str] = []
+        for cls in (*reversed(self.ancestors()), *self.all_interfaces()):
+            found += [v.name for v in cls.own.values()]
+            found += [m.name for m in cls.methods.values()]
+            found += cls.properties
+        return found
+
     def is_a(self, other: Class) -> bool:
         """Whether an instance may stand where the other is wanted."""
         if other in self.ancestors():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from ..errors import NAME, TWICE, Log, Origin, Position, StopHere
@@ -72,8 +72,10 @@ class World:
         key = name.upper().rpartition(".")[2]
         found = self.find_type(key, pos)
         if found is None:
-            known = [*types.ELEMENTARY, *self.typedefs, *self.classes]
-            known += [*self.types, *self.offered]
+            known = [*self.offered, *types.ELEMENTARY]
+            known += [t.name for t in self.types.values()]
+            known += [d.name for d in self.typedefs.values()]
+            known += [c.name for c in self.classes.values()]
             raise unknown("type", name, known, pos)
         return found
 
@@ -109,6 +111,17 @@ class World:
         self.types[key] = found
         return found
 
+    def names(self) -> list[str]:
+        """Whatever may be named everywhere, as it is declared."""
+        found = [*self.offered]
+        for table in (self.globals, self.functions, self.lists):
+            found += [each.name for each in table.values()]
+        for key, name in self.enumerators.items():
+            type_ = self.types.get(name.upper())
+            spelled = type_.spelled if isinstance(type_, types.EnumType) else {}
+            found.append(spelled.get(key, key))
+        return found
+
     def declares(self, key: str) -> bool:
         """Whether a type or POU has this name, in capitals."""
         tables = (self.typedefs, self.types, self.classes, self.functions)
@@ -140,8 +153,17 @@ class LazyPointer(types.PointerType):
         return f"{word} {self._key}"  # type: ignore[attr-defined]
 
 
-def unknown(what: str, name: str, known: list[str], pos: Position) -> StopHere:
+def unknown(
+    what: str, name: str, known: Iterable[str], pos: Position
+) -> StopHere:
     """The error for a name that is not there; it tells the nearest one."""
-    near = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.7)
-    hint = f"did you mean {near[0]}?" if near else "declare it"
+    near = nearest(name, known)
+    hint = f"did you mean {near}?" if near else "declare it"
     return StopHere(NAME, f"{what} {name} is unknown; {hint}", pos)
+
+
+def nearest(name: str, known: Iterable[str], cutoff: float = 0.7) -> str:
+    """The name that is most like one, as it is declared; empty: none is."""
+    spelled = {each.upper(): each for each in known}
+    near = difflib.get_close_matches(name.upper(), spelled, 1, cutoff)
+    return spelled[near[0]] if near else ""

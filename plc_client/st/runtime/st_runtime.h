@@ -54,6 +54,13 @@ extern uintptr_t st_stack_high ST_HIDDEN;
 extern st_i64 st_image ST_HIDDEN; /* from the memory to the input image */
 
 /* -- traps: they do not return */
+/* The user's last call of a block or function of the library. */
+typedef struct {
+    const char *pou;
+    int line;
+    const char *name; /* what is called */
+} st_call;
+extern const st_call *st_caller ST_HIDDEN;
 ST_COLD void st_trap_bound(const char *pou,
                            int line,
                            st_i64 value,
@@ -73,6 +80,12 @@ ST_COLD void st_trap_wild(const char *pou,
 ST_COLD void st_trap_divide(const char *pou, int line, double dividend);
 ST_COLD void st_trap_stack(const char *pou);
 ST_COLD void st_trap_abstract(void);
+ST_COLD void st_trap_area(const char *pou,
+                          int line,
+                          const char *name,
+                          st_i64 index);
+/* The library refuses an input. */
+ST_COLD void st_refuse(st_ptr text);
 void st_loop_spent(const char *pou, int line) ST_HIDDEN;
 void st_failed(st_ptr text) ST_HIDDEN;
 extern const char *st_site_pou
@@ -152,6 +165,32 @@ static inline st_i64 st_index(st_i64 value,
         st_trap_bound(pou, line, value, low, high);
     }
     return value - low;
+}
+
+/* An index of one of the HLI's arrays of pointers. */
+static inline st_i64 st_area_index(st_i64 value,
+                                   st_i64 low,
+                                   st_i64 high,
+                                   const char *pou,
+                                   int line,
+                                   const char *name) {
+    if (__builtin_expect(value < low || value > high, 0)) {
+        st_trap_area(pou, line, name, value);
+    }
+    return value - low;
+}
+
+/* The area behind an element of such an array. */
+static inline st_ptr st_area(st_ptr element,
+                             st_ptr array,
+                             const char *pou,
+                             int line,
+                             const char *name) {
+    st_ptr found = *(st_ptr *)element;
+    if (__builtin_expect(found == 0, 0)) {
+        st_trap_area(pou, line, name, (element - array) / 8);
+    }
+    return found;
 }
 
 static inline st_i64 st_range(st_i64 value,

@@ -10,9 +10,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
+#include <unistd.h>
 
 #define ST_API __attribute__((visibility("default")))
 #define TURNS 200000
+#define TOLD_NS 2000000000LL /* a loop that lasts so long is told */
 #define STACK_RESERVE (256u * 1024u)
 #define STACK_LIMIT (4u * 1024u * 1024u)
 
@@ -32,7 +34,9 @@ enum {
     TRAP_DIVIDE,
     TRAP_STACK,
     TRAP_LOOP,
-    TRAP_ABSTRACT
+    TRAP_ABSTRACT,
+    TRAP_AREA,
+    TRAP_REFUSED
 };
 
 typedef struct {
@@ -42,11 +46,15 @@ typedef struct {
     char name[128];
     int64_t values[3];
     double real;
+    char caller_pou[128]; /* the user's call of the library; empty: none */
+    char caller_name[128];
+    int32_t caller_line;
 } st_trap_report;
 
 ST_API st_trap_report st_trap;
+const st_call *st_caller;
 static jmp_buf way_out;
-static int running;
+static int running, told;
 static int64_t deadline_ns, allowed_ns = 10000000000LL;
 
 /* The memory and its objects are defined by the generated program. */
@@ -69,6 +77,12 @@ __attribute__((noreturn)) static void leave(int kind,
     st_trap.line = line;
     snprintf(st_trap.pou, sizeof st_trap.pou, "%s", pou);
     snprintf(st_trap.name, sizeof st_trap.name, "%s", name);
+    static const st_call nobody = {"", 0, ""};
+    const st_call *caller = st_caller != 0 ? st_caller : &nobody;
+    char *caller_pou = st_trap.caller_pou, *caller_name = st_trap.caller_name;
+    snprintf(caller_pou, sizeof st_trap.caller_pou, "%s", caller->pou);
+    snprintf(caller_name, sizeof st_trap.caller_name, "%s", caller->name);
+    st_trap.caller_line = caller->line;
     if (!running) {
         abort();
     }
@@ -125,9 +139,26 @@ void st_trap_abstract(void) {
     leave(TRAP_ABSTRACT, "", 0, "");
 }
 
+void st_trap_area(const char *pou, int line, const char *name, st_i64 index) {
+    values(index, 0, 0);
+    leave(TRAP_AREA, pou, line, name);
+}
+
+void st_refuse(st_ptr text) {
+    leave(TRAP_REFUSED, "", 0, (const char *)text);
+}
+
 void st_loop_spent(const char *pou, int line) {
     st_turns = TURNS;
-    if (clock_ns() < deadline_ns) {
+    int64_t now_ns = clock_ns();
+    if (!told && now_ns > deadline_ns - allowed_ns + TOLD_NS) {
+        told = 1;
+        dprintf(STDOUT_FILENO, /* a launcher passes it on */
+                "a loop in %s has not ended for %d s\n",
+                pou,
+                (int)(TOLD_NS / 1000000000LL));
+    }
+    if (now_ns < deadline_ns) {
         return;
     }
     values(allowed_ns / 1000000, 0, 0);
@@ -350,6 +381,8 @@ ST_API int32_t st_guarded(void (*entry)(void), int64_t now_ns) {
     st_turns = TURNS;
     deadline_ns = clock_ns() + allowed_ns;
     st_trap.kind = TRAP_NONE;
+    st_caller = 0;
+    told = 0;
     running = 1;
     if (setjmp(way_out) == 0) {
         entry();

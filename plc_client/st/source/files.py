@@ -123,6 +123,10 @@ def _decoded(data: bytes) -> str:
 
 
 def declared_names(texts: Iterable[str]) -> frozenset[str]:
-    """Names of types and POUs for ``{IF defined (type: X)}``."""
-    found = {m.upper() for text in texts for m in _NAMES.findall(text)}
-    return frozenset(found)
+    """Names of types and POUs for ``{IF defined (type: X)}``, in capitals."""
+    return frozenset(m.upper() for text in texts for m in declared(text))
+
+
+def declared(text: str) -> list[str]:
+    """Names of types and POUs as a text writes them."""
+    return _NAMES.findall(text)

@@ -20,6 +20,7 @@ _GLOBAL = re.compile(r"([A-Za-z_]\w*)\s*:")
 class _Entry:
     unit: Unit
     names: frozenset[str]
+    spelled: frozenset[str]
     words: frozenset[str]
 
 
@@ -29,10 +30,10 @@ def words_of(text: str) -> frozenset[str]:
 
 
 def _names_of(text: str) -> frozenset[str]:
-    """What a unit declares, in capitals."""
+    """What a unit declares."""
     if text.lstrip().startswith("VAR_GLOBAL"):
-        return frozenset(map(str.upper, _GLOBAL.findall(text)))
-    return files.declared_names([text])
+        return frozenset(_GLOBAL.findall(text))
+    return frozenset(files.declared(text))
 
 
 @functools.cache
@@ -44,7 +45,9 @@ def _entries() -> tuple[_Entry, ...]:
             name = f"<library>/{file.name}"
             for unit in files.units_of(name, file.read_text(), log):
                 words = words_of(unit.text)
-                found.append(_Entry(unit, _names_of(unit.text), words))
+                spelled = _names_of(unit.text)
+                names = frozenset(map(str.upper, spelled))
+                found.append(_Entry(unit, names, spelled, words))
     if log.errors:
         raise StError(log.errors)
     return tuple(found)
@@ -53,6 +56,11 @@ def _entries() -> tuple[_Entry, ...]:
 def names() -> frozenset[str]:
     """What the library declares, in capitals."""
     return frozenset().union(*(entry.names for entry in _entries()))
+
+
+def spelled() -> frozenset[str]:
+    """The same as it is written there."""
+    return frozenset().union(*(entry.spelled for entry in _entries()))
 
 
 def units_for(texts: Iterable[str]) -> list[Unit]:

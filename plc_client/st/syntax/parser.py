@@ -14,6 +14,7 @@ from ..errors import SYNTAX, TEXT, Log, Origin, Position, StopHere
 from ..source.units import Unit
 from .build import Builder
 from .keywords import KEYWORDS, Keywords
+from .openers import Unclosed, unclosed
 from .quick import NotAcceptedError, QuickParser, quick_parser
 
 MAX_ERRORS = 10
@@ -61,7 +62,7 @@ def parse(unit: Unit, log: Log) -> Any:
     if quick is not None:
         with suppress(NotAcceptedError, VisitError, StopHere):
             return quick.parse(unit.text, unit.kind)
-    failed = _Recovery(unit.origin, log, builder)
+    failed = _Recovery(unit, log, builder)
     try:
         return _run(lark, unit, failed)
     except _GiveUp:
@@ -91,12 +92,15 @@ class _GiveUp(Exception):  # noqa: N818
 class _Recovery:
     """Called at every syntax error; pops the parser's stack to where statements go on."""
 
-    def __init__(self, origin: Origin, log: Log, builder: Builder) -> None:
-        self._origin, self._log, self._builder = origin, log, builder
+    def __init__(self, unit: Unit, log: Log, builder: Builder) -> None:
+        self._unit, self._log, self._builder = unit, log, builder
+        self._origin: Origin = unit.origin
         self.count = 0
 
     def __call__(self, error: UnexpectedInput) -> bool:
         self.count += 1
+        if self.count == 1 and self._tell_unclosed(error):
+            raise _GiveUp
         self._log.error(self._origin, self._describe(error))
         interactive = getattr(error, "interactive_parser", None)
         if self.count >= MAX_ERRORS or interactive is None:
@@ -105,6 +109,43 @@ class _Recovery:
             raise _GiveUp
         self._resume(interactive, error)
         return True
+
+    def _tell_unclosed(self, error: UnexpectedInput) -> bool:
+        """Name the keywords that are not closed, if one of them is why."""
+        token = getattr(error, "token", None)
+        if token is None:
+            return False
+        text, ended = self._unit.text, token.type == "$END"
+        offset = len(text) if ended else token.start_pos
+        found = unclosed(text, self._unit.kind == "unit")
+        causes = [one for one in found if one.causes(text, offset)]
+        if not causes:
+            return False
+        here = self._last_place() if ended else self._place(token)
+        told: dict[Position, list[str]] = {}
+        for one in found[found.index(causes[0]) :]:
+            own = one.typo or one not in causes
+            at_end = one.found == len(text)
+            place = self._last_place() if at_end else self._at(one.found)
+            told.setdefault(place if own else here, []).append(self._why(one))
+        for pos, texts in told.items():
+            stop = StopHere(SYNTAX, "; ".join(texts), pos)
+            self._log.error(self._origin, stop)
+        return True
+
+    def _why(self, one: Unclosed) -> str:
+        missing = f"{one.closer} is missing"
+        if one.typo:
+            missing = f"{one.closer} is expected instead of {one.typo}"
+        line = self._at(one.at)[0]
+        return f"{missing}: {one.word} in line {line} is not closed"
+
+    def _at(self, offset: int) -> Position:
+        """Line and column of an offset of the unit's text."""
+        text, unit = self._unit.text, self._unit
+        line = unit.line + text.count("\n", 0, offset)
+        column = offset - text.rfind("\n", 0, offset)
+        return line, column + (unit.column - 1 if line == unit.line else 0)
 
     def _resume(self, interactive: Any, error: Any) -> None:
         tokens = interactive.lexer_thread.lex(interactive.parser_state)
@@ -152,14 +193,7 @@ class _Recovery:
         return self._builder.place(token)
 
     def _last_place(self) -> Position:
-        lines = self._origin.lines
-        number = self._origin.first_line + len(lines) - 1
-        while (
-            number > self._origin.first_line
-            and not lines[number - self._origin.first_line].strip()
-        ):
-            number -= 1
-        return number, max(len(self._origin.source_line(number)), 1)
+        return self._at(max(len(self._unit.text.rstrip()) - 1, 0))
 
 
 def _expected(accepts: set[str]) -> str:

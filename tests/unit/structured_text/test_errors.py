@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -23,9 +24,9 @@ CASES = [
     ("N := 3;", "cannot be written", 1),
     ("CASE x OF 1, 1: x := 2; END_CASE", "the label 1 stands twice", 14),
     ("EXIT;", "EXIT stands outside of a loop", 1),
-    ("fb(nope := 1);", "parameter of R_TRIG: nope is unknown", 4),
+    ("fb(nope := 1);", "parameter of R_TRIG: nope is unknown; inputs: CLK", 4),
     ("gpCh[12]^.head.channel_nr := 1;", "index 12 is outside of 0..11", 6),
-    ("gpCh[0]^.bahn_stat.x := 1;", "did you mean BAHN_STATE?", 10),
+    ("gpCh[0]^.bahn_stat.x := 1;", "did you mean bahn_state?", 10),
     ("x := gpCh[0];", "gpCh[i] is a pointer; write its number, i", 6),
     ("x := gpVECh[0]^.value[0];", "write gpVECh[i]^[n]", 17),
     ("x := 1 +;", "is unexpected", 9),
@@ -216,3 +217,127 @@ def test_types_nested_too_deeply_are_told_once() -> None:
         {"deep.st": chain + "TYPE S1500 : INT; END_TYPE\n"}
     ).log.errors
     assert found.code == REFUSED
+
+
+@pytest.mark.parametrize(
+    ("statement", "text"),
+    [
+        (
+            "l(modus := 1);",
+            "modus is unknown; did you mean mode? inputs: start_",
+        ),
+        (
+            "l(don => b);",
+            "don is unknown; did you mean done? outputs: done, busy",
+        ),
+        ("b := l.dones;", "did you mean done?"),
+        ("nCoutn := 1;", "did you mean nCount?"),
+        ("b := GVL_Cel.x;", "did you mean GVL_Cell?"),
+        ("l.reed_log();", "did you mean read_log?"),
+    ],
+)
+def test_a_near_name_is_told_as_it_is_declared(
+    statement: str, text: str
+) -> None:
+    """Not in capitals; an unknown parameter names all that there are."""
+    variables = "VAR l : ContourLookahead; b : BOOL; nCount : INT; END_VAR"
+    source = {
+        "GVL_Cell.st": "VAR_GLOBAL x : BOOL; END_VAR\n",
+        "bad.st": f"PROGRAM MAIN\n{variables}\n{statement}\nEND_PROGRAM\n",
+    }
+    (error,) = check(source).log.errors
+    assert text in error.text
+
+
+def test_a_near_type_is_told_as_it_is_declared() -> None:
+    """Blocks of the library, types of the HLI and of the program."""
+    source = """TYPE E_Color : (Red, Green); END_TYPE
+PROGRAM MAIN
+VAR
+a : ContourLookAheadd;
+b : HLI_BAHN_STAT;
+c : E_Colour;
+END_VAR
+END_PROGRAM
+"""
+    found = check({"bad.st": source}).log.errors
+    meant = [error.text.partition("; ")[2] for error in found]
+    names = ("ContourLookahead", "HLI_BAHN_STATE", "E_Color")
+    assert meant == [f"did you mean {name}?" for name in names]
+
+
+CLOSED = """FUNCTION_BLOCK Inner
+VAR n : INT; END_VAR
+IF n > 1 THEN
+FOR n := 1 TO 3 DO
+CASE n OF
+1: n := 2;
+END_CASE
+END_FOR
+END_IF
+WHILE n > 3 DO
+REPEAT
+n := n - 1;
+UNTIL n < 0
+END_REPEAT
+END_WHILE
+METHOD M : INT
+VAR x : INT; END_VAR
+M := x;
+END_METHOD
+ACTION Act:
+n := 2;
+END_ACTION
+PROPERTY P : INT
+GET
+P := n;
+END_GET
+END_PROPERTY
+END_FUNCTION_BLOCK
+TYPE T : STRUCT
+a : INT;
+END_STRUCT
+END_TYPE
+FUNCTION F : INT
+F := 1;
+END_FUNCTION
+PROGRAM MAIN
+VAR b : Inner; END_VAR
+b();
+END_PROGRAM
+"""
+ENDS = [match.span() for match in re.finditer(r"END_\w+", CLOSED)]
+
+
+@pytest.mark.parametrize("end", ENDS, ids=[CLOSED[a:b] for a, b in ENDS])
+def test_a_missing_or_wrong_end_is_named(end: tuple[int, int]) -> None:
+    """With the line where what is open begins; a word like it is shown."""
+    word = CLOSED[slice(*end)]
+    opener = "VAR" if word == "END_VAR" else word.removeprefix("END_")
+    before = CLOSED[: end[0]]
+    at = [m.start() for m in re.finditer(rf"\b{opener}\b", before)][-1]
+    begins = (
+        f"{opener} in line {CLOSED.count(chr(10), 0, at) + 1} is not closed"
+    )
+    for typo, text in (
+        ("", f"{word} is missing: {begins}"),
+        (word[:-1], f"{word} is expected instead of {word[:-1]}: {begins}"),
+    ):
+        source = before + typo + CLOSED[end[1] :]
+        error = check({"bad.st": source}).log.errors[0]
+        assert error.text == text
+        assert not typo or error.line == before.count("\n") + 1
+
+
+def test_each_wrong_end_is_told_at_its_line() -> None:
+    """Not only the first one."""
+    source = CLOSED.replace("END_FOR", "END_FR").replace("END_IF", "END_I")
+    found = check({"bad.st": source}).log.errors
+    assert [error.line for error in found][:2] == [8, 9]
+
+
+def test_an_error_ahead_of_a_missing_end_stays_what_it_is() -> None:
+    """The end that is missing comes to light when it is mended."""
+    source = "PROGRAM MAIN\nVAR n : INT; END_VAR\nn := ;\nn := 1;\n"
+    (error, *_) = check({"bad.st": source}).log.errors
+    assert (error.line, "is unexpected" in error.text) == (3, True)

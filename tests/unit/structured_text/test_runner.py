@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from cnc_core.pytest_plugin import PlcFactory
+from hli.symbol import SymbolError
 from plc_client.mock import arc, line
 from plc_client.st import build, sources_of, testing
 from plc_client.st.build import check
@@ -69,6 +70,21 @@ def test_symbols_are_watched_and_forced_by_their_paths(
     runner.step(5)
     assert runner.symbol("MAIN.fb.Q").value is True
     assert list(runner.trace()["logic.nShared"]) == [2, 4, 6, 8, 10]
+
+
+def test_a_symbol_without_its_task_is_told_with_it(
+    plc: PlcFactory, tmp_path: Path
+) -> None:
+    """The task that has the variable; lists of the library are not named."""
+    path = tmp_path / "logic.st"
+    path.write_text(
+        "PROGRAM MAIN\nVAR n : INT; o : Override; END_VAR\nEND_PROGRAM\n"
+    )
+    runner = plc(path, script=[line(30)])
+    with pytest.raises(SymbolError, match=r"did you mean MAIN\.n\?"):
+        runner.symbol("n")
+    with pytest.raises(SymbolError, match=r"; tasks: MAIN$"):
+        runner.symbol("other")
 
 
 def test_retained_variables_outlive_a_restart(
