@@ -171,11 +171,11 @@ def _written(bodies: list[Function]) -> Iterator[str]:
     for target in _targets(bodies):
         chain = list(_chain(target))
         status = [part for part in chain if part in status_names()]
-        path = _in_area(chain)
+        member = _in_area(chain)
         if status:
             yield status[0]
-        elif path and cnc_writes(path):
-            yield path.partition(".")[2]
+        elif member and cnc_writes(member):
+            yield member.partition(".")[2]
         if isinstance(target, ast.Attribute) and target.attr == "value":
             path = _path_of(target.value) or symbols.get(
                 ast.unparse(target.value)

@@ -243,6 +243,8 @@ class SymbolTable:
             meant = " or ".join(having)
             text = f"symbol {path!r}: {first} is unknown; did you mean {meant}?"
             return SymbolError(text)
+        if "did you mean" in str(error):
+            return error
         tasks = ", ".join(program.name for program in programs)
         return SymbolError(f"{error}; tasks: {tasks}")
 
