@@ -28,7 +28,7 @@ MEASURED_SCANS = 3
 WAITS = "a scan must not wait: no sleep or input, TON for times"
 NOT_EACH_SCAN = ("__init__", "setup", "finished", "result")
 AREAS = tuple(
-    (area, {name for name, _ in structure._fields_})
+    (area, {field[0] for field in structure._fields_})
     for area, structure in (
         ("gpCh", layout.HLI_CHANNEL),
         ("gpAx", layout.HLI_AXIS),
