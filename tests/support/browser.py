@@ -28,7 +28,7 @@ class Tab:
             connect(address, max_size=None, proxy=None)
         )
         self._numbers = itertools.count(1)
-        self.said: list[str] = []  # errors on its console
+        self.said: list[str] = []  # errors on the console of this page
         self.asked: list[str] = []  # addresses, while "Network" is enabled
         self.answer_s = ANSWER_S  # more on a machine that does much else
         for domain in ("Page", "Runtime", "Log"):
@@ -63,9 +63,13 @@ class Tab:
                 self.said.append(f"{entry['text']} {entry.get('url', '')}")
 
     def go(self, address: str) -> None:
-        """Load it, also where it differs by what stands behind # alone."""
+        """Load it, also where it differs by what stands behind # alone.
+
+        What the page before has said, which may come late, is forgotten.
+        """
         if "#" in address:
             self.go("about:blank")
+            self.said.clear()
         self.do("Page.navigate", url=address)
         self.until("document.readyState === 'complete'")
 
