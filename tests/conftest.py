@@ -119,17 +119,17 @@ def pytest_collection_modifyitems(
     config: pytest.Config, items: list[pytest.Item]
 ) -> None:
     """HLI_COSIM_EVERY=N: of the cases of one test the first, and every Nth.
-    HLI_COSIM_SHARE=K/N: of the tests that CI alone runs each Nth.
+    HLI_COSIM_SHARE=K/N: of the files with tests that CI alone runs each Nth.
     """
     seen: Counter[str] = Counter()
     kept, left = [], []
-    alone = 0
+    files: dict[Path, int] = {}  # of a file all: its tests may share a cell
     for item in items:
         name = item.nodeid.partition("[")[0]
         whole = item.get_closest_marker("ci")
         if whole and not item.get_closest_marker("long"):
-            (kept if alone % SHARES == SHARE else left).append(item)
-            alone += 1
+            number = files.setdefault(item.path, len(files))
+            (kept if number % SHARES == SHARE else left).append(item)
             continue
         (left if seen[name] % EVERY else kept).append(item)
         seen[name] += 1

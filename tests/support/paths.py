@@ -13,7 +13,7 @@ FIVE_AXIS = EXAMPLES / "five_axis"
 EVERY = int(os.environ.get("HLI_COSIM_EVERY", "1"))
 """How many fewer cases and repetitions than usual."""
 SHARE, SHARES = map(int, os.environ.get("HLI_COSIM_SHARE", "0/1").split("/"))
-"""K/N: of the tests that CI alone runs each Nth, from the Kth on."""
+"""K/N: of the files with tests that CI alone runs each Nth, from the Kth on."""
 GOLDEN = TESTS / "golden"
 PLC_PROGRAMS = Path(__file__).with_name("plc")
 
