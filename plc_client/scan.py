@@ -284,12 +284,12 @@ class Scanner:
             self.forces.apply()
         if self.watch.any:
             self.watch.record(self._latched_ns / 1e9, self._now.cycle)
+        if record is not None:  # the CNC goes on as soon as the scan counts
+            record.end_scan(self._now.cycle)
         counters = self._counters
         counters.scans = counters.heartbeat = counters.scans + 1
         if self._end_seen or self._now.phase == _ENDED:
             self._tell_finished()
-        if record is not None:
-            record.end_scan(self._now.cycle)
 
     def _compiled_scans(self) -> bool:
         """Scans in C while nothing needs Python in each of them.  True: they
