@@ -1,4 +1,4 @@
-"""Units, stated once, and the type of arrays of numbers.
+"""Units, stated once, and the types of arrays.
 
 Inside: mm, degrees for rotary axes, mm/s, s, rad for circle angles.  Name
 suffixes carry other units: ``_tenth_um`` 0.1 um, ``_um_s`` 1 um/s, ``_us``,
@@ -6,6 +6,8 @@ suffixes carry other units: ``_tenth_um`` 0.1 um, ``_um_s`` 1 um/s, ``_us``,
 """
 
 from __future__ import annotations
+
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,3 +17,9 @@ SECONDS_PER_MINUTE = 60.0
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+RecordArray: TypeAlias = Any
+"""A numpy array with named fields.
+
+Their types hang on their names, which a checker cannot follow: it would see
+arrays of anything, and try every overload of each operation.
+"""

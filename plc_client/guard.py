@@ -17,13 +17,12 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from types import FrameType
 
 from .task import is_users
 
 POLL_S = 0.1
 LAST_RESORT_S = 2.0
-TELL_S, GAP_S, LAST_GAP_S = 3.0, 4.0, 60.0
+TELL_S, GAP_S, LAST_GAP_S = 2.0, 4.0, 60.0
 """A call that lasts so long is told, and again after gaps that grow."""
 CALLER = str(Path(__file__).with_name("program.py"))
 """What calls the methods of a task."""
@@ -113,21 +112,22 @@ class Guard:
         method that the runtime called.
         """
         frame = sys._current_frames().get(self._target)
-        users: list[FrameType] = []
+        called = inner = None
         while frame is not None and frame.f_code.co_filename != CALLER:
-            if is_users(frame.f_code.co_filename):
-                users.append(frame)
-            frame = frame.f_back
+            if inner is None and is_users(frame.f_code.co_filename):
+                inner = frame
+            called, frame = frame, frame.f_back
         lasts = f"has not returned for {used_s:.1f} s; a task must not wait"
-        if not users:
+        if called is None:
             return f"a task {lasts}"
-        inner, outer = users[0], users[-1]
-        file, line = inner.f_code.co_filename, inner.f_lineno
-        text = linecache.getline(file, line).strip()
-        method = f"{outer.f_code.co_name}()"
-        owner = outer.f_locals.get("self")
+        method = f"{called.f_code.co_name}()"
+        owner = called.f_locals.get("self")
         if owner is not None:
             method += f" of {type(owner).__name__}"
+        if inner is None:  # Structured Text
+            return f"{method} {lasts}"
+        file, line = inner.f_code.co_filename, inner.f_lineno
+        text = linecache.getline(file, line).strip()
         return f"{Path(file).name}:{line}: {method} {lasts}; it is at: {text}"
 
     def _raise(self) -> None:

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
+
+from cnc_core.units import RecordArray
 
 from ..engine.jerk_planner import STAND, intervals_from_knots
 from ..units import FloatArray
@@ -92,7 +93,7 @@ class Knots:
         ]
         return np.asarray(sum(c[i] * t**i for i in range(8)))
 
-    def intervals(self, feed: float) -> npt.NDArray[Any]:
+    def intervals(self, feed: float) -> RecordArray:
         """Planner intervals, one block each."""
         return intervals_from_knots(self.s, self.d1, self.d2, self.d3, feed)
 
@@ -360,7 +361,7 @@ class Chain:
             out[mine] = self.pieces[i].at(within)
         return out
 
-    def intervals(self) -> npt.NDArray[Any]:
+    def intervals(self) -> RecordArray:
         """A line is one interval, an arc one per ``MAX_TURN_RAD``."""
         out = []
         for piece, feed, stand, start in zip(

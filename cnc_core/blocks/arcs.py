@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core import plain
+from cnc_core.units import RecordArray
 
 from ..units import FloatArray
 from . import motion_planes
 
 
 def arc_extremes(
-    rows: npt.NDArray[Any], starts: FloatArray, main: tuple[int, int, int]
+    rows: RecordArray, starts: FloatArray, main: tuple[int, int, int]
 ) -> tuple[FloatArray, FloatArray]:
     """(low, high), each (n, 2), mm: the range of circular rows of one plane.
 

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 from . import NC_BLOCK, POLYNOMIAL, TANGENTS, BlockBatch
 
 ORDER = 6  # coefficients per axis at the most
 
 
-def coefficients(
-    rows: npt.NDArray[Any], pool: FloatArray, axes: int
-) -> FloatArray:
+def coefficients(rows: RecordArray, pool: FloatArray, axes: int) -> FloatArray:
     """(n, axes, 6) of n polynomial rows, zero above each row's degree."""
     out = np.zeros((len(rows), axes, ORDER))
     for degree in np.unique(rows["degree"]):
@@ -28,12 +23,12 @@ def coefficients(
     return out
 
 
-def rows_joined(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+def rows_joined(parts: list[RecordArray]) -> RecordArray:
     """One behind the other, as bytes: numpy copies such rows member by member."""
     return rows_of(b"".join([part.tobytes() for part in parts]))
 
 
-def rows_of(raw: bytes) -> npt.NDArray[Any]:
+def rows_of(raw: bytes) -> RecordArray:
     """Rows of their own from their bytes."""
     return np.frombuffer(bytearray(raw), NC_BLOCK)
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core._engine import ffi
+from cnc_core.units import RecordArray
 
 from . import NC_BLOCK
 
@@ -18,7 +18,7 @@ OUTSIDE = "coefficients outside the pool, or a plane that the channel lacks"
 """What a stage says of rows that it refuses (-2)."""
 
 
-def row_pointer(rows: npt.NDArray[Any], writable: bool = False) -> Any:
+def row_pointer(rows: RecordArray, writable: bool = False) -> Any:
     """``nc_block[]`` of rows.
 
     Raises TypeError for another type of elements, ValueError for rows that do
@@ -29,7 +29,7 @@ def row_pointer(rows: npt.NDArray[Any], writable: bool = False) -> Any:
     return ffi.from_buffer("nc_block[]", rows, require_writable=writable)
 
 
-def pool_pointer(numbers: npt.NDArray[Any]) -> Any:
+def pool_pointer(numbers: RecordArray) -> Any:
     """``double[]`` of numbers; NULL of none.  Errors as ``row_pointer``."""
     if numbers.dtype != np.float64:
         raise TypeError(f"numbers of {numbers.dtype}: float64 is needed")

@@ -6,11 +6,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+
+from cnc_core.units import RecordArray
 
 from ..recording.reading import Recording
 
-Array = npt.NDArray[Any]
+Array = RecordArray
 
 
 class Columns(Mapping[str, Array]):

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+
+from cnc_core.units import RecordArray
 
 from .. import _engine
 from ..errors import CncError
@@ -78,7 +79,7 @@ def intervals_from_knots(
     d2: FloatArray,
     d3: FloatArray,
     feed: float | FloatArray,
-) -> npt.NDArray[Any]:
+) -> RecordArray:
     """Intervals of a path that is smooth over its knots: s (n+1,) mm,
     derivatives (n+1, axes), feed mm/s.
     """
@@ -138,7 +139,7 @@ class JerkPlanner:
         self._handle = ffi.gc(handle, lib.jerk_free)
         self._laws = np.zeros(8192, LAW)
 
-    def push(self, intervals: npt.NDArray[Any]) -> int:
+    def push(self, intervals: RecordArray) -> int:
         """Append as many intervals as there is room for; returns their number."""
         if not len(intervals):
             return 0
@@ -168,7 +169,7 @@ class JerkPlanner:
 
     def take(
         self, seconds: float = float("inf"), most: int = 8192
-    ) -> npt.NDArray[Any]:
+    ) -> RecordArray:
         """The next laws, at least ``seconds`` of them if there are that many."""
         most = min(most, len(self._laws))
         n = int(
@@ -181,7 +182,7 @@ class JerkPlanner:
         )
         return self._laws[:n].copy()
 
-    def tail(self) -> npt.NDArray[Any]:
+    def tail(self) -> RecordArray:
         """The stored stopping tail behind what was taken."""
         n = int(
             lib.jerk_tail(
@@ -233,15 +234,15 @@ class JerkPlanner:
         }
 
 
-def _rows_of(dtype: np.dtype[Any], rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _rows_of(dtype: np.dtype[Any], rows: RecordArray) -> RecordArray:
     if rows.dtype != dtype:
         raise TypeError(f"rows of {rows.dtype}: {dtype} is needed")
     return np.ascontiguousarray(rows)
 
 
-def run(planner: JerkPlanner, intervals: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def run(planner: JerkPlanner, intervals: RecordArray) -> RecordArray:
     """Push and take a whole path: all laws."""
-    laws: list[npt.NDArray[Any]] = []
+    laws: list[RecordArray] = []
     done, chunk = 0, 0.02
     while True:
         if done < len(intervals):
@@ -254,7 +255,7 @@ def run(planner: JerkPlanner, intervals: npt.NDArray[Any]) -> npt.NDArray[Any]:
         laws.append(got)
 
 
-def sample(laws: npt.NDArray[Any], dt: float) -> FloatArray:
+def sample(laws: RecordArray, dt: float) -> FloatArray:
     """(s, v, a) every dt over the laws, (n, 3); s is the law's own offset."""
     total = float(laws["time"].sum())
     out = np.zeros((int(total / dt) + 3, 3))
@@ -292,7 +293,7 @@ class Topp2:
         self._handle = ffi.gc(handle, lib.topp2_free)
         self._laws = np.zeros(8192, LAW)
 
-    def push(self, intervals: npt.NDArray[Any]) -> int:
+    def push(self, intervals: RecordArray) -> int:
         """Append as many intervals as there is room for; returns their number."""
         if not len(intervals):
             return 0
@@ -318,7 +319,7 @@ class Topp2:
 
     def take(
         self, seconds: float = float("inf"), most: int = 8192
-    ) -> npt.NDArray[Any]:
+    ) -> RecordArray:
         """The next laws, at least ``seconds`` of them if there are that many."""
         most = min(most, len(self._laws))
         n = int(

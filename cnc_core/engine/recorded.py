@@ -6,11 +6,11 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
+from cnc_core.units import RecordArray
 
-Rows = npt.NDArray[Any]
+Rows = RecordArray
 
 
 class Recorded(IntEnum):

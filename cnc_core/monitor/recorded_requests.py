@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.units import RecordArray
 from hli import layout
 
 from ..observing.sight import elements_told, request_told
@@ -68,7 +69,7 @@ def _missing(recording: Recording) -> str:
 
 
 def _epochs_of(
-    recording: Recording, cycles: npt.NDArray[Any]
+    recording: Recording, cycles: RecordArray
 ) -> npt.NDArray[np.int64]:
     """How often the distance was reset ahead of the block of these cycles."""
     elements, driven = recording.elements, recording.cycles

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.units import RecordArray
+
 from ..blocks import (
     CIRCULAR,
     DISTANCE_RESET,
@@ -129,7 +131,7 @@ class _Walker:
         self._distance = 0.0
         self._epoch = 0
 
-    def _of(self, axes: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    def _of(self, axes: RecordArray) -> npt.NDArray[np.float64]:
         return np.array([axes[i] if i >= 0 else 0.0 for i in self._axes])
 
     def add(self, batch: BlockBatch) -> None:

@@ -7,12 +7,11 @@ would see them.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks.pool import coefficients
+from cnc_core.units import RecordArray
 
 from .._engine import lib
 from ..blocks import (
@@ -53,7 +52,7 @@ class ElementTable:
         # mm and degrees make no distance
         self.measured = linear or list(range(self.axes))
         self.first = 0
-        self.rows: npt.NDArray[Any] | None = None
+        self.rows: RecordArray | None = None
         self.starts: FloatArray = np.empty((0, self.axes))
         # of the polynomials among the rows, over 0..1
         self.curves: FloatArray = np.empty((0, self.axes, ORDER))
@@ -67,9 +66,7 @@ class ElementTable:
             (2, self.axes)
         )  # of feed and rapid motions from here on
 
-    def add(
-        self, rows: npt.NDArray[Any], pool: FloatArray | None = None
-    ) -> None:
+    def add(self, rows: RecordArray, pool: FloatArray | None = None) -> None:
         """Append the motion rows of a batch; ``pool`` holds the coefficients of
         its polynomials.
         """
@@ -88,7 +85,7 @@ class ElementTable:
         self._add_curves(motion, pool)
 
     def _add_lifted(
-        self, rows: npt.NDArray[Any], seen: npt.NDArray[np.bool_]
+        self, rows: RecordArray, seen: npt.NDArray[np.bool_]
     ) -> None:
         """The jerk limits that S ramps lift (DYNAMICS rows) of the elements
         behind them.
@@ -127,7 +124,7 @@ class ElementTable:
         ]
 
     def _starts_of(
-        self, rows: npt.NDArray[Any], seen: npt.NDArray[np.bool_]
+        self, rows: RecordArray, seen: npt.NDArray[np.bool_]
     ) -> FloatArray:
         """(n, axes) where elements begin: behind the element before, or where
         the axes stand if that is elsewhere.
@@ -152,9 +149,7 @@ class ElementTable:
             self.away = bool(away[-1])
         return np.where(follows[:, None], behind, stands)
 
-    def _add_curves(
-        self, motion: npt.NDArray[Any], pool: FloatArray | None
-    ) -> None:
+    def _add_curves(self, motion: RecordArray, pool: FloatArray | None) -> None:
         is_curve = (motion["type"] == POLYNOMIAL) & ~_elsewhere(motion)
         number = np.where(
             is_curve, len(self.curves) + np.cumsum(is_curve) - 1, -1
@@ -281,7 +276,7 @@ class ElementTable:
 
     def _arc_distance(
         self,
-        rows: npt.NDArray[Any],
+        rows: RecordArray,
         starts: FloatArray,
         ends: FloatArray,
         pos: FloatArray,
@@ -352,7 +347,7 @@ def _line_distance(
     return np.asarray(np.linalg.norm(pos - nearest, axis=1))
 
 
-def _elsewhere(rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+def _elsewhere(rows: RecordArray) -> npt.NDArray[np.bool_]:
     return np.asarray(
         (rows["flags"] & ELEMENT != 0) & (rows["degree"] == TANGENTS)
     )

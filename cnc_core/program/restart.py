@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.units import RecordArray
+
 from ..blocks import (
     ELEMENT,
     EXACT_STOP,
@@ -153,9 +155,9 @@ class Uncovered:
     """
 
     def __init__(self) -> None:
-        self._elements: deque[npt.NDArray[Any]] = deque()
+        self._elements: deque[RecordArray] = deque()
 
-    def take(self, moving: npt.NDArray[Any]) -> None:
+    def take(self, moving: RecordArray) -> None:
         """Motions in order."""
         if not (moving["flags"] & (ELEMENT | PIECE)).any():
             if len(moving):
@@ -185,7 +187,7 @@ class Uncovered:
             if way <= SAME_MM:
                 return
 
-    def rows(self) -> npt.NDArray[Any]:
+    def rows(self) -> RecordArray:
         """All of them; forgotten then."""
         found = np.concatenate([*self._elements, np.empty(0, NC_BLOCK)])
         self._elements.clear()
@@ -219,7 +221,7 @@ class Passed:
             batch.pool,
         )
 
-    def _leave_out(self, rows: npt.NDArray[Any]) -> None:
+    def _leave_out(self, rows: RecordArray) -> None:
         moving = rows[rows["type"] <= POLYNOMIAL]
         if not len(moving):
             return

@@ -12,12 +12,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+
+from cnc_core.units import RecordArray
 
 from .schema import AXES_PLACED
 from .source import Source
 
-Values = npt.NDArray[Any]
+Values = RecordArray
 Spot = tuple[int, str] | None
 """Number of the part and its column; None: the axis is nowhere and stands."""
 

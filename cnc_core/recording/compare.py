@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.units import RecordArray
+
 from ..errors import CncError
 from .reading import Recording, Table
 from .schema import is_wall
@@ -335,7 +337,7 @@ def _places(
 
 
 def _ends(
-    out: Comparison, a: Table, where: npt.NDArray[Any], there: npt.NDArray[Any]
+    out: Comparison, a: Table, where: RecordArray, there: RecordArray
 ) -> None:
     """The paths are equally long."""
     end, other = float(where[-1]), float(there[-1])

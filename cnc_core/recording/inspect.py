@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.units import RecordArray
+
 from ..errors import CncError
 from .reading import Recording, Table
 
@@ -118,7 +120,7 @@ def statistics(
 
 
 def _add_values(
-    found: dict[str, dict[str, Any]], name: str, values: npt.NDArray[Any]
+    found: dict[str, dict[str, Any]], name: str, values: RecordArray
 ) -> None:
     low, high = values.min().item(), values.max().item()
     total = float(np.sum(values, dtype=np.float64))

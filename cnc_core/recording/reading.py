@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+
+from cnc_core.units import RecordArray
 
 from ..errors import CncError, Place
 from .channels import OneChannel
@@ -50,7 +51,7 @@ class Table:
     def __len__(self) -> int:
         return self._source.rows(self.name)
 
-    def __getitem__(self, column: str) -> npt.NDArray[Any]:
+    def __getitem__(self, column: str) -> RecordArray:
         """The whole column (n,); KeyError names the columns that there are."""
         self.check(column)
         parts = [

@@ -130,7 +130,7 @@ def _column(recording: Recording, name: str) -> npt.NDArray[np.float64] | None:
     cycles = recording.cycles
     if name not in cycles.columns:
         return None
-    return cycles[name].astype(np.float64)
+    return np.asarray(cycles[name], np.float64)
 
 
 def _add_cycles(

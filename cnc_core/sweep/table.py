@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+from cnc_core.units import RecordArray
 
 from ..errors import CncError, Place
 from .points import Point
@@ -20,7 +21,7 @@ NOT_KEPT = ("seconds",)
 LAST = ("end", "error")
 
 
-class Results(Mapping[str, npt.NDArray[Any]]):
+class Results(Mapping[str, RecordArray]):
     """Columns of the table by name: ``number``, ``program``, ``cell``, ``plc``,
     each parameter, each figure, ``end`` and ``error``; a row a run.
     """
@@ -35,7 +36,7 @@ class Results(Mapping[str, npt.NDArray[Any]]):
         except pa.ArrowInvalid as error:
             raise CncError(901002, str(error), Place(str(self.path))) from None
 
-    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+    def __getitem__(self, name: str) -> RecordArray:
         if name not in self._table.column_names:
             there = ", ".join(self._table.column_names)
             raise KeyError(f"no column {name!r}; there are: {there}")

@@ -270,6 +270,27 @@ def test_a_setup_that_hangs_names_its_line(cli: Cli, program: Write) -> None:
     assert "waits for a scan of the PLC" in last
 
 
+ENDLESS = """PROGRAM MAIN
+VAR i : INT := 1; END_VAR
+WHILE i > 0 DO i := 1; END_WHILE
+END_PROGRAM
+"""
+
+
+@pytest.mark.ci
+def test_a_loop_of_structured_text_is_told_ahead_of_its_error(
+    cli: Cli, program: Write
+) -> None:
+    """The watchdog names the program; the error behind it names the line."""
+    run = cli("run", program(PART), "--plc", program(ENDLESS, "plc.st"))
+    assert run.status == 1
+    told = "cyclic() of MAIN has not returned for"
+    error = "plc.st:3: MAIN: the loop has not ended within"
+    assert told in run.err
+    assert error in run.err
+    assert run.err.index(told) < run.err.index(error)
+
+
 @pytest.mark.ci
 def test_a_plc_that_waits_for_its_cnc_says_so(program: Write) -> None:
     """Again and again, with the command that starts one."""

@@ -9,12 +9,18 @@ from functools import lru_cache
 NEAR = 0.66  # two of three letters
 
 
-def guess(word: str, known: Iterable[str]) -> str:
-    """``; did you mean X?`` for the nearest known word, or nothing."""
-    return _guess(word.upper(), tuple(sorted(known)))
+def guess(
+    word: str, known: Iterable[str], near: float = NEAR, mark: str = ""
+) -> str:
+    """``; did you mean X?`` for the nearest known word, or nothing.
+
+    ``near``: the share of letters that must agree; ``mark``: written ahead of X.
+    """
+    found = _nearest(word.upper(), tuple(sorted(known)), near)
+    return f"; did you mean {mark}{found}?" if found else ""
 
 
 @lru_cache(maxsize=256)  # a wrong line of a loop comes again and again
-def _guess(word: str, known: tuple[str, ...]) -> str:
-    found = difflib.get_close_matches(word, known, n=1, cutoff=NEAR)
-    return f"; did you mean {found[0]}?" if found else ""
+def _nearest(word: str, known: tuple[str, ...], near: float) -> str:
+    found = difflib.get_close_matches(word, known, n=1, cutoff=near)
+    return found[0] if found else ""

@@ -9,14 +9,13 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
 from cnc_core.blocks import NC_AXES, NC_BLOCK
 from cnc_core.blocks.to_c import row_pointer
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 MORE, FULL, OTHER, ERROR = (
     lib.NC_SCAN_MORE,
@@ -45,7 +44,7 @@ MODAL_NAMES = (
     *("motion", "plane", "absolute", "centre_absolute", "exact_stop", "unit"),
     *("feed", "feed_unit", "radius", "has_radius"),
 )
-Row = npt.NDArray[Any]  # (1,) of NC_BLOCK
+Row = RecordArray  # (1,) of NC_BLOCK
 
 
 @dataclass
@@ -347,7 +346,7 @@ class Modal:
         """Go on as if a feed had been programmed."""
         self._modal.feed = 1.0
 
-    def scan(self, source: Source, out: npt.NDArray[Any]) -> Scan:
+    def scan(self, source: Source, out: RecordArray) -> Scan:
         """Read plain lines into ``out`` until something else stands there."""
         text = ffi.from_buffer(source.buffer)
         rows = row_pointer(out, writable=True)

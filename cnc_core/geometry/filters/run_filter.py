@@ -35,9 +35,9 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.pool import joined
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
-Rows = npt.NDArray[Any]
+Rows = RecordArray
 NOISE = 1
 NURBS = 2
 FINE_NOISE = 3

@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +34,7 @@ from cnc_core.blocks import (
 )
 from cnc_core.blocks.pool import coefficients, joined
 from cnc_core.blocks.profile_columns import PASSED
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 from ..shapes.polynomial import derivative, normalised
 
@@ -247,9 +246,7 @@ class _Queue:
         return joined(held)
 
 
-def _caps(
-    rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter
-) -> _Caps:
+def _caps(rows: RecordArray, pool: FloatArray, filter_: TimeFilter) -> _Caps:
     if not len(rows):
         return _Caps.none()
     share = np.ones((len(rows), PARTS))
@@ -282,7 +279,7 @@ def _mean(share: FloatArray) -> FloatArray:
 
 
 def _curve_speed(
-    rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter
+    rows: RecordArray, pool: FloatArray, filter_: TimeFilter
 ) -> tuple[FloatArray, FloatArray]:
     """mm/s at which the axes keep velocity and acceleration in the bends of a
     row, (n, grid), and jerk where the bends change, (n, parts).

@@ -7,13 +7,11 @@ stages that only look at each of them would then be most of the work.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks import ELEMENT, POLYNOMIAL, BlockBatch
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 from .stage import Pipeline, Stage
 
@@ -76,7 +74,7 @@ class Asleep:
         self._before = self._last = None
 
 
-def _end(rows: npt.NDArray[Any], start: FloatArray) -> FloatArray:
+def _end(rows: RecordArray, start: FloatArray) -> FloatArray:
     """(axes,) where the last driven motion ends, ``start`` without one."""
     driven = np.flatnonzero(
         (rows["type"] <= POLYNOMIAL) & (rows["flags"] & ELEMENT == 0)

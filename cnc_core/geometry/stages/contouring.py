@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
 from cnc_core.blocks import (
@@ -28,7 +27,7 @@ from cnc_core.blocks import (
 )
 from cnc_core.blocks.to_c import OUTSIDE, pool_pointer, row_pointer
 from cnc_core.errors import CncError, Place
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 # where a function makes the channel stand: ahead of its block's motion, or
 # behind it
@@ -140,7 +139,7 @@ class Contouring:
             }
         )
 
-    def _follow(self, rows: npt.NDArray[Any]) -> None:
+    def _follow(self, rows: RecordArray) -> None:
         moving = np.flatnonzero(rows["type"] <= POLYNOMIAL)
         if len(moving):
             self.resync(rows["end"][moving[-1]])

@@ -19,7 +19,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core import plain
 from cnc_core.blocks import (
@@ -33,7 +32,7 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.errors import ERRORS, CncError, Place
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 from .stage import RefusedRow
 
@@ -134,7 +133,7 @@ class Orbit:
         self._position[:] = position
         self._open.clear()
 
-    def _follow(self, rows: npt.NDArray[Any]) -> None:
+    def _follow(self, rows: RecordArray) -> None:
         motions = rows["end"][rows["type"] <= POLYNOMIAL]
         if len(motions):
             self._position[:] = motions[-1, : self._axes]

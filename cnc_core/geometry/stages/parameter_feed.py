@@ -10,8 +10,6 @@ of them.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -27,7 +25,7 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.pool import coefficients
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 from ..shapes.polynomial import derivative, normalised
 
@@ -52,7 +50,7 @@ def fastest(slope: FloatArray, span: FloatArray, main: list[int]) -> FloatArray:
     return np.asarray(1.01 * np.where(moved > 0.0, moved, others) / span)
 
 
-def stretches(rows: npt.NDArray[Any]) -> FloatArray:
+def stretches(rows: RecordArray) -> FloatArray:
     """(n,) path mm that a unit of the parameter counts for the planner, the
     same all over a profile (``value``).
     """
@@ -102,9 +100,9 @@ class ParameterFeed:
 
     def _pieces(
         self,
-        out: npt.NDArray[Any],
+        out: RecordArray,
         at: npt.NDArray[np.int64],
-        source: npt.NDArray[Any],
+        source: RecordArray,
         pools: list[FloatArray],
     ) -> None:
         driven, stretch = out[at], stretches(source)
@@ -131,7 +129,7 @@ class ParameterFeed:
         out[at] = driven
 
     def _tangents(
-        self, rows: npt.NDArray[Any], pool: FloatArray
+        self, rows: RecordArray, pool: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """(n, 6) tangents in and out over the main axes, and (n,) largest speed
         over that of the parameter.

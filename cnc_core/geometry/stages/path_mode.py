@@ -42,9 +42,9 @@ from cnc_core.blocks import (
     motion_planes,
 )
 from cnc_core.blocks.pool import joined
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
-Rows = npt.NDArray[Any]
+Rows = RecordArray
 PATH = 0
 ALL_AXES = 1
 PLANE = 2

@@ -6,15 +6,13 @@ Used where a motion is taken into other coordinates: tilted planes
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 from cnc_core import plain
 from cnc_core.blocks import BY_LENGTH, CIRCULAR, POLYNOMIAL, motion_planes
 from cnc_core.blocks.pool import coefficients
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 from ..shapes.polynomial import ORDER, derivative, normalised, value
 
@@ -30,7 +28,7 @@ class Paths:
 
     def __init__(
         self,
-        rows: npt.NDArray[Any],
+        rows: RecordArray,
         starts: FloatArray,
         pool: FloatArray,
         main: tuple[int, int, int],
@@ -49,7 +47,7 @@ class Paths:
             )
             self._set_metric(rows[is_curve])
 
-    def _set_metric(self, rows: npt.NDArray[Any]) -> None:
+    def _set_metric(self, rows: RecordArray) -> None:
         """Axes that the length of each polynomial is measured over; none where
         its parameter runs with the length.
         """

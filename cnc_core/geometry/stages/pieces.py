@@ -11,7 +11,7 @@ and look-ahead stay those of the programmed contour.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,7 @@ from cnc_core.blocks import (
     TANGENTS,
     BlockBatch,
 )
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 from ..shapes.polynomial import quintics
 from .paths import IntArray, Paths
@@ -169,9 +169,7 @@ def _sorted(parts: list[Pieces], axes: int) -> Pieces:
     )
 
 
-def piece_rows(
-    source: npt.NDArray[Any], pieces: Pieces, first: int
-) -> npt.NDArray[Any]:
+def piece_rows(source: RecordArray, pieces: Pieces, first: int) -> RecordArray:
     """Polynomial rows (m,) of ``source`` motions (n,); their coefficients stand
     in the pool from ``first`` on.
     """
@@ -194,7 +192,7 @@ def piece_rows(
     return rows
 
 
-def line_rows(source: npt.NDArray[Any], ends: FloatArray) -> npt.NDArray[Any]:
+def line_rows(source: RecordArray, ends: FloatArray) -> RecordArray:
     """Motions (n,) that are straight lines of the axes to ``ends`` (n, axes)."""
     rows = source.copy()
     rows["type"] = LINEAR
@@ -205,9 +203,7 @@ def line_rows(source: npt.NDArray[Any], ends: FloatArray) -> npt.NDArray[Any]:
     return rows
 
 
-def _share(
-    rows: npt.NDArray[Any], source: npt.NDArray[Any], length: FloatArray
-) -> None:
+def _share(rows: RecordArray, source: RecordArray, length: FloatArray) -> None:
     """What each piece covers of the elements, and that it is one."""
     whole = source["flags"] & PIECE != 0
     rows["value"] = np.where(
@@ -218,8 +214,8 @@ def _share(
 
 
 def element_rows(
-    source: npt.NDArray[Any], paths: Paths, first: int
-) -> tuple[npt.NDArray[Any], FloatArray]:
+    source: RecordArray, paths: Paths, first: int
+) -> tuple[RecordArray, FloatArray]:
     """Motions (n,) as elements with their tangents over the main axes, and the
     pool values (6 n,) from ``first`` on.
     """
@@ -240,7 +236,7 @@ def element_rows(
 
 
 def merged(
-    parts: list[tuple[IntArray, int, npt.NDArray[Any]]], pool: FloatArray
+    parts: list[tuple[IntArray, int, RecordArray]], pool: FloatArray
 ) -> BlockBatch:
     """Rows with their places, in order: (place (m,), rank among rows of the
     same place, rows).

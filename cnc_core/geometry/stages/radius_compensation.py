@@ -10,10 +10,8 @@ with the rows behind it, until the next one is known: memory is bounded by
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
 from cnc_core.blocks import (
@@ -25,11 +23,11 @@ from cnc_core.blocks import (
 )
 from cnc_core.blocks.to_c import row_pointer
 from cnc_core.errors import ERRORS, CncError, Place
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 from .stage import RefusedRow
 
-Rows = npt.NDArray[Any]
+Rows = RecordArray
 Report = Callable[[CncError], None]
 
 

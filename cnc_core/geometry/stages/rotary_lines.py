@@ -13,8 +13,6 @@ behind it, a polynomial of degree 1 over the longer length.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -28,7 +26,7 @@ from cnc_core.blocks import (
     RAPID,
     BlockBatch,
 )
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 # degrees (or mm) of the other axes that count as a mm of path
 UNIT = 100.0
@@ -111,7 +109,7 @@ class RotaryLines:
 
     @staticmethod
     def _pieces(
-        out: npt.NDArray[Any],
+        out: RecordArray,
         at: npt.NDArray[np.int64],
         length: FloatArray,
         stretch: FloatArray,

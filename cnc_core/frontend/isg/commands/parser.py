@@ -6,7 +6,6 @@ executed is stored or refused by name.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
@@ -29,6 +28,7 @@ from cnc_core.blocks import (
     WAIT,
 )
 from cnc_core.frontend.base.formula import number_of
+from cnc_core.frontend.base.guess import guess
 from cnc_core.frontend.base.lexer import Kind, fail, shown
 from cnc_core.frontend.port import Wait
 
@@ -50,19 +50,17 @@ from .text import TextCommands
 from .time import TimeCommands
 
 MARKERS = {"ON": MARKER_ON, "OFF": MARKER_OFF, "CLEAR": MARKER_CLEAR}
-NEAR = 0.8
+NEAR = 0.8  # of long names; few letters tell short ones apart
 FIRST_WORDS = frozenset(name.split()[0] for name in table.TABLE)
 
 
 def _meant(words: list[str]) -> str:
-    """The command whose name these words nearly are; empty without one."""
+    """``; did you mean #X?`` for the command that these words nearly begin."""
     for count in range(len(words), 0, -1):
         named = [n for n in table.TABLE if len(n.split()) == count]
-        near = difflib.get_close_matches(
-            " ".join(words[:count]), named, 1, NEAR
-        )
-        if near:
-            return near[0]
+        hint = guess(" ".join(words[:count]), named, NEAR, "#")
+        if hint:
+            return hint
     return ""
 
 
@@ -220,12 +218,11 @@ class CommandParser(
             if effect is not None:
                 break
         name = " ".join(self._words(99))
-        meant = _meant(words) if effect is None else ""
-        if words[0] in FIRST_WORDS and not meant:
+        hint = _meant(words) if effect is None else ""
+        if words[0] in FIRST_WORDS and not hint:
             raise fail(900003, f"#{name} is not supported", offset)
-        hint = f"; did you mean #{meant}?" if meant else ""
         if words[0] in FIRST_WORDS or not self._state.lenient:
-            wrong = name if meant else words[0]
+            wrong = name if hint else words[0]
             raise fail(900002, f"unknown command #{wrong}{hint}", offset)
         self._rest()
         self._state.warn(

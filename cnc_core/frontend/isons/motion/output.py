@@ -7,10 +7,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core import plain
 from cnc_core.blocks import (
@@ -26,7 +24,7 @@ from cnc_core.errors import CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.units import FloatArray
+from cnc_core.units import FloatArray, RecordArray
 
 from ..base.parameters import Parameters
 from .arcs_at_corners import Corners
@@ -53,7 +51,7 @@ class Bounds:
 
     def check(
         self,
-        rows: npt.NDArray[Any],
+        rows: RecordArray,
         names: Sequence[str],
         start: FloatArray,
         main: tuple[int, int, int],
@@ -97,7 +95,7 @@ class Bounds:
 
 
 def _reach(
-    rows: npt.NDArray[Any], start: FloatArray, main: tuple[int, int, int]
+    rows: RecordArray, start: FloatArray, main: tuple[int, int, int]
 ) -> tuple[FloatArray, FloatArray]:
     """(low, high), each (n, axes), of lines and arcs one behind the other."""
     ends = rows["end"][:, : len(start)]

@@ -344,7 +344,7 @@ def _key(row: Row) -> bytes:
     """What a row says, without its place in the text."""
     key = row.copy()
     key["n"] = key["line"] = key["count"] = key["file"] = 0
-    return key.tobytes()
+    return bytes(key.tobytes())
 
 
 def arc_acceleration(value: float) -> float:
