@@ -41,6 +41,7 @@ def listed() -> set[str]:
     return {name for name in names if Path(name).suffix not in MADE}
 
 
+@pytest.mark.ci
 def test_each_file_of_others_is_listed_and_no_other() -> None:
     """A file beside `vendor` or with a notice stands in the list; all listed exist."""
     assert "cnc_core/monitor/page/vendor/uPlot.iife.min.js" in of_others()

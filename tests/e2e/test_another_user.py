@@ -167,6 +167,7 @@ def _lay_cache(folder: Path, **what: Any) -> None:
         os.chown(path, what.get("user", 0), -1)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("what", "problem"),
     [

@@ -123,6 +123,7 @@ END_PROGRAM
 """
 
 
+@pytest.mark.ci
 def test_structured_text_takes_a_channel_by_its_number(
     cli: Cli, files: list[Path], tmp_path: Path
 ) -> None:

@@ -71,6 +71,7 @@ time_t time(time_t *out) {
 """
 
 
+@pytest.mark.ci
 def test_nothing_that_decides_reads_the_wall_clock() -> None:
     """Sources name the monotonic clock only; the one exception is the stamp in
     an NC program's message file.

@@ -59,6 +59,7 @@ def test_wrong_usage_ends_with_status_2(
     assert cli(*arguments).status == 2
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     "arguments", [("check",), ("plan",), ("run",), ("lookahead", "--index", 0)]
 )
@@ -197,6 +198,7 @@ def test_demo_writes_its_picture(cli: Cli, tmp_path: Path) -> None:
     assert (tmp_path / "d" / "demo.png").stat().st_size > 10_000
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("text", "status"), [("G999 F3000\nG1 X100\nM30\n", 1), ("M30\n", 0)]
 )

@@ -201,6 +201,7 @@ def test_a_force_that_does_not_fit_says_what_fits(
     assert SymbolError.__name__ not in outcome.err
 
 
+@pytest.mark.ci
 def test_cnc_tells_errors_before_a_plc_comes(program: Write) -> None:
     """Not only when somebody has started a PLC."""
     path = program("N10 G1 X1 F9\nN20 FOO\nM30\n")
@@ -324,6 +325,7 @@ WRONG_PLC = {
 }
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("name", WRONG_PLC)
 def test_an_error_of_the_plc_is_told_at_its_own_place(
     cli: Cli, program: Write, name: str
@@ -345,6 +347,7 @@ def test_a_priority_is_a_whole_number() -> None:
         task(interval=0.001, priority="high")  # type: ignore[call-overload]
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("words", "status", "said"),
     [

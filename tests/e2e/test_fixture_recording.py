@@ -37,6 +37,7 @@ def slow(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.ci
 def test_it_records_what_a_run_records(
     plc: PlcFactory, program: Write, slow: Path, tmp_path: Path
 ) -> None:

@@ -91,6 +91,7 @@ def test_fmpy_validates_it(exported: Exported) -> None:
     assert validate_fmu(str(exported.file)) == []
 
 
+@pytest.mark.ci
 def test_fmpy_drives_what_run_drives(
     exported: Exported, driven: np.ndarray
 ) -> None:
@@ -235,6 +236,7 @@ def test_a_killed_importer_ends_the_cell(exported: Exported) -> None:
     assert not [name for name in os.listdir(SHM) if name.startswith(begins)]
 
 
+@pytest.mark.ci
 def test_a_killed_cell_is_told(exported: Exported) -> None:
     """The step fails with the reason, the next one, too; nothing hangs."""
     process = importer(exported, "orphan", stdin=subprocess.PIPE)

@@ -112,6 +112,7 @@ def to_end(one, steps: int = 2000) -> None:
     raise AssertionError("the program has not ended")
 
 
+@pytest.mark.ci
 def test_functions_variables_and_symbols(
     exported: Path, tmp_path: Path
 ) -> None:

@@ -32,6 +32,7 @@ M30
 """
 
 
+@pytest.mark.ci
 def test_program_and_plc_share_external_variables(tmp_path: Path) -> None:
     """The program waits for the PLC's answer, reads it, writes its file; two
     lockstep runs are the same.
@@ -60,6 +61,7 @@ def test_program_and_plc_share_external_variables(tmp_path: Path) -> None:
     assert runs[0][1][-1][0] == 25.0
 
 
+@pytest.mark.ci
 def test_lenient_on_the_command_line(cli, program) -> None:
     """check, blocks and plan take --lenient; without it the undefined function is an error."""
     path = program("M99 G00 X1\nM30\n")

@@ -371,6 +371,7 @@ def test_run_and_plan_count_the_same_blocks(cli: Cli, program: Write) -> None:
     assert counts.pop() > 100
 
 
+@pytest.mark.ci
 def test_a_counter_is_kept_from_run_to_run(
     cli: Callable[..., Outcome], program: Callable[..., Path], tmp_path: Path
 ) -> None:

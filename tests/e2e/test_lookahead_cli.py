@@ -285,6 +285,7 @@ def test_random_contours_by_index_and_distance(
     assert by_distance == [b for b in by_index if b["block_type"] in (1, 2)]
 
 
+@pytest.mark.ci
 def test_answers_longer_than_the_array_are_paged(
     cli: Cli, program: Callable[..., Path]
 ) -> None:

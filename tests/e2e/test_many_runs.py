@@ -29,6 +29,7 @@ def part(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.ci
 def test_runs_of_a_worker_are_those_of_new_processes(part: Path) -> None:
     """All come from the worker."""
     results = []
@@ -43,6 +44,7 @@ def test_runs_of_a_worker_are_those_of_new_processes(part: Path) -> None:
             assert np.array_equal(column, other.columns[name])
 
 
+@pytest.mark.ci
 def test_each_run_has_folder_and_environment_of_its_time(
     part: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -75,6 +77,7 @@ def test_a_dead_worker_is_replaced(part: Path) -> None:
         assert cell.run(part).check().end == "completed"
 
 
+@pytest.mark.ci
 def test_a_cell_takes_path_dict_or_config(part: Path, tmp_path: Path) -> None:
     """The CNC process gets the same limits each way."""
     path = tmp_path / "cell.toml"

@@ -100,6 +100,7 @@ def server() -> Iterator[Server]:
             process.communicate()
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("method", METHODS)
 def test_every_route_by_every_method(server: Server, method: str) -> None:
     """Without a token, with a wrong one, from elsewhere: no fact, no deed."""

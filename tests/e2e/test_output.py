@@ -86,6 +86,7 @@ def test_a_run_tells_tasks_and_watched_symbols(
     assert changes > 10
 
 
+@pytest.mark.ci
 def test_an_answer_names_kinds_and_millimetres(
     cli: Cli, program: Write
 ) -> None:
@@ -96,6 +97,7 @@ def test_an_answer_names_kinds_and_millimetres(
     assert re.search(r"circle +50 .* 20 +1\.571 ", out)
 
 
+@pytest.mark.ci
 def test_an_error_comes_last_and_without_zeros(
     cli: Cli, program: Write
 ) -> None:

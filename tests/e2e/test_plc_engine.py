@@ -169,6 +169,7 @@ def test_deleted_distance_to_go(plc: Any, program: Write) -> None:
     assert runner.time_s > seconds
 
 
+@pytest.mark.ci
 def test_watchdogs_and_interface(plc: Any, program: Write) -> None:
     """Both sides see each other; the shapes agree; a PLC that falls silent is
     noticed, with a record.

@@ -95,6 +95,7 @@ def test_same_program_on_the_mock(plc: Any) -> None:
     )
 
 
+@pytest.mark.ci
 def test_watch_and_force_of_a_run(program: Write) -> None:
     """A forced task variable holds the override down; the watch list shows both sides."""
     watch = (

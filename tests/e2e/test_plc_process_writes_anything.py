@@ -37,6 +37,7 @@ def test_scribbling_plc_changes_no_sample(
         assert np.array_equal(a[key][:n], b[key][:n])
 
 
+@pytest.mark.ci
 def test_random_mode_commands_do_not_kill_the_cnc(
     cli: Callable[..., Outcome],
     program: Callable[..., Path],

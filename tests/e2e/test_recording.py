@@ -185,6 +185,7 @@ def settled(target: Path) -> Recording:
     raise AssertionError("the recording does not come to its end")
 
 
+@pytest.mark.ci
 def test_columns_are_chosen(program: Write, cli: Cli, tmp_path: Path) -> None:
     """--record-only keeps cycle, time and what is named; a wrong name is an error
     that tells the nearest one.
@@ -285,6 +286,7 @@ def test_a_plan_is_recorded_as_a_run(program: Write, tmp_path: Path) -> None:
     assert len(a.cycles) > 500
 
 
+@pytest.mark.ci
 def test_the_cnc_alone_is_recorded(
     program: Write, cli: Cli, tmp_path: Path
 ) -> None:

@@ -162,6 +162,7 @@ def test_rows_tell_whose_they_are(recording: Recording) -> None:
     assert said == [("mill", "cut")]
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("kind", [".arrow", ".npz"])
 def test_equal_runs_give_equal_files_of_every_kind(
     folder: Path, recording: Recording, kind: str
@@ -174,6 +175,7 @@ def test_equal_runs_give_equal_files_of_every_kind(
     assert not compare(recording.channel("saw"), again.channel("mill")).equal
 
 
+@pytest.mark.ci
 def test_chosen_columns_hold_for_every_channel(tmp_path: Path) -> None:
     """An axis that a channel has not is not meant for it; a name that none has
     is refused.
@@ -192,6 +194,7 @@ def test_chosen_columns_hold_for_every_channel(tmp_path: Path) -> None:
         run(tmp_path, "none.mcap")
 
 
+@pytest.mark.ci
 def test_commands_know_the_channel(folder: Path, cli: Cli) -> None:
     """``inspect``, ``compare`` and ``show`` take one; what needs a path asks."""
     file = str(folder / "run.parquet")

@@ -247,6 +247,7 @@ def test_watched_symbols_are_compared(tmp_path: Path) -> None:
     assert any("A.q" in text for text in found.warnings)
 
 
+@pytest.mark.ci
 def test_the_command_tells_it_to_people_and_programs(
     cli: Cli, recorded: Path, tmp_path: Path
 ) -> None:
@@ -292,6 +293,7 @@ def test_a_recording_without_scans_is_refused(tmp_path: Path) -> None:
         again(alone, OVERRIDE)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("other", ["100.0, 50.0", "100.0 - distance, 60.0"])
 def test_scans_in_c_find_what_scans_in_python_find(
     recorded: Path,

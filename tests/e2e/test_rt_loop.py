@@ -81,6 +81,7 @@ def test_marked_inside_once(cli: Cli, program: Write) -> None:
         assert mine == pytest.approx(theirs, abs=1e-5)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(("on_inside", "count"), [(True, 4), (False, 2)])
 def test_marked_half_inside(
     on_inside: bool, count: int, cli: Cli, program: Write
@@ -104,6 +105,7 @@ def test_marked_half_inside(
     assert [e["block_type"] for e in answer["response"]][-1] == 5
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("text", "code", "line"),
     [
@@ -229,6 +231,7 @@ def test_the_plc_stands_above_the_program(tmp_path: Path) -> None:
         assert cnc.state.rt_loop_count_r == 0
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("text", "code", "line"),
     [

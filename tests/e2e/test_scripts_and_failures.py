@@ -313,6 +313,7 @@ def test_a_follower_that_is_too_slow_is_told_what_it_lost(
     assert length + lost == pytest.approx(600_000.0, abs=200 * 128 + 200)
 
 
+@pytest.mark.ci
 def test_steps_and_channels_are_checked(program: Write) -> None:
     """step() takes whole cycles from 1 on; a channel that is not configured is refused by name."""
     name = f"hli-test-{os.getpid()}"

@@ -70,6 +70,7 @@ CASES = [
 ]
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("variables", "statements", "said"),
     CASES,
@@ -87,6 +88,7 @@ def test_a_silent_mistake_is_a_warning(
     assert [said in error["text"] for error in strict.errors] == [True]
 
 
+@pytest.mark.ci
 def test_a_block_of_a_list_of_globals_is_told_once(program: Write) -> None:
     """By the first of two tasks, with the name of its list."""
     plc = program(

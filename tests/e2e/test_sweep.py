@@ -188,6 +188,7 @@ def test_a_missing_file_is_named_before_anything_runs(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.ci
 def test_the_command_prints_what_the_contract_says(tmp_path: Path) -> None:
     """runs, done, failed and table; --engine names who runs them."""
     study = study_in(tmp_path)

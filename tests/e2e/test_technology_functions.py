@@ -149,6 +149,7 @@ def test_where_each_type_is_put_out(program: Write) -> None:
             assert start <= distance <= start + 30_000.0
 
 
+@pytest.mark.ci
 def test_an_acknowledgement_in_time_costs_no_speed(
     program: Write, tmp_path: Path
 ) -> None:

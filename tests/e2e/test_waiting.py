@@ -124,6 +124,7 @@ def test_an_axis_that_is_held_is_named(program: Write) -> None:
     assert found["what"] == "the end of the feed hold of axis X"
 
 
+@pytest.mark.ci
 def test_a_program_that_waits_for_a_variable(program: Write) -> None:
     """The block that reads it again and again is shown."""
     text = "N10 G1 X1 F600\nN20 $WHILE V.E.GO == 0\nN30 $ENDWHILE\nM30\n"

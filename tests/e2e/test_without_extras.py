@@ -71,6 +71,7 @@ def test_a_picture_names_its_extra(
     assert cli("plan", program(T1), "--samples", "s.npz").status == 0
 
 
+@pytest.mark.ci
 @pytest.mark.usefixtures("no_extras")
 def test_the_monitor_names_its_extra(cli: Cli) -> None:
     """Alone, and before a cell is started for it."""
@@ -81,6 +82,7 @@ def test_the_monitor_names_its_extra(cli: Cli) -> None:
         assert "Traceback" not in outcome.err
 
 
+@pytest.mark.ci
 @pytest.mark.usefixtures("no_extras")
 def test_opcua_names_its_extra(cli: Cli) -> None:
     """One line, no traceback."""

@@ -25,6 +25,7 @@ def of_kinds(*kinds: str) -> list[str]:
     return sorted(p.name for p in CORPUS.iterdir() if p.suffix[1:] in kinds)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("name", of_kinds(*DIALECTS))
 def test_a_program_is_checked_to_an_end(name: str, tmp_path: Path) -> None:
     """Numbers and places; behind an error a loop is not followed for long, and

@@ -27,6 +27,7 @@ CHANGED = 20
 READERS = ("cell", "answers", "orders", "mock", "recordings")
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("name", READERS)
 def test_a_reader_ends_with_an_answer_or_an_error(name: str) -> None:
     """No other exception, and a thread that listens goes on to listen."""

@@ -168,6 +168,7 @@ CASES: dict[
 }
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("case", CASES)
 def test_arcs_with_ramps_take_the_shortest_time(
     case: str, tmp_path: Path
@@ -183,6 +184,7 @@ def test_arcs_with_ramps_take_the_shortest_time(
     )
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", range(12))
 def test_random_chains_take_the_shortest_time(
     seed: int, tmp_path: Path

@@ -27,6 +27,7 @@ from support.seeds import few
 pytestmark = pytest.mark.sanitize("curve", "engine")
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(24), 2))
 @pytest.mark.parametrize(
     "live", [False, True], ids=["steady", "override and hold"]
@@ -65,6 +66,7 @@ def test_random_splines_are_driven_exactly_and_legally(
     assert state.infeasible == 0
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("jerk", [True, False])
 @pytest.mark.parametrize("seed", few(range(6), 2))
 def test_rotary_axes_follow_the_main_axes(seed: int, jerk: bool) -> None:
@@ -273,6 +275,7 @@ def test_the_plc_sees_polynomials() -> None:
         segment.unlink()
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", [0, 1, 2, 1065, 1096, 1204, 1223, 1229, 1247])
 def test_points_of_a_polynomial_have_no_distance_from_it(seed: int) -> None:
     """Also where it runs at very uneven speed, a millimetre between two chords

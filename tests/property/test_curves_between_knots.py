@@ -73,6 +73,7 @@ def taken(rng: np.random.Generator, kind: str) -> tuple[Any, FloatArray]:
                 return rows, pool
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(8), 2))
 @pytest.mark.parametrize(
     "kind", ["micrometres", "all scales", "noise", "cusps"]
@@ -211,6 +212,7 @@ def shortest_time(
     return float((2 * np.diff(s) / (v_at[1:] + v_at[:-1])).sum())
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(4), 2))
 def test_a_spline_takes_the_shortest_time(seed: int) -> None:
     """Within 1 % of the optimum over a fine grid: feed, axis speeds and

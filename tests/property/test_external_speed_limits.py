@@ -70,6 +70,7 @@ def drive_commanded(
         segment.unlink()
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", [0, 1, 3, 4, 9, 10, 12, 15])
 def test_commanded_speed_keeps_the_limits_without_jerk(seed: int) -> None:
     """Jumps at corners and stretches of polynomials hold at any speed that may

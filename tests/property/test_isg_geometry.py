@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -55,6 +56,7 @@ def read(text, scan=True):
     ]
 
 
+@pytest.mark.ci
 @FIXED
 @given(
     st.lists(
@@ -84,6 +86,7 @@ def test_lines_end_where_the_words_add_up(moves):
         assert math.isclose(row["length"], length, rel_tol=1e-12, abs_tol=1e-9)
 
 
+@pytest.mark.ci
 @FIXED
 @given(
     st.sampled_from([17, 18, 19]),
@@ -207,6 +210,7 @@ def test_scanner_and_parser_agree(lines):
     assert rows.tobytes() == parsed.tobytes()
 
 
+@pytest.mark.ci
 @FIXED
 @given(st.text(max_size=200))
 def test_any_text_is_read_or_refused(text):

@@ -307,6 +307,7 @@ class Program:
         return [f"LL SUB{number}"], [f"sub{number}(v, out)"]
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(60), 20))
 def test_control_flow_agrees_with_python(seed, tmp_path):
     """Random programs of nested statements and subprograms drive to the

@@ -352,6 +352,7 @@ WORD = st.one_of(
 LINE = st.builds(" ".join, st.lists(WORD, max_size=5))
 
 
+@pytest.mark.ci
 @FIXED
 @given(st.lists(LINE, min_size=1, max_size=25))
 @example(["X0.0 G02 G41 D1", "", "G18"])
@@ -366,6 +367,7 @@ def test_scanner_and_parser_agree(lines):
     assert rows.tobytes() == parsed.tobytes()
 
 
+@pytest.mark.ci
 @FIXED
 @given(
     st.one_of(

@@ -103,6 +103,7 @@ def told(row):
     )
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(12), 4))
 def test_restart_at_any_line(tmp_path, seed):
     """At the line of any motion, in the pass that reached it: the same motions,
@@ -381,6 +382,7 @@ def elements(rows):
     ]
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(10), 4))
 def test_restart_where_the_path_reaches_back(tmp_path, seed):
     """In the middle of compensated contours, rounded corners and filtered runs:

@@ -154,6 +154,7 @@ def _turn_back(cnc: Machine) -> None:
     cnc.run(300)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(("dialect", "seed"), few(CASES, len(CASES) // 2))
 @pytest.mark.parametrize("service", ["cyclic", "immediate"])
 def test_every_member_is_what_geometry_says(
@@ -238,6 +239,7 @@ def _wrong(answer: list[Facts], part: list[Element], loops: bool) -> list[str]:
     return differences(answer, expected)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(("dialect", "seed"), few(CASES, len(CASES) // 2))
 def test_a_tolerance_changes_nothing_that_is_told(
     tmp_path: Path, dialect: str, seed: int, monkeypatch: pytest.MonkeyPatch

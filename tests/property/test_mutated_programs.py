@@ -30,6 +30,7 @@ MUTATIONS = int(os.environ.get("HLI_COSIM_MUTATIONS", "150"))
 CHUNKS = 10
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("chunk", few(range(CHUNKS), CHUNKS // 2))
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_mutated_program_is_checked_to_an_end(

@@ -100,6 +100,7 @@ def _run(folder: Path, text: str, cell: CellConfig, dialect: str) -> FloatArray:
         return cnc.pos
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(4), 2))
 @pytest.mark.parametrize("dialect", PROGRAMS)
 def test_plan_drives_what_run_drives(

@@ -98,6 +98,7 @@ def _drive(
     )
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(24), 4))
 @pytest.mark.parametrize(
     "live", [False, True], ids=["steady", "override and hold"]
@@ -115,6 +116,7 @@ def test_samples_respect_axis_limits(seed: int, live: bool) -> None:
     assert infeasible == 0
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(40), 6))
 @pytest.mark.parametrize(
     "live", [False, True], ids=["steady", "override and hold"]
@@ -188,6 +190,7 @@ def arc_program(rng: np.random.Generator) -> str:
     return "\n".join([*lines, "M30", ""])
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", few(range(8), 4))
 def test_arcs_and_helices_are_driven_exactly_and_legally(
     seed: int, program: Callable[..., Path]

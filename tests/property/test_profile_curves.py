@@ -115,6 +115,7 @@ def test_b_splines_are_those_of_scipy(degree):
             )
 
 
+@pytest.mark.ci
 def test_a_stream_gives_the_same_curve(shop):
     """However the points are cut into batches, the curve is the same, and
     little of it is held at a time.
@@ -623,6 +624,7 @@ def test_scale_and_mode_of_jerk(shop):
     assert jerks["(JRK,DIS,0.5)"] > 90000.0
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", range(4))
 def test_any_points_are_driven(shop, seed):
     """Random points with random transitions, however sharp: every limit holds,

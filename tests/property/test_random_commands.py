@@ -34,6 +34,7 @@ CASES += [
 ]
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(("seed", "options"), few(sorted(CASES), 6))
 def test_random_commands_leave_no_limit(
     tmp_path: Path, seed: int, options: str

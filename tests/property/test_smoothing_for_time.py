@@ -67,6 +67,7 @@ def driven(batch: BlockBatch) -> tuple[float, TrajectoryCheck]:
     return time, check
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(("turn", "gain"), [(25, 0.03), (60, 0.06), (90, 0.08)])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_machine_with_limited_jerk_is_faster(

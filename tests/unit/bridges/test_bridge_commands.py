@@ -24,6 +24,7 @@ def test_an_open_address_needs_the_clients_ids(cli: Cli) -> None:
     assert "--allow" in outcome.err
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("option", "value"),
     [
@@ -62,6 +63,7 @@ def test_an_address_in_use_is_told(cli: Cli) -> None:
     assert "Traceback" not in outcome.err
 
 
+@pytest.mark.ci
 def test_the_server_waits_for_a_cell_and_ends_by_a_signal() -> None:
     """It says that the cell is not there yet; its status tells the signal."""
     process = subprocess.Popen(

@@ -123,6 +123,7 @@ def test_opcua_tells_that_the_cnc_ended_and_came_back(served: Any) -> None:
     assert any("again" in text for text in texts)
 
 
+@pytest.mark.ci
 def test_nothing_of_a_cell_stays_behind(bridged: Bridged) -> None:
     """When the CNC is gone, nothing in the server holds its memory."""
     assert seen(bridged.name)

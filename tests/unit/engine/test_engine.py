@@ -34,6 +34,7 @@ def straight(blocks: int, head: str = "") -> str:
     )
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("channel", "known"),
     [
@@ -95,6 +96,7 @@ def test_mode_2_knows_the_active_block_and_the_window(
 LOG = "#CONTOUR LOOKAHEAD LOG"
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("lines", "entries", "warning"),
     [
@@ -175,6 +177,7 @@ def test_overflow_keeps_the_oldest_entries(cli: Cli, program: Write) -> None:
     assert outcome.err.count("dropped") == 1
 
 
+@pytest.mark.ci
 def test_without_backward_storage_mode_1_is_off(
     cli: Cli, program: Write
 ) -> None:
@@ -192,6 +195,7 @@ def test_without_backward_storage_mode_1_is_off(
     assert len(by_distance.json["response"]) == 9
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     "command", ["#DISTANCE PROG START CLEAR", "#DISTANCE PROGRAM START CLEAR"]
 )

@@ -110,6 +110,7 @@ def at_length(
     return np.array(out)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", range(4))
 def test_a_hold_on_a_curve_stops_as_short_as_a_search_does(seed: int) -> None:
     """On C4 curves at 60 mm/s: no longer than 1.05 of the shortest legal stop
@@ -255,6 +256,7 @@ def test_too_much_to_take_back_is_told() -> None:
     assert planner.go_back(seconds) < seconds - 1e-6
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("feed", [100.0, 200.0, 300.0])
 def test_a_hold_brakes_in_every_phase_of_speeding_up(feed: float) -> None:
     """Also where the acceleration falls towards the feed, so that nothing but
@@ -403,6 +405,7 @@ LONGER = pytest.mark.xfail(
 )
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     "seconds",
     [

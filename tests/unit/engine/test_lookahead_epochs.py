@@ -271,6 +271,7 @@ class Noted:
         return place, speed, compared
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
 def test_arc_line_arc_as_foreseen(tmp_path: Path, jerk: bool) -> None:
     """Place and speed in 20 to 200 ms are right to 1 %, also behind a change of
@@ -447,6 +448,7 @@ def test_a_plan_nobody_wants_is_not_made(tmp_path: Path) -> None:
         assert not Areas(cnc.segment).gpAhead[0].state.plan_valid
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", few(range(6), 1))
 def test_switches_on_arc_line_arc_do_not_chatter(
     tmp_path: Path, seed: int

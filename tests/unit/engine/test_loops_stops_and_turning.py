@@ -291,6 +291,7 @@ def test_turning_twice_at_the_end_of_the_path(tmp_path: Path) -> None:
             assert cnc.pos[-1] == pytest.approx([-19.3452, 27.5431, 0])
 
 
+@pytest.mark.ci
 def test_an_insert_command_replaces_one_that_is_still_ahead(
     tmp_path: Path,
 ) -> None:

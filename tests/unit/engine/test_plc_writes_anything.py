@@ -148,6 +148,7 @@ def test_without_an_enabled_command_the_path_is_the_same(
         cnc.engine.serve_stop()
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", range(3))
 def test_with_every_command_the_limits_hold(tmp_path: Path, seed: int) -> None:
     """Random bytes everywhere, enables and presence too: velocity and

@@ -69,6 +69,7 @@ def zigzag(seed, count=150):
     return np.cumsum(steps, axis=0)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(("kind", "values"), CASES)
 @pytest.mark.parametrize("seed", range(2))
 def test_streams_give_the_same_in_any_pieces(kind, values, seed):
@@ -95,6 +96,7 @@ def test_streams_give_the_same_in_any_pieces(kind, values, seed):
         )
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(("kind", "values"), CASES)
 def test_reported_deviation_is_true(kind, values):
     """Against shapely, in the plane, to the resolution of the report."""
@@ -171,6 +173,7 @@ def test_other_rows_end_a_run_and_keep_their_place():
     assert out["end"][-1, :3] == pytest.approx(points[-1])
 
 
+@pytest.mark.ci
 def test_filters_hold_no_more_than_their_reach():
     """A run of many rows leaves a few hundred behind at most."""
     points = zigzag(4, 20_000)

@@ -48,6 +48,7 @@ def wave():
     return "\n".join([lines[0] + "F6000", *lines[1:]])
 
 
+@pytest.mark.ci
 def test_needless_accelerations_are_removed(shop):
     """The longer of Tstab and Ttop: less up and down of the speed, no more of
     anything than without.

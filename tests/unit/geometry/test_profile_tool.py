@@ -621,6 +621,7 @@ def test_feed_of_axis_points_refers_to_the_tip(shop):
     assert caught.value.code == 909208
 
 
+@pytest.mark.ci
 def test_the_tip_never_exceeds_a_feed_on_the_tip(shop):
     """AXI points, feed on CLP, swaying axes: the tip's speed is F to 0.5 %, in
     the middle of polynomials too (8 % too fast before).

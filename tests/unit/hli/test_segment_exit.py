@@ -23,6 +23,7 @@ segment.create(sys.argv[1])
 """
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("step", ["_open_draft", "_take_name", "_map_new"])
 def test_interrupted_between_two_steps(step: str) -> None:
     """Ctrl-C behind the step, before anybody holds the segment."""

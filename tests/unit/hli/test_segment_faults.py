@@ -66,6 +66,7 @@ def test_no_room_for_a_segment_is_an_error_and_leaves_nothing() -> None:
     assert not drafts(process.pid)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("step", ["_reserve", "_write_head", "_take_name"])
 def test_a_creator_that_dies_leaves_no_name(step: str) -> None:
     """The name comes with the head in one step, so that it can be had again
@@ -120,6 +121,7 @@ def test_segments_are_laid_sized_and_removed_by_posix_ipc(
     assert not (SHM / name).exists()
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("step", ["_reserve", "_write_head", "_take_name"])
 def test_a_draft_of_a_dead_creator_is_swept(step: str) -> None:
     """A creator that dies over its draft leaves it; sweep() removes it, and
@@ -160,6 +162,7 @@ def test_a_foreign_file_keeps_its_name() -> None:
         path.unlink()
 
 
+@pytest.mark.ci
 def test_segments_do_not_keep_descriptors_or_names() -> None:
     """A thousand segments, created and removed, leave descriptors and memory as they were."""
     name = unique_name()

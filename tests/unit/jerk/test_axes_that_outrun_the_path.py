@@ -60,6 +60,7 @@ def test_the_time_does_not_depend_on_the_measure_of_the_path(
     assert _curve_time(measure) == pytest.approx(_curve_time(1.0), rel=1e-3)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("pitch", [10.0, 0.5, 0.005])
 @pytest.mark.parametrize("parts", [1, 7])
 def test_turns_of_a_rotary_axis(

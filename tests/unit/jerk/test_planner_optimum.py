@@ -86,6 +86,7 @@ def test_swelling_curvature_is_resolved(
     assert result.max_ratio["jerk"] < 1.02
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("cycle_ms", [0.25, 0.5, 1.0])
 def test_jerk_between_the_ends_of_an_interval(
     cycle_ms: float, tmp_path: Path

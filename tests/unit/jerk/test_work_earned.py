@@ -5,6 +5,7 @@ plan is made anew more seldom, and the stored tail is driven meanwhile.
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from cnc_core.benchmarks.jerk_paths import Knots, by_length
 from cnc_core.engine.jerk_planner import JerkPlanner, Limits, run
@@ -33,6 +34,7 @@ def _wave(periods: int) -> Knots:
     )
 
 
+@pytest.mark.ci
 def test_windows_take_no_more_work_than_motion_earns() -> None:
     """Jerk limits 138 times apart on a wave of 0.3 mm: iterations times intervals, and
     what comes beside them, stay below what a second of motion earns.

@@ -160,6 +160,7 @@ def test_the_tip_follows_a_tilted_contour(name, tmp_path):
     assert result.path_deviation_mm < 1e-4
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("name", MACHINES)
 @pytest.mark.parametrize("jerk", [True, False])
 def test_the_tip_holds_its_line_while_rotary_axes_move(name, jerk, tmp_path):
@@ -207,6 +208,7 @@ G01 X0 Y0 Z100 {tilt}0 C0
     assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
 
 
+@pytest.mark.ci
 def test_compensation_acts_in_the_tilted_plane(tmp_path):
     """G42 under #CS and #TRAFO: the tool centre runs the tool radius beside the
     contour, in its plane.

@@ -42,6 +42,7 @@ def test_a_route_follows_lines_and_arcs(program: Write) -> None:
     assert route.points[-1][3] == pytest.approx(length, abs=1e-3)
 
 
+@pytest.mark.ci
 def test_a_long_program_is_thinned(
     program: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:

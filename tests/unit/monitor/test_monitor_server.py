@@ -381,6 +381,7 @@ def test_forces_go_with_their_page_unless_they_are_kept(
     assert set(dict(cell._scanner.forces.items())) == left
 
 
+@pytest.mark.ci
 def test_a_recording_is_shown_and_no_other_file(
     program: Callable[..., Path], tmp_path: Path
 ) -> None:

@@ -154,6 +154,7 @@ def test_output_runs_under_g61_p5(bench):
     assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
 
 
+@pytest.mark.ci
 def test_group_joints_are_merged(bench):
     """Small groups (Pnt 100) give one C2 curve, within the tolerance."""
     points = surface(passes=1, n=400)
@@ -180,6 +181,7 @@ def corner(n=40, noise=0.004):
     return np.round(out, 5)
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("mode", "stops"), [("G66", 1), ("G67", 0), ("G63", 0)]
 )
@@ -242,6 +244,7 @@ def test_a_program_without_g61(bench):
     assert lines[-1] == "M30"
 
 
+@pytest.mark.ci
 def test_five_axes_become_directions(bench):
     """AXI points with A and B: polynomials of the tip and of ijk (machine to tool coordinates)."""
     setup = changed(
@@ -361,6 +364,7 @@ def test_report_is_json(bench):
     } <= set(value)
 
 
+@pytest.mark.ci
 def test_subprograms_come_into_the_output(bench):
     """(CLS) calls, calls in them too: their profiles are smoothed in their
     place, the rest of their lines stays.
@@ -418,6 +422,7 @@ FOURTH = parse_config(
 )
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(("role", "sign"), [("TAN", 1.0), ("TAO", -1.0)])
 def test_a_tangential_axis_becomes_a_polynomial(bench, role, sign):
     """Its angle follows the smoothed curve within TollX, offset included; at an
@@ -453,6 +458,7 @@ def test_a_tangential_axis_becomes_a_polynomial(bench, role, sign):
     assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
 
 
+@pytest.mark.ci
 def test_rapid_lines_of_a_tip_stay_inside(bench):
     """On five axes a G00 line inside a profile is one of the tip: a polynomial
     that ends at rest, no G0 of the axes.
@@ -528,6 +534,7 @@ def test_a_single_point_is_not_lost(bench):
     ] == "G1 X5 Y6 Z7 F600"
 
 
+@pytest.mark.ci
 def test_automatic_normals_are_those_of_the_smoothed_path(bench):
     """Noise of some micrometres turns chords by degrees; mno of the output
     follow the path that is driven.

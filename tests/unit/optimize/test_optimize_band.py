@@ -170,6 +170,7 @@ def test_noise_above_the_tolerance(tmp_path):
     assert after < before
 
 
+@pytest.mark.ci
 def test_a_joint_takes_more_than_the_last_polynomial(tmp_path):
     """Racc reaches over short polynomials; the points that a joining piece
     replaces are within Toll of it.
@@ -292,6 +293,7 @@ def test_long_sections_of_many_groups(tmp_path):
             )
 
 
+@pytest.mark.ci
 def test_feed_along_the_axes_stays_that(tmp_path):
     """AXI points on five axes, feed along the axes: the tip's polynomials take as long."""
     setup = changed(

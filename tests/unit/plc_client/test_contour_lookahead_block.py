@@ -246,6 +246,7 @@ def test_follow_gives_every_element_once_ahead_of_the_tool(
     assert follow_all(cnc, clah, 200.0, 500) == list(cnc.path["block_number"])
 
 
+@pytest.mark.ci
 @settings(max_examples=40, deadline=None)
 @given(
     lengths=st.lists(st.floats(1e-3, 1e6), min_size=1, max_size=300),

@@ -38,6 +38,7 @@ def report_of(
     return content
 
 
+@pytest.mark.ci
 def test_acknowledge_runs_to_the_end(tmp_path: Path) -> None:
     """Nothing to do, nothing wrong."""
     assert report_of(tmp_path, "acknowledge", {}, lengths=[5.0])["result"] == {
@@ -67,6 +68,7 @@ def test_query_mode_1_pages_until_the_answer_ends(
     assert result["state"]["count_logged_blocks"] == 300
 
 
+@pytest.mark.ci
 def test_query_mode_2_pages_through_its_range(tmp_path: Path) -> None:
     """Whole elements that touch [S, S+L), page by page."""
     arguments = {"mode": 2, "start": 15.0, "length": 1500.0, "at": "end"}
@@ -79,6 +81,7 @@ def test_query_mode_2_pages_through_its_range(tmp_path: Path) -> None:
     assert content["result"]["state"]["max_dist_prog_start"] == 3000.0
 
 
+@pytest.mark.ci
 def test_query_can_be_held_to_one_page(tmp_path: Path) -> None:
     """page false: the answer as it came."""
     result = report_of(
@@ -91,6 +94,7 @@ def test_query_can_be_held_to_one_page(tmp_path: Path) -> None:
     assert len(result["response"]) == 128
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -114,6 +118,7 @@ def test_wrong_arguments_are_named(
     assert len(text.splitlines()) == 1
 
 
+@pytest.mark.ci
 def test_demo_reads_contour_and_log_and_lowers_the_override(
     tmp_path: Path,
 ) -> None:

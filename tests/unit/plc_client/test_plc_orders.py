@@ -396,6 +396,7 @@ def test_results_that_json_cannot_hold_name_the_place(
         plain(value)
 
 
+@pytest.mark.ci
 @pytest.mark.usefixtures("leftovers")
 def test_a_result_without_json_names_its_task(tmp_path: Path) -> None:
     """Exit 1; the statistics of all tasks are in the report."""

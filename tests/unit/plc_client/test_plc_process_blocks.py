@@ -44,6 +44,7 @@ def make() -> Iterator[Any]:
         item.close()
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("lead_s", [0.0, 0.013, 0.040])
 @pytest.mark.parametrize("scan", [1, 4, 10])
 @pytest.mark.parametrize("feed", [33.3, 100.0])

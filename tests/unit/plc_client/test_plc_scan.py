@@ -57,6 +57,7 @@ def write(path: Path, text: str) -> str:
     return str(path)
 
 
+@pytest.mark.ci
 def test_two_processes_in_lockstep_end_cleanly_with_a_report(
     tmp_path: Path,
 ) -> None:
@@ -116,6 +117,7 @@ def test_other_clocks_end_cleanly_too(tmp_path: Path, clock: int) -> None:
     }
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("body", "line", "text"),
     [
@@ -192,6 +194,7 @@ def test_one_class_can_be_named(tmp_path: Path) -> None:
         load_tasks(str(tmp_path / "none.py"))
 
 
+@pytest.mark.ci
 def test_plc_ends_with_an_error_when_the_cnc_dies(tmp_path: Path) -> None:
     """--once: the death of the CNC is no clean end; the report is written all the same."""
     name, report = unique_name(), tmp_path / "report.json"
@@ -211,6 +214,7 @@ def test_plc_ends_with_an_error_when_the_cnc_dies(tmp_path: Path) -> None:
     assert not Path("/dev/shm", name).exists()
 
 
+@pytest.mark.ci
 def test_plc_attaches_again_to_the_next_cnc(tmp_path: Path) -> None:
     """Without --once: setup() runs again for the CNC that comes next; SIGTERM ends it cleanly."""
     code = """

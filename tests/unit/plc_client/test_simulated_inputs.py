@@ -255,6 +255,7 @@ def test_tables_of_a_cell_file() -> None:
         parse_config("[inputs.C.x]\nsteps = [{value = true}]\n")
 
 
+@pytest.mark.ci
 def test_variables_of_structured_text(tmp_path: Path) -> None:
     """A located variable is an input like any other."""
     source = tmp_path / "Logic.st"

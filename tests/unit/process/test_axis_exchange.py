@@ -116,6 +116,7 @@ def test_the_range_of_the_axis_holds(tmp_path: Path) -> None:
         assert cnc.positions(1)[1] == 7.0
 
 
+@pytest.mark.ci
 @pytest.mark.sanitize
 def test_back_and_forth_fifty_times(tmp_path: Path) -> None:
     """Two channels move one axis by turns; the way of each is what its text says,

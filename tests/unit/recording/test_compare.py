@@ -195,6 +195,7 @@ def test_inspect_tells_tables_units_and_places(tmp_path: Path) -> None:
         state_at(recording, "line", 1e9)
 
 
+@pytest.mark.ci
 def test_inspect_chooses_rows(cli: Cli, tmp_path: Path) -> None:
     """Filters choose rows of a table; their statistics are those of numpy."""
     recording = recorded(tmp_path / "a.parquet", motion(ROWS, 100.0))
@@ -241,6 +242,7 @@ def test_a_golden_recording_is_compared(tmp_path: Path) -> None:
     check_recording(golden, b, tolerance={"v": 1e-5})
 
 
+@pytest.mark.ci
 def test_the_commands_tell_it_to_people_and_programs(
     cli: Cli, tmp_path: Path
 ) -> None:

@@ -44,6 +44,7 @@ def written(path: Path, batches: int) -> None:
     part.close()
 
 
+@pytest.mark.ci
 def test_a_file_cut_anywhere_gives_every_whole_batch(tmp_path: Path) -> None:
     """200 random cuts: the rows are those of the batches in front of the cut."""
     whole = tmp_path / "a.arrow"

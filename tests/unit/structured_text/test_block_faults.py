@@ -44,6 +44,7 @@ def test_functions_that_there_are_pass() -> None:
     assert not check({"on.st": source}).log.errors
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("variables", "statement", "text"),
     [

@@ -65,6 +65,7 @@ def test_variables_of_the_program_are_its_own() -> None:
     assert not warnings_of("u.state_r := 3; u.command_w := 3;")
 
 
+@pytest.mark.ci
 def test_an_edit_elsewhere_keeps_or_ends_a_warning(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -73,6 +73,7 @@ def test_wrong_word_is_refused(word: str) -> None:
         options_of([word])
 
 
+@pytest.mark.ci
 def test_check_takes_the_options(logic: Path) -> None:
     """A define changes what is checked; a wrong task is a usage error."""
     runner = CliRunner()

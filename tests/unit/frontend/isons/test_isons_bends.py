@@ -38,6 +38,7 @@ def plan(folder: Path, head: str, wave: float, jerk: bool = True) -> PlanResult:
     return planned(program(folder, head, wave, jerk))
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("jerk", [True, False])
 @pytest.mark.parametrize("wave", [4.0, 7.3])
 def test_long_segments_take_no_longer_than_no_filter(

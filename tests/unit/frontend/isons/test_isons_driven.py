@@ -88,6 +88,7 @@ def apart(points, line):
     )
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     "head",
     [
@@ -118,6 +119,7 @@ def test_micro_segments_are_driven_as_reported(tmp_path, head):
     assert out.filtered["deviation_mm"] > 0.0005
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize(
     "head",
     ["G72X1Y7", "G72X1Y7Z5", "G72X1Y7A1", "G73X1Y45Z5", "G74X1Y2.5", "G72X1Y5"],
@@ -213,6 +215,7 @@ def test_reports_of_long_runs_do_not_depend_on_their_stretches(tmp_path):
         )
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("seed", range(8))
 def test_distances_of_polylines(seed):
     """Against shapely, in the plane and, turned, in space; ``known`` is never undercut."""

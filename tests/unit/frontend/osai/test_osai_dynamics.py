@@ -100,6 +100,7 @@ def test_jerk_of_the_profile_and_of_the_axes(shop, mode, y):
     assert found[0] <= 5000.0 * 1.02
 
 
+@pytest.mark.ci
 def test_changes_of_speed_are_spread(shop):
     """Tintgr: the more time changes of speed may take, the less the path
     accelerates; nothing is faster.
@@ -506,6 +507,7 @@ def test_control_points_that_coincide_make_a_corner(shop, body):
     assert max(v for v in result.max_ratio.values() if v) <= 1.02
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("jrk", ["(JRK,ENA)", "(JRK,ENA,,,400,150,200)"])
 @pytest.mark.parametrize("form", ["", ",POL"])
 @pytest.mark.parametrize("turn", [60, 90, 150])

@@ -113,6 +113,7 @@ def test_packed_words_and_numbers(shop):
     assert rows["feed"].tolist() == [100.0, 100.0, 20.0]
 
 
+@pytest.mark.ci
 def test_many_lines_at_once(shop):
     """Plain lines read as columns give what the parser gives for the same lines one by one."""
     rng = np.random.default_rng(3)

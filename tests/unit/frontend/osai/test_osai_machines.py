@@ -149,6 +149,7 @@ class Machine:
         return "\n".join(lines) + "\n"
 
 
+@pytest.mark.ci_cases
 @pytest.mark.parametrize("kind", CHAINS)
 def test_a_profile_on_every_type_of_machine(tmp_path, kind):
     """Tips and directions of known poses: the axes go there, tips stay on the way, limits hold."""

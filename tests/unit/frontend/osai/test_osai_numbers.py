@@ -137,6 +137,7 @@ def test_assignments(shop):
         assert (caught.value.code, caught.value.place.line) == (900012, 1)
 
 
+@pytest.mark.ci
 def test_nothing_leaks_to_the_terminal(tmp_path):
     """The command prints the error and no warning."""
     (tmp_path / "SETUP").write_text(changed(SETUP_3))
