@@ -27,7 +27,7 @@ def compiled(folder: Path, *, reproducible: bool) -> bytes:
     return (folder / "plain.o").read_bytes()
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
 @pytest.mark.parametrize("reproducible", [True, False])
 def test_objects_name_no_folder_of_the_build(

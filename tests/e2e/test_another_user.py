@@ -83,6 +83,7 @@ def attacked(mark: str, *files: Path) -> dict[str, str]:
     return told
 
 
+@pytest.mark.ci
 def test_he_gets_neither_the_segment_nor_an_order(tmp_path: Path) -> None:
     """Opened, cut, linked, renamed, removed: nothing of it; his order to the PLC is
     not answered and not obeyed, and the cell runs on.

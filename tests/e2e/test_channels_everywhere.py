@@ -82,6 +82,7 @@ def test_what_takes_one_channel_says_so(
     assert "channels (mill, saw)" in found.out + found.err
 
 
+@pytest.mark.ci
 def test_check_takes_the_programs_of_all_channels(
     cli: Cli, files: list[Path]
 ) -> None:

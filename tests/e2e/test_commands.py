@@ -130,6 +130,7 @@ def test_plan_writes_samples_as_the_contract_says(
     assert (tmp_path / "p.png").stat().st_size > 1000
 
 
+@pytest.mark.ci
 def test_types_in_three_languages(cli: Cli, tmp_path: Path) -> None:
     """The C header compiles with its assertions, the JSON names the look-ahead
     unit, ST has the pointers.
@@ -198,7 +199,7 @@ def test_demo_writes_its_picture(cli: Cli, tmp_path: Path) -> None:
     assert (tmp_path / "d" / "demo.png").stat().st_size > 10_000
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("text", "status"), [("G999 F3000\nG1 X100\nM30\n", 1), ("M30\n", 0)]
 )

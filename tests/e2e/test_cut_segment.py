@@ -28,7 +28,7 @@ def is_there(name: str) -> bool:
 
 @pytest.mark.parametrize("clock", ["realtime", "freerun"])
 @pytest.mark.parametrize("size", [0, 8192])
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_a_cut_segment_ends_the_cnc_with_a_word(
     tmp_path: Path, clock: str, size: int
 ) -> None:

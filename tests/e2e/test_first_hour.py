@@ -22,6 +22,7 @@ Write = Callable[..., Path]
 PART = "N10 G1 X1 Y2 F1000\nN20 X3\nM30\n"
 
 
+@pytest.mark.ci
 def test_samples_are_what_their_name_says(cli: Cli, program: Write) -> None:
     """.csv holds the numbers of .npz, exactly; another name is refused."""
     path = program(PART)
@@ -65,6 +66,7 @@ def test_a_binary_file_is_one_error(cli: Cli, tmp_path: Path) -> None:
         )
 
 
+@pytest.mark.ci
 def test_a_wrong_program_shows_twenty_errors(cli: Cli, program: Write) -> None:
     """And how many there are more; --all and --json tell all of them."""
     path = program("FOO\n" * 50 + "M30\n")
@@ -86,6 +88,7 @@ def test_control_characters_are_shown_as_codes(
     assert said.replace("\n", "").isprintable()
 
 
+@pytest.mark.ci
 def test_programs_with_a_number_are_read(cli: Cli, program: Write) -> None:
     """As a control of Fanuc's kind has them, by their content alone."""
     fanuc = "%\nO1001 (PART)\n(TOOL 3)\nG21 G90\nG0 X1 Y1\nG1 X9 F500\nM30\n%\n"
@@ -325,7 +328,7 @@ WRONG_PLC = {
 }
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("name", WRONG_PLC)
 def test_an_error_of_the_plc_is_told_at_its_own_place(
     cli: Cli, program: Write, name: str

@@ -16,6 +16,7 @@ Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
 
 
+@pytest.mark.ci
 def test_inputs_and_outputs_reach_the_plc(cli: Cli, program: Write) -> None:
     """WAIT_INPUT sees the PLC's answer to an output, $_K its numbers; then an
     input that does not come: the alarm.
@@ -42,6 +43,7 @@ def test_inputs_and_outputs_reach_the_plc(cli: Cli, program: Write) -> None:
     assert seen == [42.0, pytest.approx(5.0), 0.0]
 
 
+@pytest.mark.ci
 def test_timers_count_machine_time(cli: Cli, program: Write) -> None:
     """T-10: a timer of 1500 ms stands at 0 after 1.5 s; a positioner takes its time."""
     part = program(
@@ -208,7 +210,7 @@ PATHS += [
 ]
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("path", PATHS)
 def test_a_pause_with_macros(cli: Cli, program: Write, path: str) -> None:
     """HOLD: M_PAUSE parks; ACTIVE: M_GOPAUSE, back at VRIPOSO, then the rest of
@@ -262,7 +264,7 @@ def test_a_pause_with_macros(cli: Cli, program: Write, path: str) -> None:
     assert driven[-1] == pytest.approx(plain[-1])
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("mode", "parked", "states"),
     [(3, False, [3, 4, 13, 5, 11, 4]), (4, False, [3, 4, 13, 4])],

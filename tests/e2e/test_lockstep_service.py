@@ -58,7 +58,7 @@ N60 X0
 
 
 @pytest.mark.parametrize("service", ["immediate", "cyclic"])
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_every_answer_is_there_in_the_next_scan(
     cli: Cli, program: Write, service: str
 ) -> None:

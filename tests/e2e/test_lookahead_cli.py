@@ -64,7 +64,7 @@ def test_t1_by_index(cli: Cli, program: Callable[..., Path], at: str) -> None:
     }
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("index", "first"), [(5, 5), (7, 7), (5.9, 5), (8, 8), (-1, 8), (1e300, 8)]
 )
@@ -239,7 +239,7 @@ def contour(seed: int) -> tuple[str, list[dict[str, float]]]:
     return "\n".join([*lines, "M30", ""]), elements
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", few(range(6), 2))
 def test_random_contours_by_index_and_distance(
     cli: Cli, program: Callable[..., Path], seed: int

@@ -138,6 +138,7 @@ def test_check_raises_with_the_reason(part: Path) -> None:
     assert "N20 FOO" in str(error.value)
 
 
+@pytest.mark.ci
 def test_columns_of_a_recorded_run(part: Path) -> None:
     """A row a cycle; a watched symbol is that of the last scan; the recording
     goes with its last reader.
@@ -157,6 +158,7 @@ def test_columns_of_a_recorded_run(part: Path) -> None:
     assert not folder.exists()
 
 
+@pytest.mark.ci
 def test_columns_of_a_named_recording(part: Path, tmp_path: Path) -> None:
     """The same from a file; an export that nobody reads has none."""
     target = tmp_path / "run.npz"

@@ -17,6 +17,7 @@ Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
 
 
+@pytest.mark.ci
 def test_the_plc_runs_the_programs(cli: Cli, program: Write) -> None:
     """Start, hold, resume, abort, another program, MDI, a missing program,
     reset: states, distances, errors.

@@ -154,6 +154,7 @@ def test_values_have_units_and_few_digits() -> None:
     assert nested == ["  gpCh[0].bahn_state", "    override_r = 1000 x 0.1 %"]
 
 
+@pytest.mark.ci
 def test_usual_options(cli: Cli) -> None:
     """--version, -h, completion."""
     assert re.fullmatch(r"hli-cosim \d+\.\d+\.\d+\S*\n", cli("--version").out)

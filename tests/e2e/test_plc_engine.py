@@ -145,6 +145,7 @@ def test_inserted_stop_and_continue(plc: Any, program: Write) -> None:
     runner.run_to_end(limit_s=20.0)
 
 
+@pytest.mark.ci
 def test_backward_and_forward(plc: Any, program: Write) -> None:
     """dist_prog_start decreases and grows again; the program ends at the same place."""
     runner = plc(Bench, program(PART))

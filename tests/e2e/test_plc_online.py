@@ -171,6 +171,7 @@ def test_golden_run_is_compared_with_tolerance(plc: Any, golden: Any) -> None:
     )
 
 
+@pytest.mark.ci
 def test_two_runs_beside_the_real_cnc_are_bit_identical(
     plc: Any, program: Write, tmp_path: Path
 ) -> None:
@@ -188,6 +189,7 @@ def test_two_runs_beside_the_real_cnc_are_bit_identical(
     compare(tmp_path / "first.csv", traces[1], tolerance=1e-4)
 
 
+@pytest.mark.ci
 def test_runaway_task_ends_the_run_with_an_error(program: Write) -> None:
     """Lockstep does not hang: the error names task and line."""
     path = program(
@@ -212,6 +214,7 @@ def test_runaway_task_ends_the_run_with_an_error(program: Write) -> None:
     assert result.errors[0]["line"] in (7, 8)
 
 
+@pytest.mark.ci
 @pytest.mark.usefixtures("leftovers")
 def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(
     tmp_path: Path,
@@ -251,6 +254,7 @@ def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(
     hli.sweep()
 
 
+@pytest.mark.ci
 @pytest.mark.usefixtures("leftovers")
 def test_a_broken_file_is_refused_at_a_restart_and_a_new_text_counts(
     tmp_path: Path,
@@ -319,6 +323,7 @@ def test_run_without_any_plc(program: Write) -> None:
     assert abs(alone.cycles - beside.cycles) <= 30  # the scans behind the end
 
 
+@pytest.mark.ci
 def test_stop_that_nobody_continues_ends_a_run_without_plc(
     program: Write,
 ) -> None:
@@ -352,6 +357,7 @@ def test_wrong_arguments_of_a_run_are_refused_before_anything_starts(
         cell.run(program(PART), **{"plc": SameEverywhere, **wrong})
 
 
+@pytest.mark.ci
 def test_one_symbol_is_a_watch_list_and_a_misspelt_one_ends_the_run(
     program: Write,
 ) -> None:

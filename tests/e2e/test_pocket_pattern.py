@@ -89,7 +89,7 @@ def uncut(wall, floor):
 
 
 @pytest.mark.parametrize("case", ["PAT-1", "example"])
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_pockets_are_milled_where_they_belong(tmp_path, case):
     """Everything below a place's surface lies in its pocket; every pocket is
     cleared down to its exact floor.

@@ -41,7 +41,7 @@ def noted(tmp_path, plc, jerk, functions=FUNCTIONS):
     return result.plc["result"]
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
 def test_time_and_speed_to_come(tmp_path, jerk):
     """The next feed block begins when the channel says; so does the path speed
@@ -78,7 +78,7 @@ def test_time_and_speed_to_come(tmp_path, jerk):
             assert abs(value - speeds[i + ahead]) <= 1.0
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
 @pytest.mark.parametrize("hold_at", [300, 520])
 def test_a_hold_comes_to_rest_where_foreseen(tmp_path, jerk, hold_at):
@@ -97,6 +97,7 @@ def test_a_hold_comes_to_rest_where_foreseen(tmp_path, jerk, hold_at):
     assert rest["rest"] == rest["at"]
 
 
+@pytest.mark.ci
 def test_nothing_is_foreseen_unless_configured(tmp_path):
     """Without the functions the values stay 0 and not valid."""
     seen = noted(tmp_path, Note, True, "")

@@ -162,7 +162,7 @@ def test_rows_tell_whose_they_are(recording: Recording) -> None:
     assert said == [("mill", "cut")]
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("kind", [".arrow", ".npz"])
 def test_equal_runs_give_equal_files_of_every_kind(
     folder: Path, recording: Recording, kind: str
@@ -217,6 +217,7 @@ def test_commands_know_the_channel(folder: Path, cli: Cli) -> None:
     assert "run.parquet saw" in page.read_text()
 
 
+@pytest.mark.ci
 def test_the_same_plc_replays_without_a_difference(
     folder: Path, cli: Cli
 ) -> None:

@@ -72,6 +72,7 @@ def test_marked_outside_three_copies(cli: Cli, program: Write) -> None:
     assert not answer["state"]["f_log_is_active"]
 
 
+@pytest.mark.ci
 def test_marked_inside_once(cli: Cli, program: Write) -> None:
     """T3, variant inside: seven entries, the elements of the entering pass."""
     text = f"{HEAD}#RT WHILE\nN075 {MARK_ON}\n{BODY}N125 {MARK_OFF}\n#RT ENDWHILE\nN150 G1 X0 Y10\n"
@@ -81,7 +82,7 @@ def test_marked_inside_once(cli: Cli, program: Write) -> None:
         assert mine == pytest.approx(theirs, abs=1e-5)
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(("on_inside", "count"), [(True, 4), (False, 2)])
 def test_marked_half_inside(
     on_inside: bool, count: int, cli: Cli, program: Write

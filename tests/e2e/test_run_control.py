@@ -98,7 +98,7 @@ def test_m01_stops_only_when_enabled(
         ].min() == pytest.approx(100.0)
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("mode", "speed"), [(0, 150.0), (1, 75.0), (2, 75.0), (3, 75.0)]
 )

@@ -162,7 +162,7 @@ def test_cnc_without_a_program_ends_at_once(cli: Cli, name: str) -> None:
     assert "901001" in outcome.err
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("arguments", "number"),
     [
@@ -222,6 +222,7 @@ def test_an_error_of_the_plc_program_has_its_place(
     assert "RuntimeError: boom line2" in error["text"]
 
 
+@pytest.mark.ci
 def test_file_names_are_no_markup(
     cli: Cli, program: Write, tmp_path: Path
 ) -> None:
@@ -298,6 +299,7 @@ class Slow:
 """
 
 
+@pytest.mark.ci
 def test_a_follower_that_is_too_slow_is_told_what_it_lost(
     cli: Cli, program: Write
 ) -> None:
@@ -343,7 +345,7 @@ PATIENT = (
 
 
 @pytest.mark.parametrize("clock", ["realtime", "freerun", "lockstep"])
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_a_client_without_a_scan_is_not_waited_for(
     program: Write, clock: str
 ) -> None:

@@ -80,7 +80,7 @@ def run(
         ),
     ],
 )
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_a_mistake_is_told_with_its_mend(
     program: Write, options: dict[str, Any], said: str
 ) -> None:

@@ -70,7 +70,7 @@ CASES = [
 ]
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("variables", "statements", "said"),
     CASES,
@@ -102,6 +102,7 @@ def test_a_block_of_a_list_of_globals_is_told_once(program: Write) -> None:
     assert ["lists.o (Override)" in text for text in result.warnings] == [True]
 
 
+@pytest.mark.ci
 def test_what_is_meant_passes(program: Write) -> None:
     """A command with all that belongs to it; strict changes nothing."""
     statements = (

@@ -114,6 +114,7 @@ def by_number(seen: list[list[float]]) -> dict[int, list[float]]:
     return {int(row[0]): row for row in seen}
 
 
+@pytest.mark.ci
 def test_where_each_type_is_put_out(program: Write) -> None:
     """Distance and speed at which the PLC fetched each type; payload holds
     number, block and type.

@@ -165,6 +165,7 @@ def test_a_run_that_completes_waits_for_nothing(program: Write) -> None:
     assert (result.end, result.waiting) == ("completed", [])
 
 
+@pytest.mark.ci
 def test_the_line_comes_while_the_run_stands(cli: Cli, program: Write) -> None:
     """On standard error, before the end; --json stays one object; status 1."""
     arguments = ["--plc", idle(program), "--config", program(CELL, "cell.toml")]
@@ -177,7 +178,7 @@ def test_the_line_comes_while_the_run_stands(cli: Cli, program: Write) -> None:
 
 
 @pytest.mark.parametrize("rest", [[], ["--json"]])
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_ctrl_c_tells_where_it_stood(program: Write, rest: list[str]) -> None:
     """One line with the wait and what was written, status 130, nothing left."""
     arguments = [
@@ -263,7 +264,7 @@ def test_ctrl_c_while_the_worker_starts() -> None:
 
 
 @pytest.mark.parametrize("name", ["cycle", "handshake"])
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_ctrl_c_ends_a_benchmark(name: str) -> None:
     """One line and status 130: no crash of its threads, no traceback of its
     processes.

@@ -66,7 +66,7 @@ def test_random_splines_are_driven_exactly_and_legally(
     assert state.infeasible == 0
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("jerk", [True, False])
 @pytest.mark.parametrize("seed", few(range(6), 2))
 def test_rotary_axes_follow_the_main_axes(seed: int, jerk: bool) -> None:

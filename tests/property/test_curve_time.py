@@ -88,7 +88,7 @@ def optimum(
     return float((2.0 * h / (root[1:] + root[:-1])).sum() / feed)
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", [14, 23, 27, 42])
 def test_hostile_splines_take_the_shortest_time(seed: int) -> None:
     """A slow axis beside quick ones, near cusps, few long pieces: within 1 % of
@@ -102,7 +102,7 @@ def test_hostile_splines_take_the_shortest_time(seed: int) -> None:
     assert 0.995 * best <= took <= 1.01 * best
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("length", [0.2, 0.4, 0.8])
 def test_ramps_over_many_gentle_pieces_take_the_shortest_time(
     length: float,

@@ -212,7 +212,7 @@ def shortest_time(
     return float((2 * np.diff(s) / (v_at[1:] + v_at[:-1])).sum())
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", few(range(4), 2))
 def test_a_spline_takes_the_shortest_time(seed: int) -> None:
     """Within 1 % of the optimum over a fine grid: feed, axis speeds and

@@ -102,7 +102,7 @@ def test_a_lower_feed_ahead_holds_on_the_way_down(
     assert not jerk or ratio["jerk"] <= 1.02
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", range(6))
 def test_feeds_of_blocks_far_shorter_than_the_tolerance(
     seed: int, tmp_path: Path

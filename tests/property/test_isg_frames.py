@@ -91,7 +91,7 @@ def test_random_stacks_of_frames(tmp_path, seed):
     assert np.abs(rows["end"][:, :3] - np.array(expected)).max() < 1e-9
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("name", ["table_table", "head_table", "head_head"])
 @pytest.mark.parametrize("seed", few(range(2), 1))
 def test_random_five_axis_programs(tmp_path, name, seed):
@@ -125,7 +125,7 @@ def test_random_five_axis_programs(tmp_path, name, seed):
     check_pieces(path, cell, 80.0)
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("kind", CHAINS)
 def test_every_chain_through_the_stage(tmp_path, kind):
     """The same on all eight chains, with pivots and part anywhere and a bed of any kind."""

@@ -382,7 +382,7 @@ def elements(rows):
     ]
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", few(range(10), 4))
 def test_restart_where_the_path_reaches_back(tmp_path, seed):
     """In the middle of compensated contours, rounded corners and filtered runs:

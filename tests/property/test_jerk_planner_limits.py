@@ -139,7 +139,7 @@ def test_limits_hold_whatever_the_operator_does(seed: int) -> None:
     assert case.ratios(laws).max() <= 1.02
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", range(0, 36, 4))
 def test_laws_join(seed: int) -> None:
     """Speed and acceleration are continuous from law to law: nothing but the jerk steps."""

@@ -67,7 +67,7 @@ def _operator(
     return change, set_so_far
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", few(range(40), 3))
 def test_limits_hold_while_the_override_changes_all_the_time(
     seed: int, tmp_path: Path

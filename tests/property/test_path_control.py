@@ -148,7 +148,7 @@ def _drive(
     )
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", few(range(12), 2))
 def test_backward_and_forward_keep_to_the_contour(
     seed: int, tmp_path: Path
@@ -176,7 +176,7 @@ def test_backward_and_forward_keep_to_the_contour(
         assert len(forward) >= text.count("M5")
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", few(range(12), 2))
 def test_real_time_loops_in_both_directions(seed: int, tmp_path: Path) -> None:
     """Real-time loops switched on and off at random, with backward motion:

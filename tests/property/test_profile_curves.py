@@ -478,6 +478,7 @@ def measured(result, axis, order):
     return float(np.abs(np.diff(pos, n=order)).max() / dt**order)
 
 
+@pytest.mark.ci
 def test_velocity_limits_of_the_setup(shop):
     """DIN: Vmax and Vrap of a profile hold on their axis, and on no other;
     rapid lines stay rapid for the PLC.
@@ -624,7 +625,7 @@ def test_scale_and_mode_of_jerk(shop):
     assert jerks["(JRK,DIS,0.5)"] > 90000.0
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", range(4))
 def test_any_points_are_driven(shop, seed):
     """Random points with random transitions, however sharp: every limit holds,

@@ -319,7 +319,7 @@ def arc_rows(rng: np.random.Generator) -> tuple[Any, FloatArray, FloatArray]:
     )
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", few(range(4), 2))
 def test_arcs_and_lines_are_smoothed_together(seed: int) -> None:
     """Deviation from the true arcs, not from chords."""

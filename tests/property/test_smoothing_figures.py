@@ -67,6 +67,7 @@ def test_noise_of_the_data_is_not_followed(tolerance: float) -> None:
     assert np.abs(bend - 1).max() < (3.0 if tolerance < 0.01 else 0.5)
 
 
+@pytest.mark.ci
 def test_a_surface_with_kinks_needs_no_fallback() -> None:
     """Raster over a surface with an edge in it, rounded to a micrometre: every
     window finds its curve.

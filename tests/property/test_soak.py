@@ -35,6 +35,7 @@ def test_a_lot_keeps_all_promises(lot: Lot) -> None:
     assert lot.held["files"] == 0
 
 
+@pytest.mark.ci
 def test_a_log_is_gone_on_with(lot: Lot) -> None:
     """A line says all; seeds that are there are not driven once more."""
     assert Lot.read(lot.line()) == lot
@@ -43,6 +44,7 @@ def test_a_log_is_gone_on_with(lot: Lot) -> None:
     assert more.seed == 4
 
 
+@pytest.mark.ci
 def test_a_wrong_way_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -76,7 +76,7 @@ def mutated(text: str, seed: int) -> str:
 @pytest.mark.parametrize(
     "start", few(range(0, MUTATIONS, MUTATIONS // ROUNDS), 2)
 )
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_every_error_of_a_mutated_source_has_a_place(start: int) -> None:
     """Each of 500 seeded mutations is checked without an exception."""
     for seed in range(start, start + MUTATIONS // ROUNDS):

@@ -24,7 +24,7 @@ def test_an_open_address_needs_the_clients_ids(cli: Cli) -> None:
     assert "--allow" in outcome.err
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("option", "value"),
     [

@@ -52,7 +52,7 @@ def fastest_circle(radius: float, feed: float, n: int = 20000) -> float:
     return float((2 * h / (np.sqrt(x[1:]) + np.sqrt(x[:-1]))).sum())
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("radius", "feed"),
     [(1000.0, 100.0), (50.0, 100.0), (8.0, 100.0), (8.0, 150.0)],
@@ -90,7 +90,7 @@ def hardest_stop(
     return s
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", range(6))
 def test_a_hold_on_a_circle_takes_the_shortest_way(
     program: Callable[..., Path], seed: int

@@ -195,7 +195,7 @@ def test_without_backward_storage_mode_1_is_off(
     assert len(by_distance.json["response"]) == 9
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "command", ["#DISTANCE PROG START CLEAR", "#DISTANCE PROGRAM START CLEAR"]
 )

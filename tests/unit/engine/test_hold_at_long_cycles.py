@@ -25,7 +25,7 @@ THREADS_CYCLES = 3  # under way, about to be driven, taken back
 LATE_CYCLES = 2  # a thread that gets no time on a busy machine
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("cycle_s", [0.02, 0.05])
 def test_a_hold_stops_within_cycles_and_its_braking_distance(
     cycle_s: float, tmp_path: Path

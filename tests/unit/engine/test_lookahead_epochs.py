@@ -271,7 +271,7 @@ class Noted:
         return place, speed, compared
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
 def test_arc_line_arc_as_foreseen(tmp_path: Path, jerk: bool) -> None:
     """Place and speed in 20 to 200 ms are right to 1 %, also behind a change of

@@ -144,7 +144,7 @@ def test_what_was_acknowledged_does_not_come_again(cnc: Inside) -> None:
     assert plc.carried == [(51, False), (53, False)]
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("seed", range(8))
 def test_restarts_at_random_lose_and_double_nothing(
     seed: int, tmp_path: Path

@@ -30,6 +30,7 @@ def test_an_observer_sees_what_the_owner_writes() -> None:
         seen.close()
 
 
+@pytest.mark.ci
 def test_the_mapping_goes_with_the_last_view() -> None:
     """Nothing of it is left behind close and the views."""
     name = unique_name()

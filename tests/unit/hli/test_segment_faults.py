@@ -49,6 +49,7 @@ def drafts(pid: int | None = None) -> set[str]:
     return {n for n in os.listdir(SHM) if n.startswith(begin)}
 
 
+@pytest.mark.ci
 def test_no_room_for_a_segment_is_an_error_and_leaves_nothing() -> None:
     """A full shared memory is named when the segment is created, not by a
     SIGBUS at a later store.

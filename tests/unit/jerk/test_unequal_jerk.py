@@ -60,7 +60,7 @@ def _largest(plan: PlanResult, cell: CellConfig) -> float:
 
 @pytest.mark.parametrize("cycle_s", [0.0001, 0.00025])
 @pytest.mark.parametrize("window", [30, 120])
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_blends_keep_the_jerk_of_the_slow_axis(
     tmp_path: Path, window: int, cycle_s: float
 ) -> None:
@@ -75,6 +75,7 @@ def test_blends_keep_the_jerk_of_the_slow_axis(
     )
 
 
+@pytest.mark.ci
 def test_more_jerk_is_not_slower(tmp_path: Path) -> None:
     """Y with fourteen times the jerk may not take longer: it took 1.16 times as long."""
     slow, quick = (

@@ -132,7 +132,7 @@ PLANE = Rotation.from_euler("ZYX", (30, 25, 0), degrees=True)
 
 
 @pytest.mark.parametrize("name", MACHINES)
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_the_tip_follows_a_tilted_contour(name, tmp_path):
     """Within 1 um of the programmed contour, at the programmed feed, the tool
     along the plane's normal, limits kept.
@@ -448,7 +448,7 @@ def test_elements_name_the_tangents_of_the_tip(tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(2))
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_control_by_the_plc_keeps_the_tip_on_its_path(seed, tmp_path):
     """Backward motion, feed hold and override at random moments: the tip stays
     on the contour, limits hold, it ends.

@@ -128,6 +128,7 @@ def test_ahead_of_the_first_request_there_is_none(folder: Path) -> None:
     assert found == {"elements": []}
 
 
+@pytest.mark.ci
 def test_what_a_recording_lacks_is_told(tmp_path: Path) -> None:
     """Without the table of requests, and behind a request of the marked log."""
     part = tmp_path / "part.nc"

@@ -251,6 +251,7 @@ def test_a_frame_holds_what_the_memory_holds(cell: PlcRunner) -> None:
         assert told == []  # all came with the first frame
 
 
+@pytest.mark.ci
 def test_the_death_and_the_return_of_a_cnc_are_told() -> None:
     """While it is gone the page is told so; a new one is shown by itself."""
     name = unique_name()

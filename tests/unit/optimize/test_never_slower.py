@@ -35,7 +35,7 @@ def corner():
     return "\n".join([f"{words[0]}F6000", *words[1:]])
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("code", ["G63", "G67"])
 def test_an_edge_that_costs_time_keeps_the_input(tmp_path, code):
     """Smooth points with a stop in the corner: whatever C0 makes of it, the

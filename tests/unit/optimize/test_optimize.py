@@ -139,6 +139,7 @@ def test_a_noisy_surface(bench):
     assert ticks[-1] == 1.0
 
 
+@pytest.mark.ci
 def test_output_runs_under_g61_p5(bench):
     """The output is a program of its own, with its setup, and what stood around the profile."""
     bench.run(
@@ -214,6 +215,7 @@ def test_edges(bench, mode, stops):
     assert result.joints == (mode == "G63")
 
 
+@pytest.mark.ci
 def test_rapid_lines_stay(bench):
     """G00 lines stand between profiles."""
     points = surface(passes=1)
@@ -269,6 +271,7 @@ def test_five_axes_become_directions(bench):
     )
 
 
+@pytest.mark.ci
 def test_contact_points_get_every_versor(bench):
     """CCP: mno and pqd are written, programmed or automatic."""
     setup = changed(
@@ -316,6 +319,7 @@ def test_errors_of_the_program_have_their_place(bench):
         assert caught.value.place.file.endswith("in.osai")
 
 
+@pytest.mark.ci
 def test_the_input_is_never_overwritten(bench):
     """The output may be neither the input program nor the setup, nor may its own setup be."""
     bench.run("X0Y0Z0F100\nX1\nX5Y1")
@@ -350,6 +354,7 @@ def test_polyline():
         )
 
 
+@pytest.mark.ci
 def test_report_is_json(bench):
     """The contract's keys, and more."""
     value = json.loads(
@@ -407,6 +412,7 @@ def directions(made):
     return slopes / np.linalg.norm(slopes, axis=2)[:, :, None]
 
 
+@pytest.mark.ci
 def test_g62_stays_tangent(bench):
     """Behind G62 the next curve begins in the direction in which the one before ends."""
     points = surface(passes=1)
@@ -422,7 +428,7 @@ FOURTH = parse_config(
 )
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(("role", "sign"), [("TAN", 1.0), ("TAO", -1.0)])
 def test_a_tangential_axis_becomes_a_polynomial(bench, role, sign):
     """Its angle follows the smoothed curve within TollX, offset included; at an
@@ -487,6 +493,7 @@ def test_rapid_lines_of_a_tip_stay_inside(bench):
     assert ends == [True, True]
 
 
+@pytest.mark.ci
 def test_variables_of_the_setup(bench):
     """Fields that are E variables have the program's values, and are variables
     in the output's setup too.
@@ -504,6 +511,7 @@ def test_variables_of_the_setup(bench):
     assert far(points, bench.made()).max() <= 0.05
 
 
+@pytest.mark.ci
 def test_edges_of_directions_have_their_own_code(bench):
     """EDG VAngle finds edges of ijk; C0V says how they are treated, C0 those of the path."""
     setup = changed(

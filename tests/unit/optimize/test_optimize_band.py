@@ -119,7 +119,7 @@ def distance(points, line):
     return np.array(out)
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("feed", [4000, 15000])
 @pytest.mark.parametrize(
     ("step", "noise"),
@@ -140,7 +140,7 @@ def test_a_sparse_surface_is_not_slower(tmp_path, step, noise, feed):
     assert result.max_path_deviation_mm <= TOLL
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("noise", [0.0, 0.006, 0.012])
 def test_corners_that_nothing_marks_do_not_bulge(tmp_path, noise):
     """EDG off, rows with square ends: between the points too the output stays
@@ -196,6 +196,7 @@ def test_a_joint_takes_more_than_the_last_polynomial(tmp_path):
         assert value(a, span)[:3] == pytest.approx(value(b, 0.0)[:3], abs=1e-9)
 
 
+@pytest.mark.ci
 def test_off_path_is_an_upper_bound_and_close():
     """The bound from the Bernstein hull holds for dense samples of random
     curves, and is little above them.

@@ -48,7 +48,7 @@ def test_acknowledge_runs_to_the_end(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("at", ["start", "end"])
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_query_mode_1_pages_until_the_answer_ends(
     tmp_path: Path, at: str
 ) -> None:
@@ -94,7 +94,7 @@ def test_query_can_be_held_to_one_page(tmp_path: Path) -> None:
     assert len(result["response"]) == 128
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

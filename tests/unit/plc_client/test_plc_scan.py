@@ -93,7 +93,7 @@ def test_two_processes_in_lockstep_end_cleanly_with_a_report(
 @pytest.mark.parametrize(
     "clock", [layout.HLI_CLOCK_FREERUN, layout.HLI_CLOCK_REALTIME]
 )
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_other_clocks_end_cleanly_too(tmp_path: Path, clock: int) -> None:
     """Freerun and realtime: the CNC does not wait for the PLC, overruns are counted, not fatal."""
     name, report = unique_name(), tmp_path / "report.json"
@@ -117,7 +117,7 @@ def test_other_clocks_end_cleanly_too(tmp_path: Path, clock: int) -> None:
     }
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("body", "line", "text"),
     [
@@ -269,6 +269,7 @@ def test_interrupt_ends_with_130_and_gives_the_place_back(
     hli.sweep()
 
 
+@pytest.mark.ci
 def test_plc_ends_with_its_parent() -> None:
     """--parent: a launcher that is gone already ends the PLC at once."""
     assert (

@@ -75,7 +75,7 @@ def test_a_block_that_has_begun_is_not_told(tmp_path: Path) -> None:
         assert not look().reasons
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("block", ["#FLUSH WAIT", "#TIME 0.01"])
 def test_a_loop_that_asks_for_a_variable_is_told(
     tmp_path: Path, block: str

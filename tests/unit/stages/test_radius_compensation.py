@@ -369,6 +369,7 @@ def test_errors_have_number_and_line(
     assert error.place.source
 
 
+@pytest.mark.ci
 def test_too_many_rows_between_two_motions(tmp_path: Path) -> None:
     """90011 instead of unbounded memory."""
     error = error_of(
@@ -437,6 +438,7 @@ def test_program_may_end_under_compensation(tmp_path: Path) -> None:
     assert rows[-1]["type"] == M
 
 
+@pytest.mark.ci
 def test_long_programs_need_bounded_memory(tmp_path: Path) -> None:
     """A hundred thousand compensated blocks: one motion is held back at most,
     every block comes out once.

@@ -148,6 +148,7 @@ def test_refused_constructs_are_named() -> None:
     }
 
 
+@pytest.mark.ci
 def test_whole_library_is_right() -> None:
     """Every unit of the library compiles; a name that is nearly one of its
     units is told.

@@ -92,6 +92,7 @@ def test_failures_tell_line_and_values(suite: Path) -> None:
     assert "element [3]: expected 3, found 4" in lines[1]
 
 
+@pytest.mark.ci
 def test_a_test_that_never_finishes_fails(suite: Path) -> None:
     """After a minute of the cell's clock."""
     with pytest.raises(testing.StTestFailedError, match="no TEST_FINISHED"):

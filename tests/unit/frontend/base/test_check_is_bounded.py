@@ -43,7 +43,7 @@ def checked(folder: Path, name: str, text: str) -> tuple[Program, int]:
     return program, rows
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("case", IDLE)
 def test_a_loop_that_only_computes(case: str, tmp_path: Path) -> None:
     """907001, long before the billionth pass."""
@@ -70,7 +70,7 @@ COSTLY = {
 }
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("case", COSTLY)
 def test_a_block_that_costs_much_counts_for_many(
     case: str, tmp_path: Path

@@ -164,7 +164,7 @@ def test_a_wrong_cell_is_an_error_with_words(text: str, said: str) -> None:
         ("osai", "G1 X Y"),
     ],
 )
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_errors_that_check_collects_are_bounded(
     here: Path, dialect: str, line: str
 ) -> None:

@@ -119,7 +119,7 @@ def test_micro_segments_are_driven_as_reported(tmp_path, head):
     assert out.filtered["deviation_mm"] > 0.0005
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "head",
     ["G72X1Y7", "G72X1Y7Z5", "G72X1Y7A1", "G73X1Y45Z5", "G74X1Y2.5", "G72X1Y5"],
@@ -183,6 +183,7 @@ def test_without_a_filter_nothing_is_reported(tmp_path):
     assert out.filtered == {"deviation_mm": 0.0, "cut_mm": 0.0}
 
 
+@pytest.mark.ci
 def test_reports_of_long_runs_do_not_depend_on_their_stretches(tmp_path):
     """8000 blocks, more than what is kept: as recomputed from the rows that are
     driven; switched off, it stays.

@@ -136,7 +136,7 @@ def test_long_segments_are_driven_exactly(tmp_path):
     )
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("batch", [1, 7, 4096])
 def test_only_the_end_of_a_filtered_run_is_an_exact_stop(tmp_path, batch):
     """Under G61 too, whatever the batches."""

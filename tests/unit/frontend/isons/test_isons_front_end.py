@@ -623,7 +623,7 @@ def test_a_loop_that_waits_for_an_input_ends_where_nobody_moves_it(tmp_path):
     )
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("mode", ["G60", "G61"])
 def test_a_loop_that_waits_for_a_timer_ends(tmp_path, mode):
     """Time passes with every look, a minute too."""

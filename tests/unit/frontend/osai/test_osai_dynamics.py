@@ -140,6 +140,7 @@ def test_spread_shares(seed):
     assert (np.abs(np.diff(made)) / between).max() <= steepest * 1.001
 
 
+@pytest.mark.ci
 def test_entities_start_together(shop):
     """JRK Entities: nothing of the profile goes on before so many elements are
     there, and nothing is lost.
@@ -185,7 +186,7 @@ def polynomials(span, five):
 
 
 @pytest.mark.parametrize("five", [False, True])
-@pytest.mark.ci_cases
+@pytest.mark.ci
 def test_the_parameter_runs_with_the_feed(shop, five):
     """ds/dt = F inside every polynomial, whatever a unit of s is, on five axes
     too; shown is the speed of the path.
@@ -288,6 +289,7 @@ def test_no_stop_inside_a_curve_that_ends_at_rest(shop):
     assert np.diff(x[(x > 1.0) & (x < 119.0)]).min() > 0.005
 
 
+@pytest.mark.ci
 def test_the_approach_is_a_line_of_the_axes(shop):
     """From where the machine stands to the first pose every axis runs linearly,
     then the tip follows the profile.
@@ -507,7 +509,7 @@ def test_control_points_that_coincide_make_a_corner(shop, body):
     assert max(v for v in result.max_ratio.values() if v) <= 1.02
 
 
-@pytest.mark.ci_cases
+@pytest.mark.ci
 @pytest.mark.parametrize("jrk", ["(JRK,ENA)", "(JRK,ENA,,,400,150,200)"])
 @pytest.mark.parametrize("form", ["", ",POL"])
 @pytest.mark.parametrize("turn", [60, 90, 150])

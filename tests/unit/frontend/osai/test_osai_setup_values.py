@@ -92,6 +92,7 @@ def test_lengths_of_a_setup_may_be_inches(shop):
         assert other == (pytest.approx(one, rel=1e-12) if numeric else one)
 
 
+@pytest.mark.ci
 def test_the_optimizer_takes_a_setup_in_inches(shop):
     """The same polynomials as from the setup in mm; the output's setup stays
     in inches, because the same cell runs it.
