@@ -27,8 +27,10 @@ class CellInfo:
 
     ``pid``: of the CNC.  ``state``: of its operation mode, in small letters.
     ``plc``: process of the PLC that is attached, or None.
-    ``channels``: program and state of each, if there are several; ``program``
-    and ``state`` are those of the first.
+    ``planner_us_per_ms``: its CPU time for each ms of motion, over all commits:
+    p50, p99, max.
+    ``channels``: program, state and planner of each, if there are several; those
+    of the cell are the first's.
     """
 
     name: str
@@ -37,7 +39,8 @@ class CellInfo:
     program: str
     state: str
     plc: int | None
-    channels: tuple[dict[str, str], ...] = ()
+    planner_us_per_ms: dict[str, float]
+    channels: tuple[dict[str, Any], ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         found = asdict(self)
@@ -48,12 +51,8 @@ class CellInfo:
 
 def _info(name: str, root: layout.HLI_SEGMENT) -> CellInfo:
     side, plc = root.sidecar, root.sidecar.plc
-    shown = [
-        {"program": program, "state": state}
-        for program, state in map(
-            _channel, root.channel[: root.segment_head.channel_count]
-        )
-    ]
+    count = root.segment_head.channel_count
+    shown = list(map(_channel, root.channel[:count], side.planner[:count]))
     return CellInfo(
         name,
         int(side.cnc.pid or root.segment_head.owner_pid),
@@ -61,17 +60,23 @@ def _info(name: str, root: layout.HLI_SEGMENT) -> CellInfo:
         shown[0]["program"],
         shown[0]["state"],
         int(plc.pid) if plc.attached else None,
+        shown[0]["planner_us_per_ms"],
         tuple(shown) if len(shown) > 1 else (),
     )
 
 
-def _channel(channel: layout.HLI_CHANNEL) -> tuple[str, str]:
-    """Program and state of a channel."""
+def _channel(
+    channel: layout.HLI_CHANNEL, planner: layout.HLI_SIDE_PLANNER
+) -> dict[str, Any]:
     mode = channel.channel_mc_control.mode_and_state.state_r
-    return (
-        channel.bahn_state.prog_name_r.decode("latin-1"),
-        STATES.get(mode.state, str(mode.state)),
-    )
+    pace = (planner.p50, planner.p99, planner.most)
+    return {
+        "program": channel.bahn_state.prog_name_r.decode("latin-1"),
+        "state": STATES.get(mode.state, str(mode.state)),
+        "planner_us_per_ms": dict(
+            zip(("p50", "p99", "max"), pace, strict=True)
+        ),
+    }
 
 
 def running_cells() -> list[CellInfo]:

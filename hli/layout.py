@@ -991,6 +991,17 @@ class HLI_SIDE_TECHNO(Structure):
     ]
 
 
+class HLI_SIDE_PLANNER(Structure):
+    """What the planner of a channel takes for each ms of motion (one cache line)."""
+
+    _fields_ = [
+        ("p50", LREAL),
+        ("p99", LREAL),
+        ("most", LREAL),
+        ("fill_1", BYTE * 40),
+    ]
+
+
 class HLI_SIDECAR(Structure):
     _fields_ = [
         ("cnc", HLI_SIDE_CNC),
@@ -1002,6 +1013,7 @@ class HLI_SIDECAR(Structure):
         ("channel_seq", HLI_SIDE_WORD),
         ("stats", HLI_SIDE_STATS),
         ("techno", HLI_SIDE_TECHNO),
+        ("planner", HLI_SIDE_PLANNER * (HLI_SYS_CH_MAXIDX + 1)),
     ]
 
 

@@ -476,6 +476,12 @@ clah_answer | | CNC | counts answers; wakes a waiting PLC
 channel_seq | | CNC | generation of the seqlock; odd while the CNC writes
 stats | | CNC | counters
 techno | | both | functions that a PLC before this one has fetched
+planner | | CNC | of each channel: what its planner takes
+HLI_SIDE_PLANNER
+    CPU time of a planner for each ms of motion, over all commits
+p50 | us | CNC | of half of them at most
+p99 | us | CNC | of 99 in 100 at most
+most | us | CNC | of any
 HLI_SIDE_CNC
     identity and clock of the CNC process
 pid | | CNC | process

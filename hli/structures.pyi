@@ -1214,6 +1214,16 @@ class HLI_SIDE_TECHNO(View):
     axis_again: ArrayView[int]
     """Of each axis, the same, bits as ``axis_shown``; written by: CNC."""
 
+class HLI_SIDE_PLANNER(View):
+    """CPU time of a planner for each ms of motion, over all commits."""
+
+    p50: float
+    """Of half of them at most; unit: us; written by: CNC."""
+    p99: float
+    """Of 99 in 100 at most; unit: us; written by: CNC."""
+    most: float
+    """Of any; unit: us; written by: CNC."""
+
 class HLI_SIDECAR(View):
     """Not public; one writer and one cache line each."""
 
@@ -1237,6 +1247,8 @@ class HLI_SIDECAR(View):
     """Counters; written by: CNC."""
     techno: HLI_SIDE_TECHNO
     """Functions that a PLC before this one has fetched; written by: both."""
+    planner: ViewArray[HLI_SIDE_PLANNER]
+    """Of each channel: what its planner takes; written by: CNC."""
 
 class HLI_AHEAD_REQUEST(View):
     """A request of the queue."""

@@ -397,7 +397,8 @@ def _programs(args: argparse.Namespace) -> list[Program]:
 
 
 def _classes(args: argparse.Namespace) -> list[type]:
-    return load_tasks(args.file, args.qualname, args.st)
+    tell_on = sys.stdout if args.once else sys.stderr  # as Process._say
+    return load_tasks(args.file, args.qualname, args.st, tell_on.fileno())
 
 
 def _write_report(path: Path | None, process: Process, error: str) -> str:

@@ -22,7 +22,7 @@ from .task import is_users
 
 POLL_S = 0.1
 LAST_RESORT_S = 2.0
-TELL_S, GAP_S, LAST_GAP_S = 2.0, 4.0, 60.0
+TELL_S, GAP_S, LAST_GAP_S = 3.0, 4.0, 60.0
 """A call that lasts so long is told, and again after gaps that grow."""
 CALLER = str(Path(__file__).with_name("program.py"))
 """What calls the methods of a task."""

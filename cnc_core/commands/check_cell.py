@@ -38,23 +38,26 @@ def check_cell(
     options: ReadOptions,
     checked: Callable[[Path, ReadOptions], Any],
     shown: int | None,
+    strict: bool,
     as_json: bool,
 ) -> None:
     """Check each channel's program, those that the cell file names included.
 
-    ``checked``: checks one.  ``shown``: so many errors at most.
+    ``checked``: checks one.  ``shown``: so many errors at most.  ``strict``: a
+    warning ends with 1, too.
     """
     from ..cell.programs import programs_of  # noqa: PLC0415
 
     cell = load(options.config)
     programs = programs_of(cell, files, options.config)
-    rows, errors = [], []
+    rows, errors, warned = [], [], False
     for setup, program in zip(setups_of(cell), programs, strict=True):
         if program is None:
             continue
         name = setup.place.name
         found = checked(program, replace(options, channel=name))
         errors += found.errors
+        warned = warned or found.warned
         rows.append(
             {"name": name, "program": str(program), "blocks": found.blocks}
             | {"errors": [error.as_json() for error in found.errors]}
@@ -67,7 +70,7 @@ def check_cell(
     else:
         for row in rows:
             _say(row)
-    if errors:
+    if errors or (strict and warned):
         raise typer.Exit(1)
 
 

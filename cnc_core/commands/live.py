@@ -27,7 +27,7 @@ def ps(as_json: Json = False) -> None:
     if not found:
         out.print("no cell runs")
         return
-    head = ("name", "pid", "clock", "program", "state", "plc")
+    head = ("name", "pid", "clock", "program", "state", "planner us/ms", "plc")
     print_table(
         "",
         head,
@@ -38,15 +38,17 @@ def ps(as_json: Json = False) -> None:
     )
 
 
-def _of_channels(cell: Any) -> tuple[str, str]:
-    """Programs and states; of several channels one below the other."""
-    channels = cell.channels or (
-        {"program": cell.program, "state": cell.state},
-    )
+def _of_channels(cell: Any) -> tuple[str, str, str]:
+    """Programs, states and what the planners take (p50, p99, max); of several
+    channels one below the other.
+    """
+    channels = cell.channels or (cell.as_json(),)
     programs, states = (
         "\n".join(one[key] for one in channels) for key in ("program", "state")
     )
-    return programs, states
+    paces = (one["planner_us_per_ms"].values() for one in channels)
+    planners = "\n".join(" ".join(f"{us:.3g}" for us in pace) for pace in paces)
+    return programs, states, planners
 
 
 def _plc(pid: int | None) -> str:

@@ -46,6 +46,7 @@ Json = Annotated[
         "--json", help="print JSON on standard output and nothing else"
     ),
 ]
+Strict = Annotated[bool, typer.Option("--strict", help="warnings are errors")]
 CONFIG = typer.Option(
     "--config", "--cell", help="cell.toml; default: the built-in machine X Y Z"
 )

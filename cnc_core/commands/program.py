@@ -33,6 +33,7 @@ from .options import (
     PlaceOptions,
     ReadOptions,
     StOptions,
+    Strict,
     expanded,
 )
 from .progressing import program_bar
@@ -109,6 +110,7 @@ class Checked(NamedTuple):
     errors: list[CncError]
     blocks: int
     setups: list[dict[str, Any]]
+    warned: bool = False
 
 
 def checked(file: Path, options: ReadOptions) -> Checked:
@@ -125,7 +127,12 @@ def checked(file: Path, options: ReadOptions) -> Checked:
         say_warnings(program)
     except CncError as error:
         return Checked([error], count, [])
-    return Checked(program.errors, count, program.reader.setups)
+    return Checked(
+        program.errors,
+        count,
+        program.reader.setups,
+        bool(program.reader.warnings),
+    )
 
 
 @app.command()
@@ -142,6 +149,7 @@ def check(
         bool,
         typer.Option("--all", help=f"all errors, not the first {SHOWN_ERRORS}"),
     ] = False,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """Parse and execute a program without motion and report its errors.
@@ -157,14 +165,14 @@ def check(
     if is_st(file):
         from .structured_text import check_st  # noqa: PLC0415
 
-        check_st(file, st.words(), as_json)
+        check_st(file, st.words(), strict, as_json)
         return
     files = [file, *(more or ())]
     shown = None if everything else SHOWN_ERRORS
     if takes_all(files, options):
-        check_cell(files, options, checked, shown, as_json)
+        check_cell(files, options, checked, shown, strict, as_json)
         return
-    errors, count, setups = checked(file, options)
+    errors, count, setups, warned = checked(file, options)
     say_errors(errors, shown)
     if as_json:
         emit(
@@ -178,7 +186,7 @@ def check(
                 + "\n".join(f"  {line}" for line in setup["printed"])
             )
         out.print(f"{file}: {count} blocks, no errors")
-    if errors:
+    if errors or (strict and warned):
         raise typer.Exit(1)
 
 

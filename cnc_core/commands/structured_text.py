@@ -13,8 +13,12 @@ from plc_client.task import PlcError
 from .console import emit, err, out
 
 
-def check_st(path: Path, words: tuple[str, ...], as_json: bool) -> None:
-    """All errors of an ST program; exit 1 when anything is refused or wrong."""
+def check_st(
+    path: Path, words: tuple[str, ...], strict: bool, as_json: bool
+) -> None:
+    """All errors of an ST program; exit 1 when anything is refused or wrong, or
+    with ``strict`` warned of.
+    """
     try:
         sources = st.sources_of([path])
         if path.is_dir() and not sources:
@@ -42,5 +46,5 @@ def check_st(path: Path, words: tuple[str, ...], as_json: bool) -> None:
             err.print(text, markup=False, highlight=False)
         if not errors:
             out.print(f"{path}: {report['pous']} POUs, no errors")
-    if errors:
+    if errors or (strict and warnings):
         raise typer.Exit(1)

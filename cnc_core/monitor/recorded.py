@@ -31,6 +31,7 @@ NUMBERS = (
     "count",
     "line",
     "overruns",
+    "planner_us_per_ms",
 )
 
 

@@ -289,6 +289,7 @@ CYCLE_MEMBERS = {
     "elements_ahead": "elements",
     "phases_ahead": "phases",
     "overruns": "overruns",
+    "planner_us_per_ms": "planner_us_per_ms",
 }
 FLAGS = {"rapid": 1, "backward": 2, "tail": 4}
 FUNCTION_MEMBERS = (

@@ -82,6 +82,12 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "overruns": Column(
             "uint32", "", "cycles that began too late, counted", wall=True
         ),
+        "planner_us_per_ms": Column(
+            "double",
+            "us",
+            "CPU time of the planner for each ms of motion, at its last commit",
+            wall=True,
+        ),
     },
     "requests": {
         **_TIME,

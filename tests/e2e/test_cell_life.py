@@ -86,6 +86,8 @@ def test_ps_lists_the_cell(cli: Cli, cell: str) -> None:
     assert found["pid"] > 0
     assert found["plc"] > 0
     assert cell in cli("ps").out
+    pace = found["planner_us_per_ms"]
+    assert 0.0 < pace["p50"] <= pace["p99"] <= pace["max"]
 
 
 @pytest.mark.ci

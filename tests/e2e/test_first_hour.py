@@ -281,15 +281,38 @@ END_PROGRAM
 """
 
 
+WARNED = [
+    ("N10 #SET SPLINE ON\nN20 M30\n", "part.nc", "907040"),
+    (
+        "PROGRAM MAIN\nVAR i : INT; END_VAR\ni := 1;\n"
+        "gpCh[0]^.bahn_mc_control.override.command_w := 0;\nEND_PROGRAM\n",
+        "plc.st",
+        "enable_w",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "name", "said"), WARNED)
+def test_strict_makes_warnings_of_a_check_errors(
+    cli: Cli, program: Write, text: str, name: str, said: str
+) -> None:
+    """The same words, another status."""
+    path = program(text, name)
+    for options, status in (((), 0), (("--strict",), 1)):
+        outcome = cli("check", path, *options)
+        assert said in outcome.err
+        assert outcome.status == status
+
+
 @pytest.mark.ci
 def test_a_loop_of_structured_text_is_told_ahead_of_its_error(
     cli: Cli, program: Write
 ) -> None:
-    """The watchdog names the program; the error behind it names the line."""
+    """With its block; the error behind it has the line."""
     run = cli("run", program(PART), "--plc", program(ENDLESS, "plc.st"))
     assert run.status == 1
-    told = "cyclic() of MAIN has not returned for"
-    error = "plc.st:3: MAIN: the loop has not ended within"
+    told = "a loop in MAIN has not ended for 2 s"
+    error = "plc.st:3:1: 905003: "
     assert told in run.err
     assert error in run.err
     assert run.err.index(told) < run.err.index(error)

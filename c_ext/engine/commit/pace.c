@@ -9,20 +9,6 @@
 #define FIRST_US 0.01 /* for each ms of motion: less is as good as nothing */
 #define STEP 1.1      /* from one to the next */
 
-void note_pace(struct engine *engine, double cpu_s, double committed_s) {
-    struct pace *pace = &engine->commit.pace;
-    if (!(committed_s > 0.0)) {
-        return;
-    }
-    double us = 1e3 * cpu_s / committed_s;
-    double step = us > FIRST_US ? ceil(log(us / FIRST_US) / log(STEP)) : 0.0;
-    int i = (int)fmin(step, PACE_STEPS - 1);
-    __atomic_fetch_add(&pace->commits[i], 1, __ATOMIC_RELAXED);
-    if (us > pace->most_us) {
-        __atomic_store(&pace->most_us, &us, __ATOMIC_RELAXED);
-    }
-}
-
 /* Upper end of the step in which so many of the commits are reached. */
 static double quantile(const uint64_t *commits, double count) {
     double us = FIRST_US;
@@ -51,5 +37,32 @@ void pace_quantiles(const struct engine *engine, double us_per_ms[3]) {
         us_per_ms[0] = fmin(us_per_ms[2], quantile(commits, 0.5 * (double)all));
         us_per_ms[1] =
             fmin(us_per_ms[2], quantile(commits, 0.99 * (double)all));
+    }
+}
+
+static void show(struct engine *engine) {
+    double us[3];
+    pace_quantiles(engine, us);
+    HLI_SIDE_PLANNER *shown = &engine->hli.side->planner[engine->cfg.channel];
+    store_f64_relaxed(&shown->p50, us[0]);
+    store_f64_relaxed(&shown->p99, us[1]);
+    store_f64_relaxed(&shown->most, us[2]);
+}
+
+void note_pace(struct engine *engine, double cpu_s, double committed_s) {
+    struct pace *pace = &engine->commit.pace;
+    if (!(committed_s > 0.0)) {
+        return;
+    }
+    double us = 1e3 * cpu_s / committed_s;
+    double step = us > FIRST_US ? ceil(log(us / FIRST_US) / log(STEP)) : 0.0;
+    int i = (int)fmin(step, PACE_STEPS - 1);
+    __atomic_fetch_add(&pace->commits[i], 1, __ATOMIC_RELAXED);
+    __atomic_store(&pace->last_us, &us, __ATOMIC_RELAXED);
+    if (us > pace->most_us) {
+        __atomic_store(&pace->most_us, &us, __ATOMIC_RELAXED);
+    }
+    if (engine->hli.side) {
+        show(engine);
     }
 }

@@ -24,6 +24,9 @@ static void fill_sample(struct engine *engine, struct engine_sample *sample) {
     sample->known = recording->known;
     sample->feed = geo->feed;
     sample->override = engine->orders.override;
+    __atomic_load(&engine->commit.pace.last_us,
+                  &sample->planner_us_per_ms,
+                  __ATOMIC_RELAXED);
     sample->n = geo->n;
     sample->count = geo->count;
     sample->line = piece ? piece->line : 0;

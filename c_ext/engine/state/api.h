@@ -296,6 +296,7 @@ typedef struct engine_sample {
     double acceleration, jerk; /* mm/s2, mm/s3 */
     double feed;               /* commanded, mm/s; 0: rapid */
     double override;           /* 1.0 = 100 % */
+    double planner_us_per_ms;  /* CPU time of the last commit for each ms */
     uint32_t n, count, line;   /* of the active block */
     uint32_t stops;            /* stop_condition_r */
     uint32_t state;            /* of the operation mode */

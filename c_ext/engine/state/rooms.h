@@ -230,6 +230,7 @@ typedef struct stopwatch {
 typedef struct pace {
     uint64_t commits[PACE_STEPS]; /* that took so long */
     double most_us;
+    double last_us; /* the planner writes it, GEO records it */
 } pace;
 
 typedef struct commit_state {

@@ -198,6 +198,10 @@ class StProgram:
         ns = round(seconds * 1e9) if seconds > 0 else 1 << 62
         self.library.st_allow(ctypes.c_int64(ns))
 
+    def tell_on(self, descriptor: int) -> None:
+        """Where a loop that lasts is told; otherwise on standard error."""
+        ctypes.c_int.in_dll(self.library, "st_tell_on").value = descriptor
+
     def run(self, entry: int, now_ns: int) -> None:
         """Call an entry.  StTrap: the program was stopped."""
         if self._guarded(entry, now_ns):

@@ -26,11 +26,12 @@ ON_TRAP = ("stop", "halt")
 class Shared:
     """One program behind all its tasks."""
 
-    def __init__(self, path: str, built: Built) -> None:
+    def __init__(self, path: str, built: Built, tell_on: int) -> None:
         self.path = path
         self.built = built
         self.program = StProgram(built)
         self.program.allow(LOOP_S)
+        self.program.tell_on(tell_on)
         self.retained = Retained(path, self.program)
         self._ready: set[int] = set()
         self.fresh = True
@@ -207,11 +208,16 @@ def _seconds(given: list[str]) -> float:
     return seconds
 
 
-def load_st(path: str | Path, options: Options | None = None) -> list[type]:
-    """The task classes of an ST program.  PlcError: it is wrong or has no PROGRAM."""
+def load_st(
+    path: str | Path, options: Options | None = None, tell_on: int = 2
+) -> list[type]:
+    """The task classes of an ST program.  PlcError: it is wrong or has no PROGRAM.
+
+    ``tell_on``: descriptor for lines of the running program.
+    """
     chosen = options or options_of()
     built = build(sources_of([path]), chosen)
-    shared = Shared(str(Path(path).resolve()), built)
+    shared = Shared(str(Path(path).resolve()), built, tell_on)
     found = []
     for row in built.description["tasks"]:
         for name in row["programs"]:

@@ -14,6 +14,7 @@
 
 #define ST_API __attribute__((visibility("default")))
 #define TURNS 200000
+#define TOLD_NS 2000000000LL /* a loop that lasts so long is told */
 #define STACK_RESERVE (256u * 1024u)
 #define STACK_LIMIT (4u * 1024u * 1024u)
 
@@ -53,7 +54,8 @@ typedef struct {
 ST_API st_trap_report st_trap;
 const st_call *st_caller;
 static jmp_buf way_out;
-static int running;
+ST_API int st_tell_on = STDERR_FILENO; /* a loop that lasts is told there */
+static int running, told;
 static int64_t deadline_ns, allowed_ns = 10000000000LL;
 
 /* The memory and its objects are defined by the generated program. */
@@ -149,7 +151,15 @@ void st_refuse(st_ptr text) {
 
 void st_loop_spent(const char *pou, int line) {
     st_turns = TURNS;
-    if (clock_ns() < deadline_ns) {
+    int64_t now_ns = clock_ns();
+    if (!told && now_ns > deadline_ns - allowed_ns + TOLD_NS) {
+        told = 1;
+        dprintf(st_tell_on,
+                "a loop in %s has not ended for %d s\n",
+                pou,
+                (int)(TOLD_NS / 1000000000LL));
+    }
+    if (now_ns < deadline_ns) {
         return;
     }
     values(allowed_ns / 1000000, 0, 0);
@@ -373,6 +383,7 @@ ST_API int32_t st_guarded(void (*entry)(void), int64_t now_ns) {
     deadline_ns = clock_ns() + allowed_ns;
     st_trap.kind = TRAP_NONE;
     st_caller = 0;
+    told = 0;
     running = 1;
     if (setjmp(way_out) == 0) {
         entry();

@@ -55,3 +55,17 @@ END_PROGRAM
     program.start()
     with pytest.raises(StTrap, match="F: the stack is used up"):
         program.run(program.entry("MAIN"), 0)
+
+
+@pytest.mark.ci
+def test_a_loop_without_end_is_told_ahead_of_its_trap(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """Once, with the POU: a run shows it ahead of whoever waits for the PLC."""
+    source = f"{HEAD}WHILE i > 0 DO i := 9; END_WHILE\nEND_PROGRAM\n"
+    program = StProgram(build({"bad.st": source}))
+    program.allow(2.2)
+    program.start()
+    with pytest.raises(StTrap, match="within 2200 ms"):
+        program.run(program.entry("MAIN"), 0)
+    assert capfd.readouterr().err == "a loop in MAIN has not ended for 2 s\n"
