@@ -34,8 +34,8 @@ BREATH_BLOCKS = 10_000
 WAIT_BLOCKS = 1000  # what a wait counts for where nobody answers
 WARNINGS_MAX = 1000  # of one number
 # blocks without a row (and, where somebody answers, without a wait): error
-# 907001
-IDLE_BLOCKS_MAX = 5_000_000
+# 907001. Where nobody answers nothing can change behind them
+IDLE_BLOCKS_MAX, IDLE_ALONE_MAX = 5_000_000, 500_000
 # of the room for rows: what is handed out with it; less is copied
 SHARE_HANDED_OUT = 8
 ERRORS_MAX = 1000  # that a check collects
@@ -102,7 +102,9 @@ class BlockReader(ABC):
         self.flow = Flow(path, self.levels_max, self.too_deep)
         self.files = self.flow.files
         self.modal = modal
-        self.idle_blocks_max = IDLE_BLOCKS_MAX
+        self.idle_blocks_max = (
+            IDLE_BLOCKS_MAX if port.answers else IDLE_ALONE_MAX
+        )
         self._port = port
         self._collect = collect
         self._scan = scan

@@ -128,7 +128,7 @@ class IsonsFrontEnd(BlockReader):
             self._endless.jumped_back,
         )
         self._compiler = Compiler(self, self._words)
-        self.idle_blocks_max = IDLE_BLOCKS
+        self.idle_blocks_max = min(self.idle_blocks_max, IDLE_BLOCKS)
         self._ticks = 0  # waits so far: time has passed between them
         # when a block has read the running machine last
         self._read_at: dict[tuple[int, int], int] = {}

@@ -12,6 +12,7 @@ import pytest
 
 from cnc_core.config import CellConfig, load_config
 from cnc_core.errors import CncError
+from cnc_core.frontend.base import reader
 from cnc_core.frontend.base.reader import (
     COMPUTED_WORK,
     IDLE_CHECKED,
@@ -51,6 +52,23 @@ def test_a_loop_that_only_computes(case: str, tmp_path: Path) -> None:
     assert [error.code for error in program.errors] == [907001]
     assert program.errors[0].place.line > 0
     assert program.reader.block_count <= IDLE_CHECKED + 10
+
+
+@pytest.mark.parametrize("case", IDLE)
+@pytest.mark.ci_cases
+def test_a_loop_that_only_computes_ends_without_a_machine(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`plan` and `blocks` follow fewer blocks than `run`: nothing can change."""
+    monkeypatch.setattr(reader, "IDLE_ALONE_MAX", 3000)
+    name, text = IDLE[case]
+    (tmp_path / name).write_text(text)
+    program = Program(tmp_path / name, CellConfig())
+    with pytest.raises(CncError) as e:
+        for _ in program.batches():
+            pass
+    assert e.value.code == 907001
+    assert program.reader.block_count <= 3100
 
 
 @pytest.mark.parametrize("case", MOVING)
