@@ -172,3 +172,17 @@ def test_signs():
     assert fit_line(there[::-1]).direction[0] < 0
     closed = np.array([(0.0, 1, 0), (5, 0, 0), (-5, 0, 0), (0, -1, 0)])
     assert fit_line(closed).direction[0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.1, 0.3])
+@pytest.mark.parametrize("seed", range(CASES))
+def test_the_order_of_the_points_does_not_matter(seed, noise):
+    """To 1e-11 of the radius: rounding decides on nothing that a program sees."""
+    points = noisy(seed, 2 + seed % 2, noise)
+    fit = fit_circle if points.shape[1] == 2 else fit_sphere
+    order = np.random.default_rng(seed).permutation(len(points))
+    try:
+        found, again = fit(points), fit(points[order])
+    except DegenerateError:
+        return
+    assert np.allclose(found.centre, again.centre, 0, 1e-11 * found.radius)

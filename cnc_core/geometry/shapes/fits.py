@@ -26,6 +26,7 @@ FAR = (3.0, 30.0, 1000.0)  # further starts, in the spread of the points
 STEP_END = 1e-12  # of the scaled problem
 # a step this short that brings no gain any more: as good as the numbers allow
 CLOSE_ENOUGH = 1e-10
+NEWTON_STEPS, NEAR = 3, 1e-6  # behind that; no step is longer
 
 
 class DegenerateError(ValueError):
@@ -230,13 +231,26 @@ def _minimise(points: FloatArray, centre: FloatArray) -> FloatArray | None:
             cost = new_cost
             damping = max(damping / 10.0, 1e-15)
             if length < STEP_END:
-                return centre
+                return _settled(points, centre)
         elif length < CLOSE_ENOUGH:
-            return centre
+            return _settled(points, centre)
         else:
             damping *= 10.0
         if float(np.linalg.norm(centre)) > FARTHEST:
             return None
+    return centre
+
+
+def _settled(points: FloatArray, centre: FloatArray) -> FloatArray:
+    """Newton's steps to where the slope is 0.  The cost is flat there: it tells
+    a centre by 1e-8 only, and rounding would decide on the rest.
+    """
+    for _ in range(NEWTON_STEPS):
+        gradient, exact, _ = _derivatives(points, centre)
+        step = _step(gradient, exact, exact, 0.0)
+        if float(np.linalg.norm(step)) > NEAR * (1.0 + np.linalg.norm(centre)):
+            break  # no minimum is so near: the second derivatives vanish there
+        centre = centre + step
     return centre
 
 
