@@ -12,47 +12,14 @@ grouping.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Protocol
 
 from cnc_core import plain
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 
 NESTING_MAX = 40
 CONSTANTS = {"PI": math.pi, "TRUE": 1.0, "FALSE": 0.0}
-WORD_OPERATORS = ("MOD", "XOR")
-REFUSED_FUNCTIONS = frozenset({"SIZEOF", "EXIST", "IS_STRING", "IS_NUMBER"})
-
-
-class VariableSource(Protocol):
-    """Where the values of variables and parameters come from.
-
-    ``read`` stands at the first token of a variable (``V.``, ``P1``, ``@P1``),
-    takes its tokens and returns its value.
-    """
-
-    def read(self, stream: TokenStream) -> float: ...
-
-
-class NoVariables:
-    """Refuses every variable by name."""
-
-    def read(self, stream: TokenStream) -> float:
-        raise fail(
-            900003,
-            f"{variable_name(stream)} is not supported",
-            stream.current.offset,
-        )
-
-
-def variable_name(stream: TokenStream) -> str:
-    """How the variable at the current token is called, for messages."""
-    text = stream.text[stream.current.offset :]
-    end = 0
-    while end < len(text) and (text[end].isalnum() or text[end] in "._@"):
-        end += 1
-    kind = "variable" if text[:1] in "vV" else "parameter"
-    return f"{kind} {text[:end].upper()}"
 
 
 def round_half_away(value: float) -> int:
@@ -115,7 +82,8 @@ FUNCTIONS_OF_TWO: dict[str, Callable[[float, float], float]] = {
     "MIN": min,
     "MAX": max,
 }
-OPERATORS: dict[str, tuple[int, Callable[[float, float], float]]] = {
+Operators = dict[str, tuple[int, Callable[[float, float], float]]]
+OPERATORS: Operators = {
     "||": (0, lambda a, b: float(bool(a) or bool(b))),
     "XOR": (1, lambda a, b: float(bool(a) != bool(b))),
     "&&": (2, lambda a, b: float(bool(a) and bool(b))),
@@ -137,34 +105,22 @@ OPERATORS: dict[str, tuple[int, Callable[[float, float], float]]] = {
 }
 
 
-class ExpressionParser:
+class ExpressionParser(ABC):
     """Reads expressions from a token stream and evaluates them at once.
 
-    A dialect with other operators and functions derives from it and replaces
-    the tables.
+    A dialect gives its tables and what stands between two operators.
     """
 
-    operators = OPERATORS
-    functions = FUNCTIONS
-    functions_of_two = FUNCTIONS_OF_TWO
-    constants = CONSTANTS
-    word_operators: tuple[str, ...] = WORD_OPERATORS
+    operators: Operators
+    word_operators: tuple[str, ...] = ()
 
-    def __init__(self, stream: TokenStream, variables: VariableSource) -> None:
+    def __init__(self, stream: TokenStream) -> None:
         self._stream = stream
-        self._variables = variables
         self._depth = 0
 
-    def starts_here(self) -> bool:
-        """The current token can begin an expression."""
-        stream, token = self._stream, self._stream.current
-        if token.kind is Kind.NAME:
-            return (
-                self._is_variable()
-                or stream.is_name(*self.constants)
-                or self._function_name() is not None
-            )
-        return token.kind is Kind.NUMBER or stream.is_op("+", "-", "[", "@")
+    @abstractmethod
+    def primary(self) -> float:
+        """A number, a variable, a function call or an expression in brackets."""
 
     def expression(self, lowest: int = 0) -> float:
         """Operators of level ``lowest`` and higher."""
@@ -177,26 +133,6 @@ class ExpressionParser:
             right = self.expression(level + 1)
             left = finite(function, (left, right), name, offset)
         return left
-
-    def primary(self) -> float:
-        """A number, a constant, a variable, a function call or ``[expression]``."""
-        stream, token = self._stream, self._stream.current
-        if token.kind is Kind.NUMBER:
-            return float(stream.next().text)
-        if stream.is_op("["):
-            return self._bracket()
-        if stream.is_name(*self.constants):
-            return self.constants[stream.next().text.upper()]
-        if self._is_variable():
-            return self._variables.read(stream)
-        name = self._function_name()
-        if name is None:
-            raise fail(
-                900004,
-                f"expected a number or an expression, found {stream.describe()}",
-                token.offset,
-            )
-        return self._call(name)
 
     def _signed(self) -> float:
         if self._stream.accept("-"):
@@ -227,79 +163,12 @@ class ExpressionParser:
         )
         return token.offset
 
-    def _is_variable(self) -> bool:
-        token, after = self._stream.current, self._stream.following
-        if token.kind is not Kind.NAME:
-            return self._stream.is_op("@")
-        letters = token.text.upper()
-        if letters == "V":
-            return after.kind is Kind.OP and after.text == "."
-        indexed = after.kind is Kind.NUMBER or (
-            after.kind is Kind.OP and after.text == "["
-        )
-        return indexed and set(letters) == {"P"}
-
-    def _function_name(self) -> str | None:
-        """The function called at the current token, None if there is none."""
-        stream = self._stream
-        name, rest = (
-            stream.current.text.upper(),
-            stream.text[stream.following.offset :],
-        )
-        if name == "ATAN" and rest.startswith("2"):
-            name, rest = "ATAN2", rest[1:].lstrip()
-        known = (
-            name in self.functions
-            or name in self.functions_of_two
-            or name in REFUSED_FUNCTIONS
-        )
-        return name if known and rest.startswith("[") else None
-
-    def _call(self, name: str) -> float:
-        stream = self._stream
-        offset = stream.next().offset
-        if name in REFUSED_FUNCTIONS:
-            raise fail(900003, f"{name} is not supported", offset)
-        if name == "ATAN2":
-            stream.next()
-        if name in self.functions:
-            return finite(
-                self.functions[name], (self._bracket(),), name, offset
-            )
-        return finite(
-            self.functions_of_two[name], self._two_arguments(), name, offset
-        )
-
-    def _open(self) -> int:
-        bracket = self._stream.expect("[", 900004)
+    def _deeper(self, what: str, offset: int) -> None:
+        """Into a bracket, or what else may stand in itself."""
         self._depth += 1
         if self._depth > NESTING_MAX:
-            raise fail(
-                20927,
-                f"more than {NESTING_MAX} brackets in each other",
-                bracket.offset,
-            )
-        return bracket.offset
-
-    def _close(self, opened: int) -> None:
-        if self._stream.at_end:
-            raise fail(900013, "bracket is not closed", opened)
-        self._stream.expect("]", 900004)
-        self._depth -= 1
-
-    def _bracket(self) -> float:
-        opened = self._open()
-        value = self.expression()
-        self._close(opened)
-        return value
-
-    def _two_arguments(self) -> tuple[float, float]:
-        opened = self._open()
-        first = self.expression()
-        self._stream.expect(",", 900004)
-        second = self.expression()
-        self._close(opened)
-        return first, second
+            text = f"more than {NESTING_MAX} {what} in each other"
+            raise fail(20927, text, offset)
 
 
 def finite(

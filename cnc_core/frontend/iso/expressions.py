@@ -62,7 +62,6 @@ class Expressions(ExpressionParser):
         "FUP": lambda x: float(math.ceil(x)),
     }
     functions_of_two = {"ATAN": lambda y, x: math.degrees(plain.atan2(y, x))}
-    constants: dict[str, float] = {}
     word_operators = (
         "AND",
         "XOR",
@@ -77,7 +76,7 @@ class Expressions(ExpressionParser):
     )
 
     def __init__(self, stream: TokenStream, parameters: Parameters) -> None:
-        super().__init__(stream, parameters)
+        super().__init__(stream)
         self._parameters = parameters
 
     def starts_here(self) -> bool:
@@ -102,12 +101,23 @@ class Expressions(ExpressionParser):
         return self._signed()
 
     def primary(self) -> float:
-        if self._stream.is_op("#"):
-            offset = self._stream.current.offset
-            return self._parameters.value(self.key(), offset)
-        if self._stream.is_name("EXISTS"):
+        stream, token = self._stream, self._stream.current
+        if stream.is_op("#"):
+            return self._parameters.value(self.key(), token.offset)
+        if stream.is_name("EXISTS"):
             return self._exists()
-        return super().primary()
+        if token.kind is Kind.NUMBER:
+            return float(stream.next().text)
+        if stream.is_op("["):
+            return self._bracket()
+        name = self._function_name()
+        if name is None:
+            raise fail(
+                900004,
+                f"expected a number or an expression, found {stream.describe()}",
+                token.offset,
+            )
+        return self._call(name)
 
     def key(self) -> Key:
         """The parameter that stands here: ``#5``, ``#<name>``, ``#[expr]``, ``##5``."""
@@ -115,13 +125,7 @@ class Expressions(ExpressionParser):
         offset = stream.expect("#", 900004).offset
         if stream.current.text.startswith("<") and len(stream.current.text) > 1:
             return stream.next().text[1:-1].lower()
-        self._depth += 1
-        if self._depth > expression.NESTING_MAX:
-            raise fail(
-                20927,
-                f"more than {expression.NESTING_MAX} parameters in each other",
-                offset,
-            )
+        self._deeper("parameters", offset)
         number = self.primary()
         self._depth -= 1
         return self._parameters.number(number, offset)
@@ -133,9 +137,6 @@ class Expressions(ExpressionParser):
         self._close(opened)
         return float(known)
 
-    def _is_variable(self) -> bool:
-        return False  # primary and key read parameters
-
     def _function_name(self) -> str | None:
         name = self._stream.current.text.upper()
         known = self._stream.current.kind is Kind.NAME and name in {
@@ -145,11 +146,27 @@ class Expressions(ExpressionParser):
         return name if known and self._stream.following.text == "[" else None
 
     def _call(self, name: str) -> float:
-        if name != "ATAN":
-            return super()._call(name)
         offset = self._stream.next().offset
-        y = self._bracket()
+        first = self._bracket()
+        if name in self.functions:
+            return finite(self.functions[name], (first,), name, offset)
         self._stream.expect("/", 900004)
-        return finite(
-            self.functions_of_two[name], (y, self._bracket()), name, offset
-        )
+        two = self.functions_of_two[name]
+        return finite(two, (first, self._bracket()), name, offset)
+
+    def _open(self) -> int:
+        bracket = self._stream.expect("[", 900004)
+        self._deeper("brackets", bracket.offset)
+        return bracket.offset
+
+    def _close(self, opened: int) -> None:
+        if self._stream.at_end:
+            raise fail(900013, "bracket is not closed", opened)
+        self._stream.expect("]", 900004)
+        self._depth -= 1
+
+    def _bracket(self) -> float:
+        opened = self._open()
+        value = self.expression()
+        self._close(opened)
+        return value

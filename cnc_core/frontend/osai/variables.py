@@ -98,11 +98,9 @@ class Formulas(ExpressionParser):
         "NEG": lambda x: -x,
     }
     functions_of_two = {"MOD": math.fmod}
-    constants: dict[str, float] = {}
-    word_operators: tuple[str, ...] = ()
 
     def __init__(self, stream: TokenStream, variables: Variables) -> None:
-        super().__init__(stream, expression.NoVariables())
+        super().__init__(stream)
         self._values = variables
 
     def primary(self) -> float:
@@ -126,13 +124,7 @@ class Formulas(ExpressionParser):
         )
 
     def _arguments(self, count: int = 2) -> list[float]:
-        self._depth += 1
-        if self._depth > expression.NESTING_MAX:
-            raise fail(
-                20927,
-                f"more than {expression.NESTING_MAX} brackets in each other",
-                self._stream.current.offset,
-            )
+        self._deeper("brackets", self._stream.current.offset)
         self._stream.expect("(", 900004)
         values = [self.expression()]
         while len(values) < count and self._stream.accept(","):
