@@ -5,16 +5,21 @@
 #include <string.h>
 #include <time.h>
 
+#include "cell.h"
 #include "chain.h"
 #include "engine/state/types.h"
 #include "judge.h"
+#include "more_rows.h"
 #include "plc.h"
 #include "targets.h"
 #include "verdict.h"
 
-#define CYCLES 700
+#define CYCLES 700 /* of a long input; a short one has .. */
+#define CYCLES_LEAST 100
+#define CYCLES_PER_BYTE 6 /* .. so many more a byte */
 #define BATCH 64
-#define RING 4096
+#define RING 256
+#define PROGRAMS 3 /* at the most */
 #define SLOW_S 30.0
 #define PATIENCE 2000 /* pushes that find the ring full */
 
@@ -30,20 +35,31 @@ enum {
     STAGES = 64,
     FORESIGHT = 128
 };
+/* Of a second byte, where it counts the axes too. */
+enum {
+    MORE = 1, /* all rows, orders and acts of the cell */
+    NO_JERK_TOO = 2,
+    IMMEDIATE = 4,
+    RETRACE = 8,
+    SPINDLE = 16
+};
 
 struct trial {
     engine_config config;
     struct engine *engine;
-    HLI_SEGMENT *segment;
     struct judge judge;
     struct rows_in in;
+    struct more_rows more_rows;
     struct chain *chain; /* NULL: rows go to the engine as they are */
     nc_block rows[BATCH];
     int64_t first, count;
-    int mode, left; /* cycles */
+    int mode, more, left; /* cycles */
+    int programs;         /* that have ended */
     bool ended, over;
     double began_s;
 };
+
+static _Alignas(64) HLI_SEGMENT segment;
 
 static double cpu_s(void) {
     struct timespec now;
@@ -68,6 +84,24 @@ static void configure(engine_config *config, int mode, int axes) {
     }
     for (int i = 0; i < 3; i++) {
         config->main[i] = i < axes ? i : -1;
+    }
+}
+
+static void configure_more(engine_config *config, int more, int axes) {
+    for (int i = 0; i < axes && more & NO_JERK_TOO; i++) {
+        config->j_max[i] = 0;
+    }
+    if (more & IMMEDIATE) {
+        config->service = HLI_SERVICE_IMMEDIATE;
+    }
+    if (more & RETRACE) {
+        config->retrace_feed = 20;
+        config->rapid_override_mode = 1;
+    }
+    if (more & SPINDLE) {
+        config->spindle_count = 1;
+        config->spindle_id[0] = 9;
+        config->rapid_override_mode = 2;
     }
 }
 
@@ -114,12 +148,21 @@ static void through_stages(struct trial *trial) {
     trial->count = 0;
 }
 
-/* The engine asks for rows. */
+static bool next_row(struct trial *trial) {
+    nc_block *row = &trial->rows[trial->count];
+    return trial->more & MORE ? more_row(&trial->more_rows, row)
+                              : fuzz_row(&trial->in, row);
+}
+
+/* The engine asks for rows. Orders stand between them, so a batch of an input
+ * with orders is short. */
 static void give(struct trial *trial) {
+    int64_t most = trial->more & MORE && trial->mode & ORDERS ? 8 : BATCH;
     if (trial->first >= trial->count) {
         trial->first = trial->count = 0;
-        while (trial->count < BATCH && trial->in.bytes.left > 2) {
-            trial->count += fuzz_row(&trial->in, &trial->rows[trial->count]);
+        more_rows_batch(&trial->more_rows);
+        while (trial->count < most && trial->in.bytes.left > 2) {
+            trial->count += next_row(trial);
         }
         trial->ended = !trial->count;
         if (trial->chain) {
@@ -149,7 +192,47 @@ static void go_on(struct trial *trial) {
     engine_get_state(trial->engine, &state);
     memcpy(trial->in.position, state.position, sizeof state.position);
     trial->first = trial->count;
+    trial->more_rows.piece = 0.0;
     engine_resync(trial->engine);
+}
+
+/* The next program begins where the axes stand, if there are bytes for one. */
+static void program_end(struct trial *trial) {
+    engine_state state;
+    if (!(trial->more & MORE) || trial->in.bytes.left < 8
+        || ++trial->programs >= PROGRAMS) {
+        trial->over = true;
+        return;
+    }
+    engine_get_state(trial->engine, &state);
+    memcpy(trial->in.position, state.position, sizeof state.position);
+    trial->first = trial->count;
+    trial->more_rows.piece = 0.0;
+    trial->ended = false;
+    engine_reset_channel(trial->engine);
+    engine_begin_program(trial->engine);
+}
+
+static void cell(struct trial *trial) {
+    enum cell_wish wish = cell_act(&trial->in.bytes,
+                                   trial->engine,
+                                   &trial->config,
+                                   !(trial->mode & WITH_PLC));
+    if (wish == CELL_ABORT) {
+        trial->ended = true;
+        trial->first = trial->count;
+    }
+}
+
+static void order(struct trial *trial) {
+    struct bytes *bytes = &trial->in.bytes;
+    bool wide = (trial->more & MORE) != 0;
+    bool plc = (trial->mode & WITH_PLC) != 0;
+    if (wide && (!plc || take_byte(bytes) % 4 == 3)) {
+        cell(trial);
+    } else if (plc && fuzz_order(bytes, &segment, trial->in.axes, wide)) {
+        engine_halt(trial->engine);
+    }
 }
 
 static void turn(struct trial *trial) {
@@ -170,6 +253,8 @@ static void turn(struct trial *trial) {
         go_on(trial);
         return;
     case ENGINE_PROGRAM_END:
+        program_end(trial);
+        return;
     case ENGINE_PLC_FINISHED:
         trial->over = true;
         return;
@@ -181,36 +266,56 @@ static void turn(struct trial *trial) {
     default:
         break;
     }
-    if (orders && trial->mode & WITH_PLC) {
-        if (fuzz_order(bytes, trial->segment)) {
-            engine_halt(trial->engine);
-        }
+    if (orders) {
+        order(trial);
     }
+}
+
+static int cycles_for(size_t size) {
+    size_t cycles = CYCLES_LEAST + CYCLES_PER_BYTE * size;
+    return cycles < CYCLES ? (int)cycles : CYCLES;
+}
+
+static void clear_segment(const struct trial *trial) {
+    memset(&segment, 0, sizeof segment);
+    segment.channel[0].head.plc_present_w = 1;
+    for (int i = 0; i <= trial->in.axes; i++) {
+        segment.axis[i].head.plc_present_w = (trial->more & MORE) != 0;
+    }
+}
+
+/* The second byte: axes, and more. */
+static void take_settings(struct trial *trial) {
+    trial->mode = take_byte(&trial->in.bytes);
+    uint8_t second = take_byte(&trial->in.bytes);
+    trial->in.axes = 2 + second % 5;
+    trial->more = second / 5;
+    fuzz_rows_pool(&trial->in);
+    trial->in.raw_too = !(trial->mode & STAGES);
+    configure(&trial->config, trial->mode, trial->in.axes);
+    configure_more(&trial->config, trial->more, trial->in.axes);
 }
 
 static bool start(struct trial *trial, const uint8_t *data, size_t size) {
     fuzz_rows_start(&trial->in, data, size);
-    trial->mode = take_byte(&trial->in.bytes);
-    trial->in.axes = 2 + take_byte(&trial->in.bytes) % 5;
-    fuzz_rows_pool(&trial->in);
-    trial->in.raw_too = !(trial->mode & STAGES);
-    configure(&trial->config, trial->mode, trial->in.axes);
-    trial->left = CYCLES;
+    take_settings(trial);
+    trial->left = cycles_for(size);
     trial->began_s = cpu_s();
-    size_t room = (sizeof *trial->segment + 63) / 64 * 64;
-    trial->segment = aligned_alloc(64, room);
-    memset(trial->segment, 0, sizeof *trial->segment);
-    trial->segment->channel[0].head.plc_present_w = 1;
-    trial->engine = engine_new(&trial->config,
-                               trial->mode & WITH_PLC ? trial->segment : NULL);
+    clear_segment(trial);
+    trial->engine =
+        engine_new(&trial->config, trial->mode & WITH_PLC ? &segment : NULL);
     if (!trial->engine) {
         return false;
     }
     if (trial->mode & STAGES) {
         trial->chain = chain_new(trial->in.axes, trial->in.position);
     }
+    more_rows_start(&trial->more_rows, &trial->in, !trial->chain);
     engine_record(trial->engine, RING);
     engine_set_synch(trial->engine, NC_M, 20, SYNCH_MVS_SVS, 0);
+    if (trial->more & MORE) {
+        cell_start(&trial->in.bytes, trial->engine);
+    }
     judge_start(&trial->judge, trial->engine);
     return true;
 }
@@ -225,18 +330,18 @@ int fuzz_engine(const uint8_t *data, size_t size) {
             turn(trial);
             if (cpu_s() - trial->began_s > SLOW_S) {
                 fuzz_broken("%d cycles take over %g s",
-                            CYCLES - trial->left,
+                            cycles_for(size) - trial->left,
                             SLOW_S);
                 break;
             }
         }
+        engine_record_end(trial->engine);
         judge_end(&trial->judge);
         engine_free(trial->engine);
     }
     if (trial->chain) {
         chain_free(trial->chain);
     }
-    free(trial->segment);
     free(trial);
     return 0;
 }

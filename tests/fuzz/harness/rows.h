@@ -7,7 +7,7 @@
 #include "bytes.h"
 #include "calls.h"
 
-#define FUZZ_POOL 256
+#define FUZZ_POOL 1024
 
 struct rows_in {
     struct bytes bytes;
