@@ -80,7 +80,8 @@
     CALL(engine_set_override)                                                  \
     CALL(engine_stall_planner)                                                 \
     CALL(engine_rehearse)                                                      \
-    CALL(engine_set_spindle_synch)
+    CALL(engine_set_spindle_synch)                                             \
+    CALL(engine_set_axis)
 
 #ifdef FUZZ_LOADED
 #define FUZZ_MEMBER(name) __typeof__(&name) to_##name;

@@ -29,7 +29,9 @@ void cell_start(struct bytes *bytes, struct engine *engine) {
         engine_set_synch(engine, NC_M, 10 + i, types[i], ahead);
         engine_set_synch(engine, NC_H, 10 + i, types[i], ahead);
     }
-    engine_set_synch(engine, NC_T, 0, types[take_byte(bytes) % TYPES], 0);
+    uint8_t tool = take_byte(bytes);
+    engine_set_synch(engine, NC_T, 0, types[tool % TYPES], 0);
+    engine_hold_start(engine, tool > 250);
     for (uint32_t i = 0; i < 20; i++) {
         engine_set_spindle_synch(engine, i, types[i % 4]);
     }
@@ -177,8 +179,8 @@ enum cell_wish cell_act(struct bytes *bytes,
     case 9:
         engine_stall_planner(engine, more & 1);
         break;
-    case 10:
-        engine_hold_start(engine, more & 1);
+    case 10: /* held by cell_start alone: it is for axes that stand */
+        engine_hold_start(engine, 0);
         break;
     case 11:
         if (alone) {

@@ -50,7 +50,9 @@ struct trial {
     struct judge judge;
     struct rows_in in;
     struct more_rows more_rows;
-    struct chain *chain; /* NULL: rows go to the engine as they are */
+    struct bytes behind;  /* with MORE: the bytes of orders, behind the rows */
+    struct bytes *orders; /* where orders are read */
+    struct chain *chain;  /* NULL: rows go to the engine as they are */
     nc_block rows[BATCH];
     int64_t first, count;
     int mode, more, left; /* cycles */
@@ -196,6 +198,20 @@ static void go_on(struct trial *trial) {
     engine_resync(trial->engine);
 }
 
+/* The first axis goes and another one comes to its place, a slower one. */
+static void exchange_axis(struct trial *trial, const engine_state *state) {
+    engine_config *config = &trial->config;
+    config->v_max[0] *= 0.5;
+    engine_axis axis = {.v_max = config->v_max[0],
+                        .a_max = config->a_max[0],
+                        .j_max = config->j_max[0],
+                        .position = state->position[0],
+                        .area = trial->mode & WITH_PLC ? 0 : -1,
+                        .number = 7,
+                        .name = "X2"};
+    engine_set_axis(trial->engine, 0, &axis);
+}
+
 /* The next program begins where the axes stand, if there are bytes for one. */
 static void program_end(struct trial *trial) {
     engine_state state;
@@ -210,11 +226,14 @@ static void program_end(struct trial *trial) {
     trial->more_rows.piece = 0.0;
     trial->ended = false;
     engine_reset_channel(trial->engine);
+    if (trial->more & RETRACE) {
+        exchange_axis(trial, &state);
+    }
     engine_begin_program(trial->engine);
 }
 
 static void cell(struct trial *trial) {
-    enum cell_wish wish = cell_act(&trial->in.bytes,
+    enum cell_wish wish = cell_act(trial->orders,
                                    trial->engine,
                                    &trial->config,
                                    !(trial->mode & WITH_PLC));
@@ -225,7 +244,7 @@ static void cell(struct trial *trial) {
 }
 
 static void order(struct trial *trial) {
-    struct bytes *bytes = &trial->in.bytes;
+    struct bytes *bytes = trial->orders;
     bool wide = (trial->more & MORE) != 0;
     bool plc = (trial->mode & WITH_PLC) != 0;
     if (wide && (!plc || take_byte(bytes) % 4 == 3)) {
@@ -236,7 +255,7 @@ static void order(struct trial *trial) {
 }
 
 static void turn(struct trial *trial) {
-    struct bytes *bytes = &trial->in.bytes;
+    struct bytes *bytes = trial->orders;
     bool orders = (trial->mode & ORDERS) != 0;
     int event = run(trial, orders ? 1 + take_byte(bytes) % 8 : 51);
     engine_mode_command command;
@@ -296,9 +315,24 @@ static void take_settings(struct trial *trial) {
     configure_more(&trial->config, trial->more, trial->in.axes);
 }
 
+/* Bytes of rows and of orders keep apart, so a change of one leaves the others
+ * as they are. */
+static void split(struct trial *trial) {
+    struct bytes *rows = &trial->in.bytes;
+    trial->orders = rows;
+    if (trial->more & MORE) {
+        uint8_t share = take_byte(rows);
+        size_t kept = rows->left * share / 256;
+        trial->behind = (struct bytes){rows->next + kept, rows->left - kept};
+        trial->orders = &trial->behind;
+        rows->left = kept;
+    }
+}
+
 static bool start(struct trial *trial, const uint8_t *data, size_t size) {
     fuzz_rows_start(&trial->in, data, size);
     take_settings(trial);
+    split(trial);
     trial->left = cycles_for(size);
     trial->began_s = cpu_s();
     clear_segment(trial);
