@@ -157,7 +157,8 @@ static void take_mail(struct rt_cycles *rt) {
     ATOMIC_SET(rt->taken, rt->taken + 1);
 }
 
-/* Multiples of 90 degrees give exact values; what is not finite has no angle. */
+/* Multiples of 90 degrees give exact values; what is not finite has no angle.
+ */
 static double sine(double degrees) {
     if (!isfinite(degrees)) {
         return NAN;

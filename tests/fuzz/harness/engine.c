@@ -152,8 +152,14 @@ static void through_stages(struct trial *trial) {
 
 static bool next_row(struct trial *trial) {
     nc_block *row = &trial->rows[trial->count];
-    return trial->more & MORE ? more_row(&trial->more_rows, row)
-                              : fuzz_row(&trial->in, row);
+    if (trial->more & MORE) {
+        return more_row(&trial->more_rows, row);
+    }
+    bool made = fuzz_row(&trial->in, row);
+    if (made) {
+        more_rows_see(&trial->more_rows, row);
+    }
+    return made;
 }
 
 /* The engine asks for rows. Orders stand between them, so a batch of an input
@@ -194,7 +200,8 @@ static void go_on(struct trial *trial) {
     engine_get_state(trial->engine, &state);
     memcpy(trial->in.position, state.position, sizeof state.position);
     trial->first = trial->count;
-    trial->more_rows.piece = 0.0;
+    trial->in.consistent &= !trial->more_rows.in_loop; /* left in the middle */
+    more_rows_anew(&trial->more_rows);
     engine_resync(trial->engine);
 }
 
@@ -223,7 +230,7 @@ static void program_end(struct trial *trial) {
     engine_get_state(trial->engine, &state);
     memcpy(trial->in.position, state.position, sizeof state.position);
     trial->first = trial->count;
-    trial->more_rows.piece = 0.0;
+    more_rows_anew(&trial->more_rows);
     trial->ended = false;
     engine_reset_channel(trial->engine);
     if (trial->more & RETRACE) {

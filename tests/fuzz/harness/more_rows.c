@@ -7,7 +7,8 @@
 #define PARTS 64 /* of a curve whose length is measured */
 
 void more_rows_start(struct more_rows *more, struct rows_in *in, bool curves) {
-    *more = (struct more_rows){in, in->pool_n, 0.0, curves};
+    *more =
+        (struct more_rows){.in = in, .pool_n = in->pool_n, .curves = curves};
 }
 
 void more_rows_batch(struct more_rows *more) {
@@ -149,12 +150,46 @@ static void loop(struct rows_in *in, nc_block *row) {
     row->flags = what & 2 ? NC_MODULO : 0;
 }
 
-bool more_row(struct more_rows *more, nc_block *row) {
-    struct rows_in *in = more->in;
-    if (more->piece > 0.0) {
-        piece(more, row);
-        return true;
+static bool is_closed(const struct more_rows *more) {
+    const struct rows_in *in = more->in;
+    return !memcmp(more->begin,
+                   in->position,
+                   (size_t)in->axes * sizeof(double));
+}
+
+void more_rows_see(struct more_rows *more, const nc_block *row) {
+    if (row->type == NC_RT_LOOP_BEGIN && !more->in_loop) {
+        more->in_loop = true;
+        memcpy(more->begin, more->in->position, sizeof more->begin);
+    } else if (row->type == NC_RT_LOOP_END) {
+        more->in->consistent &= !more->in_loop || is_closed(more);
+        more->in_loop = more->closing = false;
     }
+}
+
+void more_rows_anew(struct more_rows *more) {
+    more->piece = 0.0;
+    more->in_loop = more->closing = false;
+}
+
+/* Back to where the loop begins. */
+static void close_loop(struct more_rows *more, nc_block *row) {
+    struct rows_in *in = more->in;
+    double main = 0.0, others = 0.0;
+    begin(in, row, NC_LINEAR);
+    memcpy(row->end, more->begin, sizeof row->end);
+    for (int i = 0; i < in->axes; i++) {
+        double way = more->begin[i] - in->position[i];
+        *(i < 3 ? &main : &others) += way * way;
+    }
+    row->length = row->length_min = sqrt(main > 0.0 ? main : others);
+    row->feed = 50.0;
+    memcpy(in->position, row->end, sizeof in->position);
+    more->closing = true;
+}
+
+static bool any_row(struct more_rows *more, nc_block *row) {
+    struct rows_in *in = more->in;
     switch (take_byte(&in->bytes) % 12) {
     case 0:
     case 1:
@@ -176,4 +211,21 @@ bool more_row(struct more_rows *more, nc_block *row) {
     default:
         return fuzz_row(in, row);
     }
+}
+
+bool more_row(struct more_rows *more, nc_block *row) {
+    if (more->piece > 0.0) {
+        piece(more, row);
+        return true;
+    }
+    if (more->closing) {
+        begin(more->in, row, NC_RT_LOOP_END);
+    } else if (!any_row(more, row)) {
+        return false;
+    }
+    if (row->type == NC_RT_LOOP_END && more->in_loop && !is_closed(more)) {
+        close_loop(more, row);
+    }
+    more_rows_see(more, row);
+    return true;
 }
