@@ -131,7 +131,7 @@ static void function(struct rows_in *in, nc_block *row) {
     row->code = (what >> 3) % 22;
     row->value = take_byte(&in->bytes) * 10.0;
     row->flags = what & 128 ? NC_HAS_VALUE : 0;
-    row->flags |= take_byte(&in->bytes) & 1 ? NC_STANDSTILL : 0;
+    row->flags |= fuzz_function_flags(row, take_byte(&in->bytes) & 1);
 }
 
 static void event(struct rows_in *in, nc_block *row) {
