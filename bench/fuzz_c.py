@@ -23,6 +23,8 @@ CORPUS = ROOT / "tests/fuzz/corpus"
 TARGETS = ("scanner", "words", "stages", "engine")
 LONGEST = {"scanner": 2000, "words": 800, "stages": 1200, "engine": 600}
 """Bytes of an input: a longer one is slower and shows nothing more."""
+OPTIONS = {"engine": ["-entropic=0"]}
+"""Its many features make the choice of inputs as slow as an execution."""
 SHORT = {"scanner": 64, "words": 64, "stages": 120, "engine": 100}
 """The same where the number of executions counts (``shake``)."""
 HARNESS_FILES = (
@@ -33,7 +35,9 @@ HARNESS_FILES = (
     "rows",
     "chain",
     "stages",
+    "more_rows",
     "plc",
+    "cell",
     "judge",
     "engine",
 )
@@ -49,6 +53,11 @@ KINDS = {
 }
 # as of c_ext/build_ffi.py
 FLAGS = "-std=gnu11 -fno-fast-math -ffp-contract=off -pthread -w"
+FLAGS += " -DENGINE_SMALL_RINGS"
+NUMERIC = ("c_ext/jerk/", "c_ext/maths/", "c_ext/curve/")
+COMPARED = ("c_ext/rows/", "tests/")
+"""What compares bytes of an input; other numbers would only slow the fuzzer down."""
+ASAN = {"ASAN_OPTIONS": "malloc_context_size=5:quarantine_size_mb=16"}
 MAINS = {
     "fuzz": [],
     "shake": [HARNESS / "shake.c"],
@@ -113,12 +122,19 @@ class Build:
         self.folder.mkdir(parents=True, exist_ok=True)
         self._flags = [*FLAGS.split(), *KINDS[kind].split(), *_includes()]
 
+    def _more(self, source: Path) -> list[str]:
+        name = source.relative_to(ROOT).as_posix()
+        if self.kind != "fuzz" or name.startswith(COMPARED):
+            return []
+        faster = ["-O2"] if name.startswith(NUMERIC) else []
+        return [*faster, "-fno-sanitize-coverage=trace-cmp"]
+
     def _object(self, source: Path) -> Path:
         name = str(source.relative_to(ROOT)).replace("/", "-")
         made, depends = self.folder / f"{name}.o", self.folder / f"{name}.d"
         if not made.exists() or made.stat().st_mtime < _newest(depends):
             how = ["-MMD", "-MF", depends, "-c", source, "-o", made]
-            _run("clang", *self._flags, *how)
+            _run("clang", *self._flags, *self._more(source), *how)
         return made
 
     def objects(self, targets: list[str]) -> list[Path]:
@@ -185,11 +201,17 @@ def run(
         f"-seed={seed}",
         "-print_final_stats=1",
         "-verbosity=1",
+        *OPTIONS.get(target, []),
         f"-artifact_prefix={found}/",
     ]
     words = list(map(str, command))
     done = subprocess.run(
-        words, capture_output=True, text=True, errors="replace", check=False
+        words,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+        env=os.environ | ASAN,
     )
     said = done.stderr
     executed = DONE.search(said)

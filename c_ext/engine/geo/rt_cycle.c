@@ -157,8 +157,12 @@ static void take_mail(struct rt_cycles *rt) {
     ATOMIC_SET(rt->taken, rt->taken + 1);
 }
 
-/* Multiples of 90 degrees give exact values. */
+/* Multiples of 90 degrees give exact values; what is not finite has no angle.
+ */
 static double sine(double degrees) {
+    if (!isfinite(degrees)) {
+        return NAN;
+    }
     double turns = rint(fmod(degrees, 360.0) / 90.0);
     double rest = (fmod(degrees, 360.0) - 90.0 * turns) / DEGREES;
     int quadrant = (int)turns & 3;

@@ -32,6 +32,9 @@ void memory_large(void *memory, size_t bytes) {
 }
 
 void memory_touch(void *memory, size_t bytes) {
+#ifdef ENGINE_SMALL_RINGS /* most of it is never used */
+    bytes = 0;
+#endif
     struct pages pages = whole_pages(memory, bytes);
     memory_large(memory, bytes);
 #ifdef MADV_POPULATE_WRITE

@@ -11,8 +11,19 @@
 #include "jerk/state/api.h"
 
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
+/* Fuzzing: an engine is made at once, and a short program goes round its rings.
+ */
+#ifdef ENGINE_SMALL_RINGS
+#define RUN_RING_MAX 4096u
+#define STORE_AHEAD 896u
+#define PHASE_RING 512u
+#else
 /* pieces of the run ring at the most; fewer where the window is small */
 #define RUN_RING_MAX 16384u
+/* pieces prepared ahead of those the path has reached */
+#define STORE_AHEAD 16384u
+#define PHASE_RING 4096u
+#endif
 #define RUN_MORE                                                               \
     (1064u + KEPT_BEHIND + PHASE_RING                                          \
      + 64u) /* beyond the window: fed ahead, kept, committed */
@@ -20,11 +31,8 @@
 #define CORNERS_BEHIND 1000u
 /* executed pieces that stay readable, more than the planner looks back */
 #define KEPT_BEHIND 1024u
-/* pieces prepared ahead of those the path has reached */
-#define STORE_AHEAD 16384u
 #define STORE_KEPT_MAX (1u << 20)
 #define STORE_BYTES 176u /* P-STUP-00033: what one stored block counts */
-#define PHASE_RING 4096u
 
 #define NEVER 1e300
 #define GEO_STANDS 1e-9 /* mm/s: GEO takes less for a standstill */

@@ -53,7 +53,35 @@
     CALL(engine_resync)                                                        \
     CALL(engine_get_state)                                                     \
     CALL(engine_take_mode_command)                                             \
-    CALL(engine_take_plc_error)
+    CALL(engine_take_plc_error)                                                \
+    CALL(engine_begin_program)                                                 \
+    CALL(engine_abort)                                                         \
+    CALL(engine_reset_channel)                                                 \
+    CALL(engine_set_mode)                                                      \
+    CALL(engine_suppress_functions)                                            \
+    CALL(engine_set_program_name)                                              \
+    CALL(engine_set_error)                                                     \
+    CALL(engine_post_error)                                                    \
+    CALL(engine_external)                                                      \
+    CALL(engine_write_external)                                                \
+    CALL(engine_show_commands)                                                 \
+    CALL(engine_rt_cycle)                                                      \
+    CALL(engine_expect_drain)                                                  \
+    CALL(engine_expect_cycle)                                                  \
+    CALL(engine_hold_by_cell)                                                  \
+    CALL(engine_hold)                                                          \
+    CALL(engine_macro_runs)                                                    \
+    CALL(engine_take_command)                                                  \
+    CALL(engine_hold_start)                                                    \
+    CALL(engine_record_end)                                                    \
+    CALL(engine_elements)                                                      \
+    CALL(engine_get_standstill)                                                \
+    CALL(engine_tell_standstill)                                               \
+    CALL(engine_set_override)                                                  \
+    CALL(engine_stall_planner)                                                 \
+    CALL(engine_rehearse)                                                      \
+    CALL(engine_set_spindle_synch)                                             \
+    CALL(engine_set_axis)
 
 #ifdef FUZZ_LOADED
 #define FUZZ_MEMBER(name) __typeof__(&name) to_##name;

@@ -5,7 +5,8 @@
 #include "calls.h"
 #include "hli/hli_layout.h"
 
-/* True: the engine is to be halted. */
-bool fuzz_order(struct bytes *bytes, HLI_SEGMENT *segment);
+/* `axes`: those of the channel, the spindle stands behind them; `wide`: the
+ * input knows all orders. True: the engine is to be halted. */
+bool fuzz_order(struct bytes *bytes, HLI_SEGMENT *segment, int axes, bool wide);
 
 #endif

@@ -189,6 +189,11 @@ static bool raw(struct rows_in *in, nc_block *row) {
     return true;
 }
 
+uint16_t fuzz_function_flags(const nc_block *row, bool standstill) {
+    bool stops = row->type == NC_M && (row->code < 3 || row->code == 30);
+    return standstill || stops ? NC_STANDSTILL : 0;
+}
+
 static bool function(struct rows_in *in, nc_block *row, uint8_t kind) {
     static const uint8_t types[] = {NC_M, NC_DWELL, NC_MARKER};
     begin(in, row, types[kind % 16 - 6]);
@@ -196,7 +201,7 @@ static bool function(struct rows_in *in, nc_block *row, uint8_t kind) {
     switch (row->type) {
     case NC_M:
         row->code = number % 40;
-        row->flags = kind & 16 ? NC_STANDSTILL : 0;
+        row->flags = fuzz_function_flags(row, kind & 16);
         break;
     case NC_DWELL:
         row->value = number / 1000.0;

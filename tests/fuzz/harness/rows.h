@@ -7,7 +7,7 @@
 #include "bytes.h"
 #include "calls.h"
 
-#define FUZZ_POOL 256
+#define FUZZ_POOL 1024
 
 struct rows_in {
     struct bytes bytes;
@@ -23,6 +23,8 @@ struct rows_in {
 void fuzz_rows_start(struct rows_in *in, const uint8_t *data, size_t size);
 /* Coefficients of polynomials: one byte says how many. */
 void fuzz_rows_pool(struct rows_in *in);
+/* Flags of a function: M00, M01, M02 and M30 come at standstill alone. */
+uint16_t fuzz_function_flags(const nc_block *row, bool standstill);
 /* The next row; false: the bytes made none. */
 bool fuzz_row(struct rows_in *in, nc_block *row);
 

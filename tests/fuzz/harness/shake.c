@@ -1,6 +1,7 @@
 /* Without feedback, so many times as fast as a fuzzer: inputs of a list of
  * files, one name a line, changed at random and run. The input that is running
  * is written to a file when it breaks something. */
+#include <malloc.h>
 #include <signal.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -14,6 +15,7 @@
 #define INPUTS_MAX 20000
 #define LONGEST 4096
 #define CHANGES_MAX 4
+#define LARGE (1 << 18) /* bytes: more comes as zeros from the system */
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 #if __has_feature(address_sanitizer)
@@ -136,6 +138,7 @@ int main(int words, char **word) {
         fprintf(stderr, "usage: %s LIST KEPT TIMES SEED LONGEST\n", word[0]);
         return 2;
     }
+    mallopt(M_MMAP_THRESHOLD, LARGE);
     kept = word[2];
     state = strtoull(word[4], NULL, 10) * 2654435769u + 1u;
     longest = strtoull(word[5], NULL, 10);
