@@ -289,6 +289,19 @@ def test_expressions_are_those_of_the_program(
         )
 
 
+@pytest.mark.sanitize("engine")
+@pytest.mark.parametrize("function", ["SIN", "COS", "TAN", "COT"])
+def test_an_angle_that_is_no_number_changes_nothing(
+    function: str, tmp_path: Path
+) -> None:
+    """As any other value that is not finite; nothing becomes an integer of it."""
+    body = f"V.E.OUT = {function}[10 ** 200 * 10 ** 200]"
+    program = "V.E.OUT = 0.75\n" + cycle(body, "ID=1 SCOPE=GLOBAL")
+    with Inside(tmp_path, program, CELL) as cnc:
+        cnc.end()
+        assert real(cnc, 2) == 0.75
+
+
 @pytest.mark.parametrize(
     ("text", "code", "line"),
     [
