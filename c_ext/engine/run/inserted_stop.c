@@ -10,6 +10,9 @@
 #include "hli/sync.h"
 #include "rows/nc_block.h"
 
+#define ROUNDING 1e-6 /* mm */
+#define SPARE 0.05    /* of the braking way on a curve */
+
 /* Where in a piece an axis is at `target`: the first place found, or -1. Lines
  * and arcs change direction rarely enough. */
 static double axis_crossing(struct engine *engine,
@@ -166,6 +169,17 @@ static uint64_t standstill_piece(struct engine *engine, double *s) {
     return engine->commit.v > 0.0 ? tail->piece : engine->commit.piece;
 }
 
+/* How much farther a stop has to lie. A curve that is cut is divided anew, and
+ * its parts may allow a little less than the brake that was planned takes. */
+static double spare_way(const struct engine *engine, uint64_t i, double s) {
+    const struct piece *piece = piece_at(&engine->run, i);
+    if (piece->type == NC_LINEAR || engine->commit.v <= 0.0) {
+        return ROUNDING;
+    }
+    double from = engine->commit.piece == i ? engine->commit.s : 0.0;
+    return fmax(ROUNDING, SPARE * (s - from));
+}
+
 /* The stop lies in the piece in which the path could come to rest: that one is
  * cut in two. */
 static bool cut_standstill_piece(struct engine *engine) {
@@ -178,10 +192,11 @@ static bool cut_standstill_piece(struct engine *engine) {
     if (!is_motion(piece) || piece->shortcut || piece->dir < 0) {
         return false;
     }
+    remainder += spare_way(engine, i, remainder);
     if (!engine->dispatch.insert.axis
-        && engine->dispatch.target < run_dist(&engine->geo, piece, remainder)) {
+        && engine->dispatch.target <= run_dist(&engine->geo, piece, remainder)) {
         engine->dispatch.target =
-            run_dist(&engine->geo, piece, remainder + 1e-6);
+            run_dist(&engine->geo, piece, remainder + ROUNDING);
     }
     double stop = inserted_stop_in(engine, piece, remainder);
     if (stop < 0.0) {
