@@ -171,6 +171,8 @@ void corner_zones_use(struct engine *engine,
                       const struct piece *next,
                       zone_use *first,
                       zone_use *last) {
+    static const double none[NC_AXES] = {0};
+    first->reserve = last->reserve = none;
     used_ahead(engine, piece, first);
     used_behind(engine, piece, next, last);
 }

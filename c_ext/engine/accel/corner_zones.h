@@ -9,8 +9,8 @@
 /* Acceleration that jumps use up over some mm from one end of a piece on. */
 typedef struct zone_use {
     double reach;
-    const double *reserve; /* of every axis, where reach > 0; `sum`, or that of
-                              a corner */
+    const double *reserve; /* of every axis: `sum`, that of a corner, or zeros
+                              where reach is 0 */
     double sum[NC_AXES];
 } zone_use;
 
