@@ -45,6 +45,7 @@ IDLE_CHECKED, REPEATS_CHECKED = 50_000, 40_000
 # what a block counts for that is no plain motion, and each of its settings: all
 # stages begin anew behind one
 COMPUTED_WORK, SETTING_WORK = 4, 40
+VALUES_A_BLOCK = 150  # of a file that cost as much as one
 # all of them, in a program that will not run: behind an error
 REPEATS_BEHIND_ERROR = 8_000
 
@@ -381,6 +382,11 @@ class BlockReader(ABC):
         if level.again and self._collect and not self._ended:
             self._repeated += blocks
             self._end_check()
+
+    def count_values(self, count: int) -> None:
+        """A block reads or writes so many values: it costs as much as some."""
+        if self._collect and self.flow.level.again:
+            self._repeated += count // VALUES_A_BLOCK
 
     def _count_settings(self, items: Sequence[Row | Wait]) -> None:
         """They cost a check much more than a motion does."""

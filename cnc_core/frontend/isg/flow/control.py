@@ -490,32 +490,42 @@ class Control:
         """Skip to behind the matching #COMMENT END."""
 
         def run() -> None:
-            behind = self._behind()
-            place = self._flow.file.places.get(("comment", behind.position))
+            behind, places = self._behind(), self._flow.file.places
+            key = ("comment", behind.position)
+            if key not in places:
+                self._find_comment_ends(behind)
+            place: Mark | None = places[key]
             if place is None:
-                place = self._find_comment_end(behind, offset)
-                self._flow.file.keep_place(("comment", behind.position), place)
+                raise fail(20569, "#COMMENT BEGIN without #COMMENT END", offset)
             self._flow.skip(place)
 
         return run
 
-    def _find_comment_end(self, begin: Mark, offset: int) -> Mark:
-        source = self._flow.source
-        line, depth, before = begin.line, 1, source.position
+    def _find_comment_ends(self, begin: Mark) -> None:
+        """Keep the end of this comment and of those in it, None where there is
+        none: the text behind is read once, however many begin.
+        """
+        source, file = self._flow.source, self._flow.file
+        line, before = begin.line, source.position
+        found: dict[int, Mark | None] = {}
+        begun = [begin.position]
         try:
-            while True:
+            while begun:
                 line += source.hop(COMMENTS)
                 block = read_block(source, line)
                 if block is None:
-                    raise fail(
-                        20569, "#COMMENT BEGIN without #COMMENT END", offset
-                    )
+                    break
                 line += block.lines_read
-                depth = comment_depth(head_of(block.text), depth)
-                if depth == 0:
-                    return Mark(source.position, line)
+                change = comment_depth(head_of(block.text), 1) - 1
+                if change > 0:
+                    begun.append(source.position)
+                elif change < 0:
+                    found[begun.pop()] = Mark(source.position, line)
         finally:
             source.seek(before)
+        found.update(dict.fromkeys(begun))
+        for position in sorted(found, reverse=True):  # the next ones stay
+            file.keep_place(("comment", position), found[position])
 
 
 def _same(a: Value, b: Value) -> bool:

@@ -325,6 +325,7 @@ class Instructions:
                 raise fail(
                     901001, f"LOAD_VAR: file not found: {name}", self._start
                 )
+            self._program.count_values(len(text) // 2)
             self._program.store.list = numbers_of(name, text, self._start)
             return ()
 
@@ -334,6 +335,7 @@ class Instructions:
         name = self._name("a file name")
 
         def run() -> Items:
+            self._program.count_values(len(self._program.store.list))
             text = "".join(
                 f"{value!r}{LINE}" for value in self._program.store.list
             )

@@ -11,6 +11,8 @@ from ..base.words import Words
 from .frame import check_slot
 from .state import ChannelState
 
+LARGEST = 2**31 - 1  # number of a tool in a row
+
 
 def selections(channel: ChannelState, words: Words) -> list[Row]:
     """Slots, head, pause mode, feed, tool and speed of a block."""
@@ -85,7 +87,7 @@ def check_tool(channel: ChannelState, number: float, offset: int) -> None:
     known = {**channel.cell.tools, **channel.machine.tools}
     if (
         number != int(number)
-        or number < 0
+        or not 0 <= number <= LARGEST
         or (number and known and number not in known)
     ):
         raise fail(900014, f"T{number:g}: the machine has no such tool", offset)

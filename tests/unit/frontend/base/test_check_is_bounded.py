@@ -221,3 +221,33 @@ def test_a_block_behind_plain_lines_is_compiled_once(
         text = f"G1 F100\n$FOR P1=1,50,1\n{line}\n$ENDFOR\nM30\n"
         checked(tmp_path, "a.nc", text)
         assert compiled.pop("$ENDFOR") <= 2
+
+
+def test_comments_that_never_end_are_searched_once(tmp_path: Path) -> None:
+    """Each has its error; the text behind is read for the first one alone."""
+    text = "#COMMENT BEGIN\n" * 2000
+    program, _ = checked(tmp_path, "a.nc", text)
+    assert {error.code for error in program.errors} == {20569, 900022}
+    inner = "#COMMENT BEGIN\n#COMMENT BEGIN\nX1\n#COMMENT END\nN9 G1 X1 F100\n"
+    program, rows = checked(tmp_path, "b.nc", inner)
+    assert [error.place.line for error in program.errors] == [1]
+    assert rows == 1
+
+
+@pytest.mark.parametrize("word", ["SAVE_VAR", "LOAD_VAR"])
+def test_files_of_many_values_count_for_many_blocks(
+    word: str, tmp_path: Path
+) -> None:
+    """The check ends long before the last pass."""
+    (tmp_path / "v.txt").write_text("1\n" * 60_000)
+    text = f'DIM_VAR 60000\nLOOP 100000\n{word} "v.txt"\nEND_LOOP\n'
+    program, _ = checked(tmp_path, "a.isons", text)
+    assert program.reader.block_count < 1000
+
+
+@pytest.mark.parametrize("number", ["3000000000", "99999999999999999999"])
+def test_a_tool_number_that_no_row_holds(number: str, tmp_path: Path) -> None:
+    """Refused with its place, with no tool table too."""
+    program, _ = checked(tmp_path, "a.isons", f"G1X1F100\nT{number}\n")
+    (error,) = program.errors
+    assert (error.code, error.place.line) == (900014, 2)
