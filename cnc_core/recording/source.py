@@ -236,7 +236,7 @@ class NpzSource:
         try:
             found = self._columns(table, kinds)
         except BROKEN:
-            why = f"{table} is not what it says of itself"
+            why = f"{table}: a column is not what the account says"
             raise not_a_recording(self._path, why) from None
         yield found
 
