@@ -23,6 +23,7 @@ from .isons import IsonsConfig
 from .kinematics import KinematicsConfig
 from .osai import OsaiConfig
 from .setups import setups_of
+from .toml import toml_of
 from .tools import ToolConfig
 
 NEAR = 0.6  # of a key: what may have been meant
@@ -148,9 +149,7 @@ def parse_config(text: str, file: str = "") -> CellConfig:
     first mistake.
     """
     try:
-        values = tomllib.loads(text)
-    except RecursionError:
-        raise ConfigError("nested too deeply", Place(file)) from None
+        values = toml_of(text, file)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(
             f"not TOML: {error}", _toml_place(file, text, str(error))

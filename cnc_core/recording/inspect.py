@@ -188,7 +188,7 @@ def state_at(
 
 def _is_within(values: Any, value: float) -> bool:
     """Whether a place is none behind all that was recorded."""
-    last = float(np.nanmax(values))
+    last = float(np.fmax.reduce(values))
     return 0.0 <= value <= last + 1e-9 * max(1.0, abs(last))
 
 

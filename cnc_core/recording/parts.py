@@ -1,7 +1,8 @@
 """The parts of a recording while a run lasts: a folder beside the target.
 
 ``run.parquet.parts`` holds a stream of each process.  It goes when the target is
-written; it stays where that was not possible, and readers understand it.
+written; it stays where that was not possible, and readers understand it.  Only
+its user can enter it.
 """
 
 from __future__ import annotations
@@ -105,7 +106,7 @@ class Parts:
 
     def _make_folder(self) -> None:
         """With its owner in it, or not at all."""
-        self.folder.mkdir()
+        self.folder.mkdir(mode=0o700)
         me = os.getpid()
         try:
             owner = f"{me} {sync.hs_process_start(me)}"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import mmap
+import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Protocol
@@ -17,6 +18,7 @@ import numpy as np
 from hli.part_file import END_OF_STREAM, META
 
 from ..errors import CncError
+from .npz_member import BROKEN, KINDS, META_BYTES, TEXT, array_of
 from .schema import TABLES
 
 BEGIN_OF_STREAM = b"\xff\xff\xff\xff"
@@ -194,37 +196,60 @@ class NpzSource:
     """An npz file: one array a column, called ``table.column``."""
 
     def __init__(self, path: Path) -> None:
-        import zipfile  # noqa: PLC0415
-
+        self._path = path  # opened for each table: nobody closes a recording
         try:
-            # opened here: numpy leaves a file open that is none of its own
-            with path.open("rb") as file:
-                arrays = np.load(file, allow_pickle=False)
-                self.meta = json.loads(str(arrays["meta"]))
+            with zipfile.ZipFile(path) as file:
+                text = array_of(file, "meta", (), TEXT, META_BYTES)
+            self.meta = json.loads(str(text))
             self.tables = {
                 name: {str(n): str(kind) for n, kind in columns.items()}
                 for name, columns in self.meta["types"].items()
             }
             self._rows = {n: int(k) for n, k in self.meta["rows"].items()}
+            if not all(map(self._is_likely, self.tables)):
+                raise KeyError
         except (zipfile.BadZipFile, EOFError, ValueError, RecursionError):
             raise not_a_recording(path, "no npz file") from None
-        except (KeyError, TypeError, AttributeError, IndexError):
+        except BROKEN:
             raise not_a_recording(path, OTHER) from None
-        self._path = path  # opened for each table: nobody closes a recording
         self.complete = bool(self.meta.get("complete"))
+
+    def _is_likely(self, table: str) -> bool:
+        """Whether a table can be what the account says of it."""
+        columns, rows = self.tables[table], self.rows(table)
+        units = self.meta.get("columns", {}).get(table, {})
+        if not KINDS.keys() >= {*columns.values()}:
+            return False
+        return (
+            isinstance(units, dict) and rows >= 0 and bool(columns or not rows)
+        )
 
     def rows(self, table: str) -> int:
         """Rows of a table."""
         return self._rows.get(table, 0)
 
     def chunks(self, table: str, columns: Sequence[str]) -> Iterator[Any]:
-        """The whole table."""
+        """The whole table; CncError: a column is not what the account says."""
+        if not self.rows(table):
+            return
+        kinds = {name: KINDS[self.tables[table][name]] for name in columns}
+        try:
+            found = self._columns(table, kinds)
+        except BROKEN:
+            why = f"{table}: a column is not what the account says"
+            raise not_a_recording(self._path, why) from None
+        yield found
+
+    def _columns(self, table: str, kinds: dict[str, np.dtype[Any]]) -> Any:
         import pyarrow as pa  # noqa: PLC0415
 
-        if self.rows(table):
-            with np.load(self._path, allow_pickle=False) as found:
-                arrays = [pa.array(found[f"{table}.{n}"]) for n in columns]
-            yield pa.table(arrays, names=list(columns))
+        shape = (self.rows(table),)
+        with zipfile.ZipFile(self._path) as file:
+            arrays = [
+                pa.array(array_of(file, f"{table}.{name}", shape, kind))
+                for name, kind in kinds.items()
+            ]
+        return pa.table(arrays, names=list(kinds))
 
 
 class JoinedSource:

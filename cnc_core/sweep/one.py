@@ -7,7 +7,6 @@ import os
 import shutil
 import tempfile
 import time
-import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from ..cell import Cell, RunResult
 from ..cell.scratch import scratch_prefix
 from ..config import CellConfig
 from ..config.reading import config_of
+from ..config.toml import toml_of
 from ..errors import CncError
 from ..planning import PlanResult, plan_program
 from ..program import Program
@@ -97,7 +97,7 @@ def recording_of(study: Study, folder: Path, number: int) -> Path | None:
 def cell_of(folder: Path, point: Point) -> CellConfig:
     """The cell with the point's members; CncError names a wrong one."""
     table: dict[str, Any] = (
-        tomllib.loads((folder / point.cell).read_text())
+        toml_of((folder / point.cell).read_text(), point.cell)
         if point.cell
         else {"axes": {name: {} for name in CellConfig().axes}}
     )

@@ -16,7 +16,8 @@ from pydantic import (
     model_validator,
 )
 
-from ..errors import CncError, Place
+from ..config.toml import toml_of
+from ..errors import CncError, ConfigError, Place
 from ..files import open_regular
 
 STUDY_BYTES = 1 << 20
@@ -122,7 +123,10 @@ class Study(Closed):
         if len(data) > STUDY_BYTES:
             raise CncError(902001, "a study of more than 1 MiB", place)
         try:
-            return cls.model_validate(tomllib.loads(data.decode()))
+            return cls.model_validate(toml_of(data.decode(), str(path)))
+        except ConfigError as error:
+            text = f"study: {error.text}"
+            raise CncError(902001, text, error.place) from None
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise CncError(902001, f"study: {error}", place) from None
         except ValidationError as error:

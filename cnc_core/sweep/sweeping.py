@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from ..config import load_config
-from ..errors import CncError, Place
+from ..config.toml import toml_of
+from ..errors import CncError, ConfigError, Place
 from .ledger import LEDGER, Ledger
 from .local import Hands
 from .on_ray import made as made_on_ray
@@ -62,12 +63,12 @@ def _check_cells(study: Study, folder: Path) -> None:
     """ConfigError: a cell with several channels, of which no run would come."""
     for name in study.cells:
         if name and (folder / name).is_file():
-            with contextlib.suppress(
-                tomllib.TOMLDecodeError
-            ):  # told by its run
-                table = tomllib.loads((folder / name).read_text())
-                if table.get("channels"):
-                    load_config(folder / name).of_one_channel()
+            try:
+                table = toml_of((folder / name).read_text(), name)
+            except (tomllib.TOMLDecodeError, ConfigError):
+                continue  # told by its run
+            if table.get("channels"):
+                load_config(folder / name).of_one_channel()
 
 
 def _made(

@@ -181,6 +181,17 @@ def test_parts_of_a_dead_process_are_recovered(tmp_path: Path) -> None:
     assert not Recording(parts.recovered).complete
 
 
+def test_parts_are_for_their_user_alone(tmp_path: Path) -> None:
+    """Others cannot enter the folder while a run records, so no file in it."""
+    before = os.umask(0)
+    try:
+        parts = Parts(tmp_path / "run.arrow")
+        written(parts.cnc, 1)
+    finally:
+        os.umask(before)
+    assert parts.folder.stat().st_mode & 0o777 == 0o700
+
+
 def test_a_name_that_is_being_recorded_is_refused(tmp_path: Path) -> None:
     """Two runs never write the same recording."""
     first = Parts(tmp_path / "run.arrow")

@@ -31,6 +31,14 @@ def test_a_grid_takes_every_combination_in_one_order(tmp_path: Path) -> None:
     assert [point.number for point in points(study)] == list(range(6))
 
 
+@pytest.mark.parametrize("text", ["a=" + "[" * 3000, "a." * 32000 + "b=1"])
+def test_a_study_that_is_nested_too_deeply(text: str, tmp_path: Path) -> None:
+    """It is refused as other mistakes of a study are, with its file."""
+    with pytest.raises(CncError, match="study: nested too deeply") as caught:
+        of(text, tmp_path)
+    assert caught.value.code == 902001
+
+
 def test_rows_go_together(tmp_path: Path) -> None:
     """A row is one alternative; it is combined with the other parameters."""
     study = of(
