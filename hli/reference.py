@@ -11,9 +11,7 @@ from __future__ import annotations
 
 from .reference_ahead import AHEAD
 
-MEMBERS = (
-    AHEAD
-    + r"""
+_MEMBERS = r"""
 HLI_SEGMENT
     the shared-memory object of one cell
 segment_head | | CNC | identity of the segment
@@ -529,4 +527,5 @@ axis_shown | | PLC | of each axis, the same of its 8 units
 again | | CNC | of each channel, units whose function is offered again, bits as `shown`
 axis_again | | CNC | of each axis, the same, bits as `axis_shown`
 """
-)
+
+MEMBERS = _MEMBERS + AHEAD
