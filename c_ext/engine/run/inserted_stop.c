@@ -194,7 +194,8 @@ static bool cut_standstill_piece(struct engine *engine) {
     }
     remainder += spare_way(engine, i, remainder);
     if (!engine->dispatch.insert.axis
-        && engine->dispatch.target <= run_dist(&engine->geo, piece, remainder)) {
+        && engine->dispatch.target
+               <= run_dist(&engine->geo, piece, remainder)) {
         engine->dispatch.target =
             run_dist(&engine->geo, piece, remainder + ROUNDING);
     }
