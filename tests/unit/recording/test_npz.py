@@ -146,7 +146,7 @@ def test_a_bomb_takes_no_memory(tmp_path: Path) -> None:
     code = "Recording(sys.argv[1]).cycles['v']"
     limit = (1 << 29, 1 << 29)
     done = subprocess.run(
-        [sys.executable, "-c", READ + code, path],
+        [sys.executable, "-P", "-c", READ + code, path],
         capture_output=True,
         text=True,
         check=False,
