@@ -64,7 +64,8 @@ int engine_set_axis(struct engine *engine,
     engine->cfg.j_max[place] = axis->j_max;
     engine->cfg.axis_id[place] = axis->number;
     engine->program.axes[place] = *axis;
-    engine->geo.position[place] = axis->position;
+    engine->geo.position[place] = engine->dispatch.stand[place] =
+        axis->position;
     if (engine->geo.piece != UINT64_MAX) { /* it is shown as the target */
         piece_at(&engine->run, engine->geo.piece)->end[place] = axis->position;
     }

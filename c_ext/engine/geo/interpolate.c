@@ -17,12 +17,14 @@
 
 static bool fetch_phase(struct engine *engine);
 
-/* Path and displayed distance at s of a motion. */
+/* Path and displayed distance at s of a motion. The planner may look at them
+ * while the path stands. */
 static void place_on_path(struct geo *geo,
                           const struct piece *piece,
                           double s) {
-    geo->path = geo->path_shift + piece->path0 + piece->path_rate * s;
-    geo->dist = piece->dist0 + piece->dist_rate * s;
+    store_f64_relaxed(&geo->path,
+                      geo->path_shift + piece->path0 + piece->path_rate * s);
+    store_f64_relaxed(&geo->dist, piece->dist0 + piece->dist_rate * s);
 }
 
 double geo_path_speed(const struct engine *engine) {
@@ -84,8 +86,8 @@ static void set_epoch(struct geo *geo,
 static void cross_loop(struct geo *geo,
                        const struct piece *loop,
                        double times) {
-    geo->path_shift += times * loop->value;
-    geo->dist -= times * loop->loop_distance;
+    store_f64_relaxed(&geo->path_shift, geo->path_shift + times * loop->value);
+    store_f64_relaxed(&geo->dist, geo->dist - times * loop->loop_distance);
 }
 
 static void note_loop(uint64_t *bits, const struct piece *loop, bool on) {
@@ -213,7 +215,7 @@ void geo_go_on(struct engine *engine) {
 }
 
 static void run_reset(struct geo *geo, const struct piece *piece) {
-    geo->dist = 0.0;
+    store_f64_relaxed(&geo->dist, 0.0);
     if (piece->dir > 0) {
         set_epoch(geo, geo->epoch + 1, geo->resets + 1, piece->element, 0.0);
     } else {

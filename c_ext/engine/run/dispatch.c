@@ -17,6 +17,7 @@
 #include "engine/run/run_ring.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
+#include "hli/sync.h"
 #include "rows/nc_block.h"
 
 /* Lowest piece of the store that is still needed: the backward store, or the
@@ -169,9 +170,10 @@ static void dispatch_part(struct engine *engine,
     if (engine->dispatch.displaced) {
         piece_shortcut(engine,
                        piece,
-                       engine->geo.position,
-                       engine->geo.path - engine->geo.path_shift,
-                       engine->geo.dist);
+                       engine->dispatch.stand,
+                       load_f64_relaxed(&engine->geo.path)
+                           - load_f64_relaxed(&engine->geo.path_shift),
+                       load_f64_relaxed(&engine->geo.dist));
         engine->dispatch.displaced = false;
         return;
     }

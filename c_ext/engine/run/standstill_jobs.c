@@ -119,6 +119,9 @@ static void stand_at(struct run_ring *run, place at) {
  */
 static void begin_run(struct engine *engine, place at) {
     bool stands_in_piece = engine->commit.piece < engine->run.head;
+    memcpy(engine->dispatch.stand,
+           engine->geo.position,
+           sizeof engine->dispatch.stand);
     run_cut(engine, stands_in_piece ? engine->commit.piece : engine->run.head);
     if (!stands_in_piece) {
         stand_at(&engine->run, at);

@@ -200,6 +200,8 @@ typedef struct dispatch {
     bool armed, dropped_stop;
     bool displaced; /* the path stands beside the programmed one: the next
                        motion leads straight to its end */
+    double stand[NC_AXES]; /* where it stood as its run began, mm: GEO computes
+                              its position anew in each cycle */
     double target;
     uint32_t inserts; /* commands taken */
 } dispatch;
