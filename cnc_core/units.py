@@ -17,9 +17,9 @@ SECONDS_PER_MINUTE = 60.0
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-RecordArray: TypeAlias = Any
-"""A numpy array with named fields.
+AnyArray: TypeAlias = Any
+"""A numpy array whose type of elements the running program alone knows: a
+column, or rows with named fields.
 
-Their types hang on their names, which a checker cannot follow: it would see
-arrays of anything, and try every overload of each operation.
+A checker would try every overload of each operation with it.
 """

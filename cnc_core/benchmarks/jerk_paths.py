@@ -12,10 +12,8 @@ from typing import Protocol
 
 import numpy as np
 
-from cnc_core.units import RecordArray
-
 from ..engine.jerk_planner import STAND, intervals_from_knots
-from ..units import FloatArray
+from ..units import AnyArray, FloatArray
 
 Curve = Callable[[FloatArray, int], FloatArray]
 MAX_TURN_RAD = 0.1
@@ -93,7 +91,7 @@ class Knots:
         ]
         return np.asarray(sum(c[i] * t**i for i in range(8)))
 
-    def intervals(self, feed: float) -> RecordArray:
+    def intervals(self, feed: float) -> AnyArray:
         """Planner intervals, one block each."""
         return intervals_from_knots(self.s, self.d1, self.d2, self.d3, feed)
 
@@ -361,7 +359,7 @@ class Chain:
             out[mine] = self.pieces[i].at(within)
         return out
 
-    def intervals(self) -> RecordArray:
+    def intervals(self) -> AnyArray:
         """A line is one interval, an arc one per ``MAX_TURN_RAD``."""
         out = []
         for piece, feed, stand, start in zip(

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core import plain
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from .profile_columns import ProfileChunk
 
@@ -163,7 +163,7 @@ class BlockBatch:
     makes rows of them.
     """
 
-    rows: RecordArray
+    rows: AnyArray
     pool: FloatArray = field(default_factory=lambda: np.empty(0))
     profile: ProfileChunk | None = None
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from cnc_core import plain
-from cnc_core.units import RecordArray
 
-from ..units import FloatArray
+from ..units import AnyArray, FloatArray
 from . import motion_planes
 
 
 def arc_extremes(
-    rows: RecordArray, starts: FloatArray, main: tuple[int, int, int]
+    rows: AnyArray, starts: FloatArray, main: tuple[int, int, int]
 ) -> tuple[FloatArray, FloatArray]:
     """(low, high), each (n, 2), mm: the range of circular rows of one plane.
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from . import NC_BLOCK, POLYNOMIAL, TANGENTS, BlockBatch
 
 ORDER = 6  # coefficients per axis at the most
 
 
-def coefficients(rows: RecordArray, pool: FloatArray, axes: int) -> FloatArray:
+def coefficients(rows: AnyArray, pool: FloatArray, axes: int) -> FloatArray:
     """(n, axes, 6) of n polynomial rows, zero above each row's degree."""
     out = np.zeros((len(rows), axes, ORDER))
     for degree in np.unique(rows["degree"]):
@@ -23,12 +23,12 @@ def coefficients(rows: RecordArray, pool: FloatArray, axes: int) -> FloatArray:
     return out
 
 
-def rows_joined(parts: list[RecordArray]) -> RecordArray:
+def rows_joined(parts: list[AnyArray]) -> AnyArray:
     """One behind the other, as bytes: numpy copies such rows member by member."""
     return rows_of(b"".join([part.tobytes() for part in parts]))
 
 
-def rows_of(raw: bytes) -> RecordArray:
+def rows_of(raw: bytes) -> AnyArray:
     """Rows of their own from their bytes."""
     return np.frombuffer(bytearray(raw), NC_BLOCK)
 

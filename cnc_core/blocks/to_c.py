@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cnc_core._engine import ffi
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 from . import NC_BLOCK
 
@@ -18,7 +18,7 @@ OUTSIDE = "coefficients outside the pool, or a plane that the channel lacks"
 """What a stage says of rows that it refuses (-2)."""
 
 
-def row_pointer(rows: RecordArray, writable: bool = False) -> Any:
+def row_pointer(rows: AnyArray, writable: bool = False) -> Any:
     """``nc_block[]`` of rows.
 
     Raises TypeError for another type of elements, ValueError for rows that do
@@ -29,7 +29,7 @@ def row_pointer(rows: RecordArray, writable: bool = False) -> Any:
     return ffi.from_buffer("nc_block[]", rows, require_writable=writable)
 
 
-def pool_pointer(numbers: RecordArray) -> Any:
+def pool_pointer(numbers: AnyArray) -> Any:
     """``double[]`` of numbers; NULL of none.  Errors as ``row_pointer``."""
     if numbers.dtype != np.float64:
         raise TypeError(f"numbers of {numbers.dtype}: float64 is needed")

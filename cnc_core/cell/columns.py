@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 from ..recording.reading import Recording
 
-Array = RecordArray
+Array = AnyArray
 
 
 class Columns(Mapping[str, Array]):

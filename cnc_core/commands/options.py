@@ -46,7 +46,8 @@ Json = Annotated[
         "--json", help="print JSON on standard output and nothing else"
     ),
 ]
-Strict = Annotated[bool, typer.Option("--strict", help="warnings are errors")]
+STRICT = typer.Option("--strict", help="warnings are errors")
+Strict = Annotated[bool, STRICT]
 CONFIG = typer.Option(
     "--config", "--cell", help="cell.toml; default: the built-in machine X Y Z"
 )
@@ -213,10 +214,7 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
         str | None,
         typer.Option("--name", help="name of the shared-memory segment"),
     ),
-    "strict": (
-        bool,
-        typer.Option("--strict", help="warnings are errors"),
-    ),
+    "strict": (bool, STRICT),
     "max_time": (
         float,
         typer.Option(

@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from cnc_core.units import RecordArray
-
 from .. import _engine
 from ..errors import CncError
-from ..units import FloatArray
+from ..units import AnyArray, FloatArray
 
 _module: Any = _engine
 ffi, lib = _module.ffi, _module.lib
@@ -79,7 +77,7 @@ def intervals_from_knots(
     d2: FloatArray,
     d3: FloatArray,
     feed: float | FloatArray,
-) -> RecordArray:
+) -> AnyArray:
     """Intervals of a path that is smooth over its knots: s (n+1,) mm,
     derivatives (n+1, axes), feed mm/s.
     """
@@ -139,7 +137,7 @@ class JerkPlanner:
         self._handle = ffi.gc(handle, lib.jerk_free)
         self._laws = np.zeros(8192, LAW)
 
-    def push(self, intervals: RecordArray) -> int:
+    def push(self, intervals: AnyArray) -> int:
         """Append as many intervals as there is room for; returns their number."""
         if not len(intervals):
             return 0
@@ -167,9 +165,7 @@ class JerkPlanner:
         """Feed hold: stop in the shortest legal distance, stand until released."""
         lib.jerk_hold(self._handle, hold)
 
-    def take(
-        self, seconds: float = float("inf"), most: int = 8192
-    ) -> RecordArray:
+    def take(self, seconds: float = float("inf"), most: int = 8192) -> AnyArray:
         """The next laws, at least ``seconds`` of them if there are that many."""
         most = min(most, len(self._laws))
         n = int(
@@ -182,7 +178,7 @@ class JerkPlanner:
         )
         return self._laws[:n].copy()
 
-    def tail(self) -> RecordArray:
+    def tail(self) -> AnyArray:
         """The stored stopping tail behind what was taken."""
         n = int(
             lib.jerk_tail(
@@ -234,15 +230,15 @@ class JerkPlanner:
         }
 
 
-def _rows_of(dtype: np.dtype[Any], rows: RecordArray) -> RecordArray:
+def _rows_of(dtype: np.dtype[Any], rows: AnyArray) -> AnyArray:
     if rows.dtype != dtype:
         raise TypeError(f"rows of {rows.dtype}: {dtype} is needed")
     return np.ascontiguousarray(rows)
 
 
-def run(planner: JerkPlanner, intervals: RecordArray) -> RecordArray:
+def run(planner: JerkPlanner, intervals: AnyArray) -> AnyArray:
     """Push and take a whole path: all laws."""
-    laws: list[RecordArray] = []
+    laws: list[AnyArray] = []
     done, chunk = 0, 0.02
     while True:
         if done < len(intervals):
@@ -255,7 +251,7 @@ def run(planner: JerkPlanner, intervals: RecordArray) -> RecordArray:
         laws.append(got)
 
 
-def sample(laws: RecordArray, dt: float) -> FloatArray:
+def sample(laws: AnyArray, dt: float) -> FloatArray:
     """(s, v, a) every dt over the laws, (n, 3); s is the law's own offset."""
     total = float(laws["time"].sum())
     out = np.zeros((int(total / dt) + 3, 3))
@@ -293,7 +289,7 @@ class Topp2:
         self._handle = ffi.gc(handle, lib.topp2_free)
         self._laws = np.zeros(8192, LAW)
 
-    def push(self, intervals: RecordArray) -> int:
+    def push(self, intervals: AnyArray) -> int:
         """Append as many intervals as there is room for; returns their number."""
         if not len(intervals):
             return 0
@@ -317,9 +313,7 @@ class Topp2:
         """Brake with all that is allowed, stand until released."""
         lib.topp2_hold(self._handle, hold)
 
-    def take(
-        self, seconds: float = float("inf"), most: int = 8192
-    ) -> RecordArray:
+    def take(self, seconds: float = float("inf"), most: int = 8192) -> AnyArray:
         """The next laws, at least ``seconds`` of them if there are that many."""
         most = min(most, len(self._laws))
         n = int(

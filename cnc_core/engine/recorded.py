@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from cnc_core._engine import ffi, lib
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
-Rows = RecordArray
+Rows = AnyArray
 
 
 class Recorded(IntEnum):

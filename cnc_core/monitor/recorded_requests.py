@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 from hli import layout
 
 from ..observing.sight import elements_told, request_told
@@ -68,9 +68,7 @@ def _missing(recording: Recording) -> str:
     return ""
 
 
-def _epochs_of(
-    recording: Recording, cycles: RecordArray
-) -> npt.NDArray[np.int64]:
+def _epochs_of(recording: Recording, cycles: AnyArray) -> npt.NDArray[np.int64]:
     """How often the distance was reset ahead of the block of these cycles."""
     elements, driven = recording.elements, recording.cycles
     known = "block" in driven.columns and len(driven) and len(elements)

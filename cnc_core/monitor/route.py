@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 from ..blocks import (
     CIRCULAR,
@@ -131,7 +131,7 @@ class _Walker:
         self._distance = 0.0
         self._epoch = 0
 
-    def _of(self, axes: RecordArray) -> npt.NDArray[np.float64]:
+    def _of(self, axes: AnyArray) -> npt.NDArray[np.float64]:
         return np.array([axes[i] if i >= 0 else 0.0 for i in self._axes])
 
     def add(self, batch: BlockBatch) -> None:

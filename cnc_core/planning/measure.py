@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks.pool import coefficients
-from cnc_core.units import RecordArray
 
 from .._engine import lib
 from ..blocks import (
@@ -27,7 +26,7 @@ from ..blocks import (
 from ..config import CellConfig
 from ..engine import Samples
 from ..geometry.shapes.polynomial import ORDER, distance, normalised
-from ..units import FloatArray
+from ..units import AnyArray, FloatArray
 
 NEIGHBOURS = (
     6  # elements looked at on either side where a smooth piece covers several,
@@ -52,7 +51,7 @@ class ElementTable:
         # mm and degrees make no distance
         self.measured = linear or list(range(self.axes))
         self.first = 0
-        self.rows: RecordArray | None = None
+        self.rows: AnyArray | None = None
         self.starts: FloatArray = np.empty((0, self.axes))
         # of the polynomials among the rows, over 0..1
         self.curves: FloatArray = np.empty((0, self.axes, ORDER))
@@ -66,7 +65,7 @@ class ElementTable:
             (2, self.axes)
         )  # of feed and rapid motions from here on
 
-    def add(self, rows: RecordArray, pool: FloatArray | None = None) -> None:
+    def add(self, rows: AnyArray, pool: FloatArray | None = None) -> None:
         """Append the motion rows of a batch; ``pool`` holds the coefficients of
         its polynomials.
         """
@@ -84,9 +83,7 @@ class ElementTable:
         self.starts = np.vstack([self.starts, starts])
         self._add_curves(motion, pool)
 
-    def _add_lifted(
-        self, rows: RecordArray, seen: npt.NDArray[np.bool_]
-    ) -> None:
+    def _add_lifted(self, rows: AnyArray, seen: npt.NDArray[np.bool_]) -> None:
         """The jerk limits that S ramps lift (DYNAMICS rows) of the elements
         behind them.
         """
@@ -124,7 +121,7 @@ class ElementTable:
         ]
 
     def _starts_of(
-        self, rows: RecordArray, seen: npt.NDArray[np.bool_]
+        self, rows: AnyArray, seen: npt.NDArray[np.bool_]
     ) -> FloatArray:
         """(n, axes) where elements begin: behind the element before, or where
         the axes stand if that is elsewhere.
@@ -149,7 +146,7 @@ class ElementTable:
             self.away = bool(away[-1])
         return np.where(follows[:, None], behind, stands)
 
-    def _add_curves(self, motion: RecordArray, pool: FloatArray | None) -> None:
+    def _add_curves(self, motion: AnyArray, pool: FloatArray | None) -> None:
         is_curve = (motion["type"] == POLYNOMIAL) & ~_elsewhere(motion)
         number = np.where(
             is_curve, len(self.curves) + np.cumsum(is_curve) - 1, -1
@@ -276,7 +273,7 @@ class ElementTable:
 
     def _arc_distance(
         self,
-        rows: RecordArray,
+        rows: AnyArray,
         starts: FloatArray,
         ends: FloatArray,
         pos: FloatArray,
@@ -347,7 +344,7 @@ def _line_distance(
     return np.asarray(np.linalg.norm(pos - nearest, axis=1))
 
 
-def _elsewhere(rows: RecordArray) -> npt.NDArray[np.bool_]:
+def _elsewhere(rows: AnyArray) -> npt.NDArray[np.bool_]:
     return np.asarray(
         (rows["flags"] & ELEMENT != 0) & (rows["degree"] == TANGENTS)
     )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 from ..blocks import (
     ELEMENT,
@@ -155,9 +155,9 @@ class Uncovered:
     """
 
     def __init__(self) -> None:
-        self._elements: deque[RecordArray] = deque()
+        self._elements: deque[AnyArray] = deque()
 
-    def take(self, moving: RecordArray) -> None:
+    def take(self, moving: AnyArray) -> None:
         """Motions in order."""
         if not (moving["flags"] & (ELEMENT | PIECE)).any():
             if len(moving):
@@ -187,7 +187,7 @@ class Uncovered:
             if way <= SAME_MM:
                 return
 
-    def rows(self) -> RecordArray:
+    def rows(self) -> AnyArray:
         """All of them; forgotten then."""
         found = np.concatenate([*self._elements, np.empty(0, NC_BLOCK)])
         self._elements.clear()
@@ -221,7 +221,7 @@ class Passed:
             batch.pool,
         )
 
-    def _leave_out(self, rows: RecordArray) -> None:
+    def _leave_out(self, rows: AnyArray) -> None:
         moving = rows[rows["type"] <= POLYNOMIAL]
         if not len(moving):
             return

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 from .schema import AXES_PLACED
 from .source import Source
 
-Values = RecordArray
+Values = AnyArray
 Spot = tuple[int, str] | None
 """Number of the part and its column; None: the axis is nowhere and stands."""
 

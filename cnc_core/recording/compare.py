@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 from ..errors import CncError
 from .reading import Recording, Table
@@ -336,9 +336,7 @@ def _places(
     return reached[rows], rows
 
 
-def _ends(
-    out: Comparison, a: Table, where: RecordArray, there: RecordArray
-) -> None:
+def _ends(out: Comparison, a: Table, where: AnyArray, there: AnyArray) -> None:
     """The paths are equally long."""
     end, other = float(where[-1]), float(there[-1])
     if abs(end - other) > 1e-6 * max(1.0, abs(end)):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 from ..errors import CncError
 from .reading import Recording, Table
@@ -120,7 +120,7 @@ def statistics(
 
 
 def _add_values(
-    found: dict[str, dict[str, Any]], name: str, values: RecordArray
+    found: dict[str, dict[str, Any]], name: str, values: AnyArray
 ) -> None:
     low, high = values.min().item(), values.max().item()
     total = float(np.sum(values, dtype=np.float64))

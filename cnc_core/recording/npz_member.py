@@ -15,7 +15,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 MEMBER_BYTES = 1 << 31
 META_BYTES = 1 << 28
@@ -60,7 +60,7 @@ def array_of(
     shape: tuple[int, ...],
     kind: np.dtype[Any],
     bound: int = MEMBER_BYTES,
-) -> RecordArray:
+) -> AnyArray:
     """The member's array, of this shape and kind; one of BROKEN otherwise."""
     info = file.getinfo(f"{name}.npy")
     if info.file_size > bound or info.compress_type not in WAYS:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 from ..errors import CncError, Place
 from .channels import OneChannel
@@ -51,7 +51,7 @@ class Table:
     def __len__(self) -> int:
         return self._source.rows(self.name)
 
-    def __getitem__(self, column: str) -> RecordArray:
+    def __getitem__(self, column: str) -> AnyArray:
         """The whole column (n,); KeyError names the columns that there are."""
         self.check(column)
         parts = [

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 from hli import layout
 from hli.handshake import BLOCK_ROWS, ContourUnit
 from hli.queue import BUSY, Queue
@@ -19,7 +19,7 @@ from hli.view import BLOCK_DTYPE
 
 from .reading import Recording
 
-Rows = RecordArray
+Rows = AnyArray
 NEAR = 1e-3  # 0.1 um: rounding of distances
 # column of the table ``elements``: member of the block
 COLUMNS = {

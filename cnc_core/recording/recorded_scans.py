@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 from hli._sync import ffi
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 from .reading import Recording
 
 Values = npt.NDArray[np.uint64]
-Rows = RecordArray
+Rows = AnyArray
 SCANS = 4096  # of a batch
 KEYS = ("scan", "cycle", "t")  # of the table ``plc``, beside the symbols
 Words = tuple[Any, Any, int]
@@ -181,6 +181,6 @@ class _Changes:
         )
 
 
-def pointer(kind: str, array: RecordArray) -> Any:
+def pointer(kind: str, array: AnyArray) -> Any:
     """A C pointer to an array; the caller keeps the array."""
     return ffi.cast(kind, array.ctypes.data)

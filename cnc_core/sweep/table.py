@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from cnc_core.units import RecordArray
+from cnc_core.units import AnyArray
 
 from ..errors import CncError, Place
 from .points import Point
@@ -21,7 +21,7 @@ NOT_KEPT = ("seconds",)
 LAST = ("end", "error")
 
 
-class Results(Mapping[str, RecordArray]):
+class Results(Mapping[str, AnyArray]):
     """Columns of the table by name: ``number``, ``program``, ``cell``, ``plc``,
     each parameter, each figure, ``end`` and ``error``; a row a run.
     """
@@ -36,7 +36,7 @@ class Results(Mapping[str, RecordArray]):
         except pa.ArrowInvalid as error:
             raise CncError(901002, str(error), Place(str(self.path))) from None
 
-    def __getitem__(self, name: str) -> RecordArray:
+    def __getitem__(self, name: str) -> AnyArray:
         if name not in self._table.column_names:
             there = ", ".join(self._table.column_names)
             raise KeyError(f"no column {name!r}; there are: {there}")

@@ -161,3 +161,8 @@ class TokenStream:
 
     def describe(self) -> str:
         return shown("" if self.at_end else self.current.text)
+
+    def no_value(self) -> CncError:
+        """The error where a value has to stand and nothing like it does."""
+        text = f"expected a number or an expression, found {self.describe()}"
+        return fail(900004, text, self.current.offset)

@@ -15,7 +15,7 @@ from cnc_core.blocks import NC_AXES, NC_BLOCK
 from cnc_core.blocks.to_c import row_pointer
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 MORE, FULL, OTHER, ERROR = (
     lib.NC_SCAN_MORE,
@@ -44,7 +44,7 @@ MODAL_NAMES = (
     *("motion", "plane", "absolute", "centre_absolute", "exact_stop", "unit"),
     *("feed", "feed_unit", "radius", "has_radius"),
 )
-Row = RecordArray  # (1,) of NC_BLOCK
+Row = AnyArray  # (1,) of NC_BLOCK
 
 
 @dataclass
@@ -346,7 +346,7 @@ class Modal:
         """Go on as if a feed had been programmed."""
         self._modal.feed = 1.0
 
-    def scan(self, source: Source, out: RecordArray) -> Scan:
+    def scan(self, source: Source, out: AnyArray) -> Scan:
         """Read plain lines into ``out`` until something else stands there."""
         text = ffi.from_buffer(source.buffer)
         rows = row_pointer(out, writable=True)

@@ -112,11 +112,7 @@ class Expressions(ExpressionParser):
             return self._bracket()
         name = self._function_name()
         if name is None:
-            raise fail(
-                900004,
-                f"expected a number or an expression, found {stream.describe()}",
-                token.offset,
-            )
+            raise stream.no_value()
         return self._call(name)
 
     def key(self) -> Key:

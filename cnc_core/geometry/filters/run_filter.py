@@ -35,9 +35,9 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.pool import joined
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
-Rows = RecordArray
+Rows = AnyArray
 NOISE = 1
 NURBS = 2
 FINE_NOISE = 3

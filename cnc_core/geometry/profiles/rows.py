@@ -18,7 +18,7 @@ from cnc_core.blocks import (
     RAPID,
     BlockBatch,
 )
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 STANDS = 1e-9  # as in c_ext/curve/curve.c
@@ -135,7 +135,7 @@ def line_row(
     main: list[int],
     rapid: bool,
     **fields: Any,
-) -> RecordArray:
+) -> AnyArray:
     """(1,) a straight line that ends at standstill."""
     row = np.zeros(1, NC_BLOCK)
     moved = end - start

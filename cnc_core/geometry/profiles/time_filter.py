@@ -34,7 +34,7 @@ from cnc_core.blocks import (
 )
 from cnc_core.blocks.pool import coefficients, joined
 from cnc_core.blocks.profile_columns import PASSED
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from ..shapes.polynomial import derivative, normalised
 
@@ -246,7 +246,7 @@ class _Queue:
         return joined(held)
 
 
-def _caps(rows: RecordArray, pool: FloatArray, filter_: TimeFilter) -> _Caps:
+def _caps(rows: AnyArray, pool: FloatArray, filter_: TimeFilter) -> _Caps:
     if not len(rows):
         return _Caps.none()
     share = np.ones((len(rows), PARTS))
@@ -279,7 +279,7 @@ def _mean(share: FloatArray) -> FloatArray:
 
 
 def _curve_speed(
-    rows: RecordArray, pool: FloatArray, filter_: TimeFilter
+    rows: AnyArray, pool: FloatArray, filter_: TimeFilter
 ) -> tuple[FloatArray, FloatArray]:
     """mm/s at which the axes keep velocity and acceleration in the bends of a
     row, (n, grid), and jerk where the bends change, (n, parts).

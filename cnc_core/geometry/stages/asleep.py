@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cnc_core.blocks import ELEMENT, POLYNOMIAL, BlockBatch
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from .stage import Pipeline, Stage
 
@@ -74,7 +74,7 @@ class Asleep:
         self._before = self._last = None
 
 
-def _end(rows: RecordArray, start: FloatArray) -> FloatArray:
+def _end(rows: AnyArray, start: FloatArray) -> FloatArray:
     """(axes,) where the last driven motion ends, ``start`` without one."""
     driven = np.flatnonzero(
         (rows["type"] <= POLYNOMIAL) & (rows["flags"] & ELEMENT == 0)

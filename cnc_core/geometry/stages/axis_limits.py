@@ -21,7 +21,7 @@ from cnc_core.blocks import (
 from cnc_core.blocks.arcs import arc_extremes
 from cnc_core.blocks.pool import coefficients
 from cnc_core.errors import CncError, Place
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from ..shapes.polynomial import bernstein, extremes, normalised
 from .stage import RefusedRow
@@ -114,7 +114,7 @@ class AxisLimits:
         return batch
 
     def _reach(
-        self, rows: RecordArray, pool: FloatArray
+        self, rows: AnyArray, pool: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """(low, high), each (n, axes), of the motions; their last end becomes
         the position.
@@ -147,7 +147,7 @@ class AxisLimits:
         return low, high
 
     def _polynomial_reach(
-        self, rows: RecordArray, pool: FloatArray
+        self, rows: AnyArray, pool: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Bounds from the control points; exact extremes where those leave the
         range.

@@ -27,7 +27,7 @@ from cnc_core.blocks import (
 )
 from cnc_core.blocks.to_c import OUTSIDE, pool_pointer, row_pointer
 from cnc_core.errors import CncError, Place
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 # where a function makes the channel stand: ahead of its block's motion, or
 # behind it
@@ -139,7 +139,7 @@ class Contouring:
             }
         )
 
-    def _follow(self, rows: RecordArray) -> None:
+    def _follow(self, rows: AnyArray) -> None:
         moving = np.flatnonzero(rows["type"] <= POLYNOMIAL)
         if len(moving):
             self.resync(rows["end"][moving[-1]])

@@ -28,7 +28,7 @@ from cnc_core.blocks import (
 )
 from cnc_core.blocks.coordinates import Coordinates, Frame
 from cnc_core.blocks.pool import joined
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from .paths import Paths
 from .pieces import cut, element_rows, merged, piece_rows
@@ -147,7 +147,7 @@ class Frames:
                 refused.error, self._turned(refused.ahead), refused.count
             ) from None
 
-    def _switch(self, row: RecordArray) -> BlockBatch:
+    def _switch(self, row: AnyArray) -> BlockBatch:
         """A new frame: the position in it is told by the row, which goes on in
         the coordinates around it.
         """
@@ -160,7 +160,7 @@ class Frames:
         self._turn_ends(out)
         return BlockBatch(out)
 
-    def _turn_ends(self, rows: RecordArray) -> None:
+    def _turn_ends(self, rows: AnyArray) -> None:
         frame = self._coordinates.frame
         if frame.identity:
             return
@@ -196,7 +196,7 @@ class Frames:
         return self._cut_circles(out, rows, starts, (tilted, named), pool)
 
     def _named(
-        self, out: RecordArray, tilted: npt.NDArray[np.int64]
+        self, out: AnyArray, tilted: npt.NDArray[np.int64]
     ) -> npt.NDArray[np.int64]:
         """Elements that name their tangents: tilted circles, and what is
         smoothed behind one.  Nobody else knows where such an element begins.
@@ -207,7 +207,7 @@ class Frames:
         name[tilted] = flags[tilted] & PIECE == 0
         return np.flatnonzero(name)
 
-    def _starts(self, rows: RecordArray) -> FloatArray:
+    def _starts(self, rows: AnyArray) -> FloatArray:
         """(n, axes) where each motion begins, in the frame; elements and pieces
         each behind their own.
         """
@@ -223,7 +223,7 @@ class Frames:
         self._follow(rows)
         return starts
 
-    def _follow(self, rows: RecordArray) -> None:
+    def _follow(self, rows: AnyArray) -> None:
         if not len(rows):
             return
         if not (rows["flags"] & (ELEMENT | PIECE)).any():
@@ -244,7 +244,7 @@ class Frames:
                 )
 
     def _turned_pool(
-        self, out: RecordArray, rows: RecordArray, pool: FloatArray
+        self, out: AnyArray, rows: AnyArray, pool: FloatArray
     ) -> FloatArray:
         """Coefficients of polynomials, turned; every polynomial has its own."""
         carrier, turned = _Turned(self._coordinates.frame, self._main), pool
@@ -264,7 +264,7 @@ class Frames:
             turned[first : first + self._axes * order] = coef.ravel()
         return turned
 
-    def _turn_circles(self, out: RecordArray) -> npt.NDArray[np.int64]:
+    def _turn_circles(self, out: AnyArray) -> npt.NDArray[np.int64]:
         """Circles that stay circles get their plane and centre; the others' places."""
         frame = self._coordinates.frame
         tilted = []
@@ -287,7 +287,7 @@ class Frames:
 
     @staticmethod
     def _turn_circle(
-        row: RecordArray,
+        row: AnyArray,
         frame: Frame,
         plane: tuple[int, int, int],
         places: tuple[int, int],
@@ -307,7 +307,7 @@ class Frames:
 
     @staticmethod
     def _spin_circle(
-        row: RecordArray, frame: Frame, plane: tuple[int, int]
+        row: AnyArray, frame: Frame, plane: tuple[int, int]
     ) -> None:
         """A turn about the normal of the plane."""
         centre = np.zeros(3)
@@ -316,8 +316,8 @@ class Frames:
 
     def _cut_circles(
         self,
-        out: RecordArray,
-        rows: RecordArray,
+        out: AnyArray,
+        rows: AnyArray,
         starts: FloatArray,
         which: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]],
         pool: FloatArray,

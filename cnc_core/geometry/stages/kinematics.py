@@ -37,7 +37,7 @@ from cnc_core.blocks.pool import joined
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.kinematics.chain import SingularMachine
 from cnc_core.kinematics.machine import Kinematics, LengthCorrection
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from ..shapes.polynomial import derivative
 from .parameter_feed import fastest, stretches
@@ -176,7 +176,7 @@ class KinematicsStage:
         )
         return RefusedRow(error, ahead, int(row["count"]))
 
-    def _follow(self, rows: RecordArray) -> None:
+    def _follow(self, rows: AnyArray) -> None:
         """No transformation: axes are programmed."""
         driven = np.flatnonzero(
             (rows["type"] <= POLYNOMIAL) & (rows["flags"] & ELEMENT == 0)
@@ -237,7 +237,7 @@ class KinematicsStage:
         )
 
     def _driven_ends(
-        self, rows: RecordArray, moving: IntArray, batch: BlockBatch
+        self, rows: AnyArray, moving: IntArray, batch: BlockBatch
     ) -> FloatArray:
         """Axis positions at the ends of the motions ``moving``."""
         assert self._kinematics is not None
@@ -273,7 +273,7 @@ class KinematicsStage:
         driven = np.flatnonzero(moving & (rows["flags"] & ELEMENT == 0))
         seen = np.flatnonzero(moving & (rows["flags"] & PIECE == 0))
         ends = rows["end"][:, : self._count]
-        parts: list[tuple[IntArray, int, RecordArray]] = []
+        parts: list[tuple[IntArray, int, AnyArray]] = []
         other = np.flatnonzero(~moving)
         parts.append((other, 0, rows[other]))
         pools: list[FloatArray] = [np.empty(0)]
@@ -310,7 +310,7 @@ class KinematicsStage:
         return merged(parts, np.concatenate(pools))
 
     def _straight(
-        self, rows: RecordArray, starts: FloatArray, ends: FloatArray
+        self, rows: AnyArray, starts: FloatArray, ends: FloatArray
     ) -> npt.NDArray[np.bool_]:
         """Lines during which no rotary axis of the chain moves are lines of the
         axes too.
@@ -327,7 +327,7 @@ class KinematicsStage:
         starts: FloatArray,
         kinematics: Kinematics | LengthCorrection,
         pools: list[FloatArray],
-    ) -> tuple[IntArray, int, RecordArray]:
+    ) -> tuple[IntArray, int, AnyArray]:
         """Pieces of the motions ``which``."""
         rows = _by_parameter(batch.rows[which])
         paths = Paths(rows, starts, batch.pool, self._main)
@@ -370,9 +370,9 @@ class KinematicsStage:
 
     def _cover_tip(
         self,
-        made: RecordArray,
+        made: AnyArray,
         pieces: Pieces,
-        rows: RecordArray,
+        rows: AnyArray,
         starts: FloatArray,
         pool: FloatArray,
     ) -> None:
@@ -393,7 +393,7 @@ class KinematicsStage:
         made["value"][which] = covered * rows["length"][index] / total[index]
         made["flags"][which] |= OF_TIP
 
-    def _stretch(self, rows: RecordArray, starts: FloatArray) -> FloatArray:
+    def _stretch(self, rows: AnyArray, starts: FloatArray) -> FloatArray:
         """(n,) factor of the path parameter: it stays a good measure where
         rotary axes turn about a resting tip.
         """
@@ -431,7 +431,7 @@ class KinematicsStage:
         batch: BlockBatch,
         seen: IntArray,
         starts: FloatArray,
-        parts: list[tuple[IntArray, int, RecordArray]],
+        parts: list[tuple[IntArray, int, AnyArray]],
         pools: list[FloatArray],
     ) -> None:
         """What the PLC sees, with its tangents; elements that have them already
@@ -466,7 +466,7 @@ class KinematicsStage:
             pools.append(tangents)
 
 
-def _by_parameter(rows: RecordArray) -> RecordArray:
+def _by_parameter(rows: AnyArray) -> AnyArray:
     """Motions whose path is to be their parameter, where they are flagged so."""
     flagged = rows["flags"] & BY_PARAMETER != 0
     if not flagged.any():

@@ -32,7 +32,7 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.errors import ERRORS, CncError, Place
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from .stage import RefusedRow
 
@@ -133,7 +133,7 @@ class Orbit:
         self._position[:] = position
         self._open.clear()
 
-    def _follow(self, rows: RecordArray) -> None:
+    def _follow(self, rows: AnyArray) -> None:
         motions = rows["end"][rows["type"] <= POLYNOMIAL]
         if len(motions):
             self._position[:] = motions[-1, : self._axes]

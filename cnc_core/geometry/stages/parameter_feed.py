@@ -25,7 +25,7 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.pool import coefficients
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from ..shapes.polynomial import derivative, normalised
 
@@ -50,7 +50,7 @@ def fastest(slope: FloatArray, span: FloatArray, main: list[int]) -> FloatArray:
     return np.asarray(1.01 * np.where(moved > 0.0, moved, others) / span)
 
 
-def stretches(rows: RecordArray) -> FloatArray:
+def stretches(rows: AnyArray) -> FloatArray:
     """(n,) path mm that a unit of the parameter counts for the planner, the
     same all over a profile (``value``).
     """
@@ -100,9 +100,9 @@ class ParameterFeed:
 
     def _pieces(
         self,
-        out: RecordArray,
+        out: AnyArray,
         at: npt.NDArray[np.int64],
-        source: RecordArray,
+        source: AnyArray,
         pools: list[FloatArray],
     ) -> None:
         driven, stretch = out[at], stretches(source)
@@ -129,7 +129,7 @@ class ParameterFeed:
         out[at] = driven
 
     def _tangents(
-        self, rows: RecordArray, pool: FloatArray
+        self, rows: AnyArray, pool: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """(n, 6) tangents in and out over the main axes, and (n,) largest speed
         over that of the parameter.

@@ -42,9 +42,9 @@ from cnc_core.blocks import (
     motion_planes,
 )
 from cnc_core.blocks.pool import joined
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
-Rows = RecordArray
+Rows = AnyArray
 PATH = 0
 ALL_AXES = 1
 PLANE = 2

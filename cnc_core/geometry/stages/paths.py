@@ -12,7 +12,7 @@ import numpy.typing as npt
 from cnc_core import plain
 from cnc_core.blocks import BY_LENGTH, CIRCULAR, POLYNOMIAL, motion_planes
 from cnc_core.blocks.pool import coefficients
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from ..shapes.polynomial import ORDER, derivative, normalised, value
 
@@ -28,7 +28,7 @@ class Paths:
 
     def __init__(
         self,
-        rows: RecordArray,
+        rows: AnyArray,
         starts: FloatArray,
         pool: FloatArray,
         main: tuple[int, int, int],
@@ -47,7 +47,7 @@ class Paths:
             )
             self._set_metric(rows[is_curve])
 
-    def _set_metric(self, rows: RecordArray) -> None:
+    def _set_metric(self, rows: AnyArray) -> None:
         """Axes that the length of each polynomial is measured over; none where
         its parameter runs with the length.
         """

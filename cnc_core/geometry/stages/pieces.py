@@ -28,7 +28,7 @@ from cnc_core.blocks import (
     TANGENTS,
     BlockBatch,
 )
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from ..shapes.polynomial import quintics
 from .paths import IntArray, Paths
@@ -169,7 +169,7 @@ def _sorted(parts: list[Pieces], axes: int) -> Pieces:
     )
 
 
-def piece_rows(source: RecordArray, pieces: Pieces, first: int) -> RecordArray:
+def piece_rows(source: AnyArray, pieces: Pieces, first: int) -> AnyArray:
     """Polynomial rows (m,) of ``source`` motions (n,); their coefficients stand
     in the pool from ``first`` on.
     """
@@ -192,7 +192,7 @@ def piece_rows(source: RecordArray, pieces: Pieces, first: int) -> RecordArray:
     return rows
 
 
-def line_rows(source: RecordArray, ends: FloatArray) -> RecordArray:
+def line_rows(source: AnyArray, ends: FloatArray) -> AnyArray:
     """Motions (n,) that are straight lines of the axes to ``ends`` (n, axes)."""
     rows = source.copy()
     rows["type"] = LINEAR
@@ -203,7 +203,7 @@ def line_rows(source: RecordArray, ends: FloatArray) -> RecordArray:
     return rows
 
 
-def _share(rows: RecordArray, source: RecordArray, length: FloatArray) -> None:
+def _share(rows: AnyArray, source: AnyArray, length: FloatArray) -> None:
     """What each piece covers of the elements, and that it is one."""
     whole = source["flags"] & PIECE != 0
     rows["value"] = np.where(
@@ -214,8 +214,8 @@ def _share(rows: RecordArray, source: RecordArray, length: FloatArray) -> None:
 
 
 def element_rows(
-    source: RecordArray, paths: Paths, first: int
-) -> tuple[RecordArray, FloatArray]:
+    source: AnyArray, paths: Paths, first: int
+) -> tuple[AnyArray, FloatArray]:
     """Motions (n,) as elements with their tangents over the main axes, and the
     pool values (6 n,) from ``first`` on.
     """
@@ -236,7 +236,7 @@ def element_rows(
 
 
 def merged(
-    parts: list[tuple[IntArray, int, RecordArray]], pool: FloatArray
+    parts: list[tuple[IntArray, int, AnyArray]], pool: FloatArray
 ) -> BlockBatch:
     """Rows with their places, in order: (place (m,), rank among rows of the
     same place, rows).

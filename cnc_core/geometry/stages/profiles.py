@@ -35,7 +35,7 @@ from cnc_core.blocks.profile_columns import (
 )
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.kinematics.machine import Kinematics
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from ..profiles.curves import Intervals
 from ..profiles.given import of_bspline, of_polynomials
@@ -379,7 +379,7 @@ class Profiles:
         profile: OpenProfile,
         intervals: Intervals,
         made: AxisCurves,
-        rows: RecordArray,
+        rows: AnyArray,
     ) -> None:
         """Along the curve that the feed refers to; of programmed polynomials
         that of the parameter.
@@ -456,7 +456,7 @@ class Profiles:
 
     def _turn(
         self, profile: OpenProfile, row: Any, start: FloatArray, end: FloatArray
-    ) -> RecordArray:
+    ) -> AnyArray:
         """A line to where the curve of ``row`` begins, F in mm or degrees a
         minute; the first leads to the profile.
         """

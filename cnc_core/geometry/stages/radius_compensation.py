@@ -23,11 +23,11 @@ from cnc_core.blocks import (
 )
 from cnc_core.blocks.to_c import row_pointer
 from cnc_core.errors import ERRORS, CncError, Place
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from .stage import RefusedRow
 
-Rows = RecordArray
+Rows = AnyArray
 Report = Callable[[CncError], None]
 
 

@@ -26,7 +26,7 @@ from cnc_core.blocks import (
     RAPID,
     BlockBatch,
 )
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 # degrees (or mm) of the other axes that count as a mm of path
 UNIT = 100.0
@@ -109,7 +109,7 @@ class RotaryLines:
 
     @staticmethod
     def _pieces(
-        out: RecordArray,
+        out: AnyArray,
         at: npt.NDArray[np.int64],
         length: FloatArray,
         stretch: FloatArray,

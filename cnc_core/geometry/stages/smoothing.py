@@ -26,7 +26,7 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.to_c import OUTSIDE, pool_pointer, row_pointer
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 TURN_MAX = np.radians(120.0)
 CARRIED_SHARE = 0.1
@@ -127,7 +127,7 @@ class Smoothing:
             raise MemoryError("smoothing")
         return self._taken()
 
-    def _smooths(self, rows: RecordArray) -> bool:
+    def _smooths(self, rows: AnyArray) -> bool:
         """Behind these rows a tolerance is in force."""
         switches = rows[rows["type"] == SMOOTHING]
         if not len(switches):
@@ -135,7 +135,7 @@ class Smoothing:
         last = switches[-1]
         return bool(last["code"] and (last["value"] > 0.0 or self._tolerance))
 
-    def _switched(self, rows: RecordArray) -> RecordArray:
+    def _switched(self, rows: AnyArray) -> AnyArray:
         """Rows that only say how to drive give way to a larger tolerance, and
         to none if nothing is driven; every tolerance is less what is left to
         the stages behind.
@@ -172,7 +172,7 @@ class Smoothing:
     def resync(self, position: FloatArray) -> None:
         lib.nc_smooth_resync(self._state, _full(position))
 
-    def _follow(self, rows: RecordArray) -> None:
+    def _follow(self, rows: AnyArray) -> None:
         moving = np.flatnonzero(rows["type"] <= POLYNOMIAL)
         if len(moving):
             self.resync(rows["end"][moving[-1]])

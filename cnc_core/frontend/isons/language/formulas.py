@@ -187,11 +187,7 @@ class Formulas(FormulaParser):
             return self.variable()
         name = self._function_name()
         if name is None:
-            raise fail(
-                900004,
-                f"expected a number or an expression, found {stream.describe()}",
-                token.offset,
-            )
+            raise stream.no_value()
         return self._call(name)
 
     def open(self) -> int:

@@ -24,7 +24,7 @@ from cnc_core.errors import CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.units import FloatArray, RecordArray
+from cnc_core.units import AnyArray, FloatArray
 
 from ..base.parameters import Parameters
 from .arcs_at_corners import Corners
@@ -51,7 +51,7 @@ class Bounds:
 
     def check(
         self,
-        rows: RecordArray,
+        rows: AnyArray,
         names: Sequence[str],
         start: FloatArray,
         main: tuple[int, int, int],
@@ -95,7 +95,7 @@ class Bounds:
 
 
 def _reach(
-    rows: RecordArray, start: FloatArray, main: tuple[int, int, int]
+    rows: AnyArray, start: FloatArray, main: tuple[int, int, int]
 ) -> tuple[FloatArray, FloatArray]:
     """(low, high), each (n, axes), of lines and arcs one behind the other."""
     ends = rows["end"][:, : len(start)]
