@@ -89,14 +89,16 @@ def open_regular(path: Path) -> BinaryIO:
 def need_program(path: Path) -> None:
     """A program that other processes shall read.
 
-    CncError 901001: it is not there; 901005: it is a folder; 901002: its name
-    is no text, so it cannot be handed over, recorded or shown.
+    CncError 901001: it is not there; 901005: it is a folder, a device, a FIFO or
+    a socket; 901002: its name is no text, so it cannot be handed over, recorded
+    or shown.
     """
     if not path.exists():
         raise CncError(901001, "file not found", Place(str(path)))
     if path.is_dir():
         text = "a folder, no program; name the file"
         raise CncError(901005, text, Place(str(path)))
+    _refuse_kind(path, path.stat().st_mode)
     try:
         str(path).encode()
     except UnicodeEncodeError:

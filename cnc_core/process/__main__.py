@@ -16,7 +16,7 @@ from hli._sync import lib as sync
 from hli.errors import HliError
 from hli.interrupts import take_interrupts
 
-from ..errors import CncError, Place
+from ..errors import CncError
 from ..files import need_program
 from .cnc_process import CncProcess
 from .options import CncOptions
@@ -38,8 +38,6 @@ def run_cnc(options: CncOptions) -> int:
     if options.core >= 0:
         os.sched_setaffinity(0, {options.core})
     for file in options.programs:
-        if file is not None and not file.is_file():
-            raise CncError(901001, "file not found", Place(str(file)))
         if file is not None:
             need_program(file)
     process = CncProcess(options)

@@ -176,7 +176,7 @@ def state_at(
         table = recording.table(name)
         if name == "cycles":
             found[name] = cycle
-        elif "cycle" in table.columns:
+        elif "cycle" in table.columns and "cycle" in cycle:
             cycles = table["cycle"]
             before = int(np.searchsorted(cycles, cycle["cycle"], "right"))
             found[name] = table.row(before - 1) if before else None

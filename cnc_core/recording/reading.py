@@ -29,6 +29,7 @@ from .source import (
     Source,
     not_a_recording,
 )
+from .trust import trusted
 
 SOURCES: dict[str, Any] = {
     ".parquet": ParquetSource,
@@ -97,7 +98,7 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._take(_open(self.path))
+        self._take(trusted(self.path, _open(self.path)))
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ from plc_client import builtin, stats
 from plc_client.client import connect
 from plc_client.compiled import entries_of
 from plc_client.guard import Guard
+from plc_client.inputs import inputs_of
 from plc_client.online import check, number_of, parse_force
 from plc_client.pace import CyclePacer
 from plc_client.program import Program
@@ -33,6 +34,7 @@ from .reading import Recording
 from .recorded_answers import Answers
 from .recorded_cnc import Difference, RecordedCnc, know, no_scans, seek
 from .recorded_scans import Batch, Scan, batches_of, symbols_of
+from .source import not_a_recording
 
 NEVER_STILL = "the recorded memory never stands still"
 
@@ -122,7 +124,12 @@ class _Run:
     ) -> None:
         self._recording, self._cnc = recording, cnc
         self._programs, self._out = programs, out
-        self._about: dict[str, Any] = recording.meta.get("plc", {})
+        about = recording.meta.get("plc", {})
+        try:
+            self._inputs = inputs_of(about.get("inputs"))
+            self._forced = [parse_force(one) for one in about.get("force", ())]
+        except ValueError as error:
+            raise not_a_recording(recording.path, str(error)) from None
         self._answers = Answers(cnc.areas, recording)
         self._members: dict[int, list[Member]] = {}
         self._differing: list[int] = []
@@ -155,7 +162,7 @@ class _Run:
                 self._programs,
                 CyclePacer(hli),
                 guard=guard,
-                inputs=self._about.get("inputs"),
+                inputs=self._inputs,
             )
             try:
                 self._force(scanner)
@@ -324,8 +331,7 @@ class _Run:
 
     def _force(self, scanner: Scanner) -> None:
         """What was held from the start of the recorded run."""
-        for text in self._about.get("force", ()):
-            path, value = parse_force(text)
+        for path, value in self._forced:
             try:
                 scanner.forces.hold(path, scanner.symbols[path], value)
             except SymbolError as error:

@@ -201,6 +201,8 @@ def _marks(recording: Recording) -> list[Mark]:
     if "functions" not in recording.tables:
         return []
     table = recording.functions
+    if not {"t", "kind", "code"} <= {*table.columns}:
+        return []
     times = table["t"]
     s = _path_at(recording, times)
     kinds, codes = table["kind"], table["code"]

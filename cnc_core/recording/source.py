@@ -169,14 +169,34 @@ class ParquetSource:
             raise not_a_recording(path, OTHER)
         self.complete = bool(self.meta.get("complete"))
         try:
-            self.tables = self.meta["types"]
+            self.tables = {
+                name: {str(n): str(kind) for n, kind in columns.items()}
+                for name, columns in self.meta["types"].items()
+            }
             self._groups: dict[str, list[int]] = {}
+            left = self._file.num_row_groups
             for name, count in self.meta["row_groups"]:
-                first = sum(map(len, self._groups.values()))
+                first = self._file.num_row_groups - left
+                left -= count
+                if count < 0 or left < 0:
+                    raise ValueError
                 groups = self._groups.setdefault(name, [])
                 groups += range(first, first + count)
         except (KeyError, TypeError, ValueError, AttributeError):
             raise not_a_recording(path, OTHER) from None
+        self._path = path
+        if not self._is_likely():
+            raise not_a_recording(path, "it has other columns than it says")
+
+    def _is_likely(self) -> bool:
+        """Whether the file has the columns of its account."""
+        types = {one.name: str(one.type) for one in self._file.schema_arrow}
+        told = {
+            f"{table}.{column}": kind
+            for table, columns in self.tables.items()
+            for column, kind in columns.items()
+        }
+        return told.items() <= types.items()
 
     def rows(self, table: str) -> int:
         """Rows of a table."""
@@ -185,11 +205,22 @@ class ParquetSource:
         return sum(info.row_group(i).num_rows for i in groups)
 
     def chunks(self, table: str, columns: Sequence[str]) -> Iterator[Any]:
-        """One chunk a row group."""
+        """One chunk a row group; CncError: its pages are damaged."""
+        import pyarrow as pa  # noqa: PLC0415
+
         names = [f"{table}.{column}" for column in columns]
         for group in self._groups.get(table, []):
-            found = self._file.read_row_group(group, columns=names)
-            yield found.select(names).rename_columns(list(columns))
+            try:
+                found = self._file.read_row_group(group, columns=names)
+            except (pa.ArrowException, OSError):
+                raise self._damaged(table) from None
+            found = found.select(names).rename_columns(list(columns))
+            if any(column.null_count for column in found.columns):
+                raise self._damaged(table)  # its rows are of another table
+            yield found
+
+    def _damaged(self, table: str) -> CncError:
+        return not_a_recording(self._path, f"{table} is damaged")
 
 
 class NpzSource:

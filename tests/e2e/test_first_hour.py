@@ -378,6 +378,7 @@ def test_a_priority_is_a_whole_number() -> None:
     ("words", "status", "said"),
     [
         ("run {folder}", 1, "a folder, no program"),
+        ("run /dev/zero", 1, "/dev/zero is a device"),
         ("check {folder}", 2, "no Structured Text in this folder"),
         ("lookahead {part} --index 0 --at start", 0, "the log is empty"),
         ("fmu {part} -o {folder}/x.txt", 2, "must end in .fmu"),
