@@ -10,7 +10,7 @@
 #include "jerk/near.h"
 #include "jerk/path/grid.h"
 #include "jerk/state/state.h"
-#include "jerk/stop.h"
+#include "jerk/stop_way.h"
 #include "jerk/window.h"
 
 /* Speed that the path may come to before the next plan, mm/s. */

@@ -8,6 +8,7 @@
 #include "jerk/solver/initial_guess.h"
 #include "jerk/state/state.h"
 #include "jerk/stop.h"
+#include "jerk/stop_way.h"
 #include "jerk/straight_line.h"
 #include "jerk/window.h"
 

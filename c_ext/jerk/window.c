@@ -306,6 +306,14 @@ static bool foresee(jerk_planner *planner, struct grid *grid) {
     return true;
 }
 
+static void count_work(jerk_planner *planner) {
+    const struct problem *problem = &planner->prob;
+    int beside = problem->iterations + BESIDE_ITERATIONS;
+    planner->stats.iterations += (uint64_t)problem->iterations;
+    planner->stats.work += (uint64_t)(problem->iterations * problem->count);
+    planner->stats.spent += (uint64_t)(beside * problem->count);
+}
+
 static bool solve_from_guess(jerk_planner *planner,
                              struct grid *grid,
                              int iterations) {
@@ -324,12 +332,18 @@ static bool solve_from_guess(jerk_planner *planner,
     }
     problem->pause = 0.0;
     problem->solved = solved;
-    planner->stats.iterations += (uint64_t)planner->prob.iterations;
-    planner->stats.work += (uint64_t)(problem->iterations * problem->count);
-    planner->stats.spent +=
-        (uint64_t)((problem->iterations + BESIDE_ITERATIONS) * problem->count);
+    count_work(planner);
     planner->stats.failed += !solved;
     return solved;
+}
+
+bool solve_roughly(jerk_planner *planner, int iterations) {
+    struct problem *problem = &planner->prob;
+    planner->stats.solves++;
+    problem->pause = 0.0;
+    ipm_solve(problem, iterations);
+    count_work(planner);
+    return isfinite(problem->gap);
 }
 
 /* Solve over the grid; true if a legal plan stands in the problem. */

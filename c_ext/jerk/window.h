@@ -13,6 +13,10 @@ bool solve_guess(jerk_planner *planner,
                  int tries,
                  int iterations);
 
+/* A few iterations from the guess, for the guess of another problem. False:
+ * they led nowhere. */
+bool solve_roughly(jerk_planner *planner, int iterations);
+
 /* Guess and solve over the grid; true: a legal plan stands in the problem. */
 bool solve_window(jerk_planner *planner,
                   struct grid *grid,

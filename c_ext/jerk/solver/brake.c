@@ -69,6 +69,7 @@ static void brake_step(const room *room,
     double most = room->jerk[1];
     double least = room->jerk[0];
     double jerk = back ? most : fmax(least, (room->acc - a) / dt);
+    path->torn = path->torn || least > most;
     jerk = least <= most ? fmin(jerk, most) : 0.5 * (least + most);
     double mean_a = a + 0.5 * jerk * dt;
     double mean_v = path->v[i] + dt * (0.5 * a + jerk * dt / 6.0);
@@ -89,6 +90,7 @@ static int shoot(const jerk_planner *planner,
     int k = 0;
     path->count = 0;
     path->beyond = false;
+    path->torn = false;
     while (path->count < BRAKE_STEPS) {
         int i = path->count;
         while (k < grid->count && grid->from_start[k + 1] <= path->s[i]) {
@@ -145,7 +147,11 @@ enum brake_end brake_to_rest(const jerk_planner *planner,
         *(found > 0 ? &low : &high) = turn;
     }
     bool beyond = out->beyond;
-    if (shoot(planner, grid, share, dt, high, out) >= 0) {
+    bool rests = shoot(planner, grid, share, dt, high, out) < 0;
+    if (out->torn) {
+        return BRAKE_NONE;
+    }
+    if (!rests) {
         return beyond || out->beyond ? BRAKE_BEYOND : BRAKE_NONE;
     }
     end_at_rest(out);

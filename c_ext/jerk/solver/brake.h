@@ -8,6 +8,7 @@ typedef struct brake_path {
     double s[BRAKE_STEPS + 2], v[BRAKE_STEPS + 2], a[BRAKE_STEPS + 2];
     int count;
     bool beyond; /* it has left the grid */
+    bool torn;   /* its axes contradicted each other somewhere */
 } brake_path;
 
 /* Whether there is a brake: the path does not let it, it rests, or it does not

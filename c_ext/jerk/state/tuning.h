@@ -84,7 +84,7 @@
 
 /* The old plan is followed so long where no stop or slower plan is found.
  * Unit: s. Evidence: test_feed_hold_distance. */
-#define TRY_AGAIN_S 0.003
+#define TRY_AGAIN_S 0.008
 
 /* That time doubles for other speeds, up to this. Unit: s. Evidence:
  * test_feed_hold_distance. */
@@ -283,7 +283,7 @@
 
 /* Of the likely way to rest: a brake may be so much longer. Unit: ways.
  * Evidence: test_feed_hold_distance. */
-#define BRAKE_WAYS 5.0
+#define BRAKE_WAYS 3.0
 
 /* Halvings of the moment when its second ramp begins. Unit: count. Evidence:
  * test_feed_hold_distance. */
@@ -292,6 +292,37 @@
 /* An axis that follows the path with less of its speed limits no brake. Unit:
  * of the direction. Evidence: test_feed_hold_distance. */
 #define BRAKE_LEAST_RATE 0.02
+
+/* Of the stored tail: a stop has to be shorter. Unit: share. Evidence:
+ * test_feed_hold_distance. */
+#define ALMOST 0.999
+
+/* The deepest fall of the speed is looked for over so much. Unit: stops on a
+ * line. Evidence: test_feed_hold_on_bends. */
+#define FALL_REACH 5.0
+
+/* Of the solver, for a fall that is a guess only. Unit: iterations. Evidence:
+ * test_feed_hold_on_bends. */
+#define FALL_ITERATIONS 18
+
+/* Of the squared speed that is asked for: there the fall has ended. Unit:
+ * share. Evidence: test_feed_hold_on_bends. */
+#define FALL_ENDS 2.25
+
+/* Of the estimated way of such a stop: the first one that is tried is so much
+ * longer. Unit: share. Evidence: test_feed_hold_on_bends. */
+#define STOP_MORE 0.01
+
+/* With each failure that grows so. Unit: factor. Evidence:
+ * test_feed_hold_on_bends. */
+#define STOP_MORE_GROWS 3.0
+
+/* So many are tried. Unit: count. Evidence: test_feed_hold_on_bends. */
+#define STOPS_NEAR 4
+
+/* Of the one that was found: one more is tried. Unit: share. Evidence:
+ * test_feed_hold_on_bends. */
+#define STOP_SHORTER 0.94
 
 /* Solutions that are checked for one stopping distance. Unit: count.
  * Evidence: test_feed_hold_distance. */
