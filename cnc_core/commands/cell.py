@@ -323,12 +323,15 @@ def cnc(
     """
     from ..cell.programs import refuse_mcap  # noqa: PLC0415
     from ..config import load_config, setups_of  # noqa: PLC0415
+    from ..files import need_program  # noqa: PLC0415
     from ..process.__main__ import run_cnc  # noqa: PLC0415
 
     check_choices(options)
     segment.check_name(name)
     cell = load_config(config)
     programs = _programs(files or [], config)
+    for path in filter(None, programs):
+        need_program(path)
     file = next(path for path in programs if path is not None)
     if len(programs) > 1:
         refuse_mcap(options.record)

@@ -154,12 +154,22 @@ def test_deviation_on_very_flat_arcs_is_true(
     assert result.json["path_deviation_mm"] < 1e-5
 
 
-@pytest.mark.parametrize("name", ["nothing.nc", "."])
-def test_cnc_without_a_program_ends_at_once(cli: Cli, name: str) -> None:
-    """A missing program is reported before anybody waits for a PLC."""
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("nothing.nc", "901001: file not found"),
+        (".", "901005: a folder, no program"),
+        ("/dev/zero", "901005: /dev/zero is a device"),
+    ],
+)
+def test_cnc_without_a_program_ends_at_once(
+    cli: Cli, name: str, said: str
+) -> None:
+    """What is no program is reported before anybody waits for a PLC."""
     outcome = cli("cnc", name, "--name", f"hli-test-{os.getpid()}", timeout=90)
     assert outcome.status == 1
-    assert "901001" in outcome.err
+    assert said in outcome.err
+    assert "waiting" not in outcome.err
 
 
 @pytest.mark.ci

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline, make_interp_spline
-from scipy.optimize import linprog
-from scipy.sparse import csr_matrix
 
 from cnc_core.benchmarks.jerk_paths import Arc, Chain, contour
 from cnc_core.config import CellConfig
 from cnc_core.engine import Engine
 from cnc_core.engine.jerk_planner import JerkPlanner, Limits, sample
 from support.drive import FloatArray, curve_rows, drive, line_rows
+from support.shortest_stop import shortest_by_programs
 
 CELL = CellConfig()
 DT, V, A, J = CELL.cycle_s, 300.0, 3000.0, 50000.0
@@ -300,80 +299,12 @@ def stop_way(v: float, a: float) -> float:
     )
 
 
-def differences(n: int, order: int) -> csr_matrix:
-    """Finite differences (n - order, n)."""
-    return csr_matrix(np.diff(np.eye(n), order, axis=0))
-
-
-def shortest_by_programs(
-    path: Arc, s: FloatArray, dt: float, acc: FloatArray, jerk: FloatArray
-) -> float:
-    """Where the shortest legal stop ends that successive linear programs find
-    from the driven samples s.
-
-    The first three are given, the last three stand; differences keep to the
-    limits of the axes (acceleration, jerk).
-    """
-    n, s, best = len(s), s.copy(), np.inf
-    step, stand = differences(n, 1), differences(n, 1)[-2:]
-    for k in range(14):
-        q, d1 = path.at(s), path.derivatives(s)[0]
-        rows, bounds = [-step], [np.diff(s)]
-        for i in range(2):
-            for order, limit in ((2, acc[i]), (3, jerk[i])):
-                d = differences(n, order)[3 - order :] / (
-                    1.006 * limit * dt**order
-                )
-                slope, value = (
-                    d @ csr_matrix((d1[:, i], (range(n), range(n)))),
-                    d @ q[:, i],
-                )
-                rows += [slope, -slope]
-                bounds += [1.0 - value, 1.0 + value]
-        fixed = [(0.0, 0.0)] * 3 + [(-2.0 * 0.6**k, 2.0 * 0.6**k)] * (n - 3)
-        found = linprog(
-            np.eye(n)[-1],
-            A_ub=csr_matrix(np.vstack([r.toarray() for r in rows])),
-            b_ub=np.concatenate(bounds),
-            A_eq=stand,
-            b_eq=-np.diff(s)[-2:],
-            bounds=fixed,
-        )
-        if found.status != 0:
-            break
-        s = s + found.x
-        q = path.at(s)[:, :2]
-        most_acc = np.abs(np.diff(q, n=2, axis=0)[1:] / (acc[:2] * dt**2)).max()
-        most_jerk = np.abs(np.diff(q, n=3, axis=0) / (jerk[:2] * dt**3)).max()
-        if max(most_acc, most_jerk) < 1.012:
-            best = min(best, float(s[-1]))
-    return best
-
-
 def contour_planner() -> JerkPlanner:
     """A planner with a whole contour ahead, at 100 mm/s."""
     planner = JerkPlanner(Limits([V] * 3, [A] * 3, [J] * 3))
     planner.push(contour(400, 3).intervals(100.0))
     planner.finish()
     return planner
-
-
-def test_most_holds_take_one_solution() -> None:
-    """The brake that is integrated is a stop: at half of 20 moments on a wavy
-    contour one distance is enough, and none leaves the limits.
-    """
-    distances = []
-    for moment in np.linspace(0.1, 1.1, 20):
-        planner = contour_planner()
-        before = planner.take(float(moment))
-        first = planner.stats["hold_solves"]
-        planner.hold(True)
-        laws = planner.take()
-        distances.append(planner.stats["hold_solves"] - first)
-        assert planner.stats["worst_ratio"] <= 1.012
-        v = sample(np.concatenate([before, laws]), DT)[:, 1]
-        assert v[-1] <= A * DT
-    assert sum(n <= 1 for n in distances) >= 10
 
 
 @pytest.mark.parametrize("seconds", [0.3, 0.5, 0.7])
