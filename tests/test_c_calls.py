@@ -37,6 +37,8 @@ ORDER = [
     "engine/path",
     "engine/state",
     "jerk",
+    "jerk/stop",
+    "jerk/window",
     "jerk/solver",
     "jerk/path",
     "jerk/state",

@@ -1,10 +1,10 @@
 /* Changes of a path that has been pushed already: stands that come and go, a
  * path that ends earlier, another path. */
 #include <math.h>
-#include "jerk/history.h"
+#include "jerk/window/history.h"
 #include "jerk/path/ring.h"
 #include "jerk/state/state.h"
-#include "jerk/stop.h"
+#include "jerk/stop/stop.h"
 
 int64_t jerk_ahead(const jerk_planner *planner) {
     return (int64_t)(planner->tail - planner->head);

@@ -3,13 +3,13 @@
 #include <math.h>
 #include <time.h>
 #include "jerk/hand_out.h"
-#include "jerk/history.h"
+#include "jerk/window/history.h"
 #include "jerk/path/caps.h"
 #include "jerk/path/motion_law.h"
 #include "jerk/path/ring.h"
 #include "jerk/replan.h"
 #include "jerk/state/state.h"
-#include "jerk/stop.h"
+#include "jerk/stop/stop.h"
 
 /* The path under the plan's end as far as it could be planned now. */
 static bool more_path(const jerk_planner *planner) {

@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "jerk/history.h"
+#include "jerk/window/history.h"
 #include "jerk/memory.h"
 #include "jerk/path/step_size.h"
 #include "jerk/state/state.h"

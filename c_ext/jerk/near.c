@@ -10,8 +10,8 @@
 #include "jerk/near.h"
 #include "jerk/path/grid.h"
 #include "jerk/state/state.h"
-#include "jerk/stop_way.h"
-#include "jerk/window.h"
+#include "jerk/stop/way.h"
+#include "jerk/window/window.h"
 
 /* Speed that the path may come to before the next plan, mm/s. */
 static double highest_speed(const jerk_planner *planner,

@@ -2,7 +2,7 @@
 #include <math.h>
 #include "jerk/memory.h"
 #include "jerk/state/state.h"
-#include "jerk/stop.h"
+#include "jerk/stop/stop.h"
 
 static double follow(jerk_planner *planner, double seconds) {
     jerk_law law;

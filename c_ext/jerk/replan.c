@@ -7,10 +7,10 @@
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/initial_guess.h"
 #include "jerk/state/state.h"
-#include "jerk/stop.h"
-#include "jerk/stop_way.h"
-#include "jerk/straight_line.h"
-#include "jerk/window.h"
+#include "jerk/stop/stop.h"
+#include "jerk/stop/way.h"
+#include "jerk/window/straight_line.h"
+#include "jerk/window/window.h"
 
 /* The time over an interval is so many times its length over the sum of the
  * speeds at its ends: 3 where one of them is a standstill. */

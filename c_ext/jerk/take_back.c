@@ -2,7 +2,7 @@
  * beginning of the plan again. */
 #include <string.h>
 #include "jerk/hand_out.h"
-#include "jerk/history.h"
+#include "jerk/window/history.h"
 #include "jerk/path/joints.h"
 #include "jerk/state/state.h"
 

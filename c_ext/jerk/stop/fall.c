@@ -8,13 +8,13 @@
  */
 #include <math.h>
 #include <string.h>
-#include "jerk/fall.h"
+#include "jerk/stop/fall.h"
 #include "jerk/path/grid.h"
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/initial_guess.h"
-#include "jerk/stop_tries.h"
-#include "jerk/stop_way.h"
-#include "jerk/window.h"
+#include "jerk/stop/tries.h"
+#include "jerk/stop/way.h"
+#include "jerk/window/window.h"
 
 /* Down to the squared speed `asked`, or to the feed where that is less. */
 static void ask_for(struct grid *grid, double asked) {

@@ -2,13 +2,13 @@
  * stored tail. */
 #include <math.h>
 #include <string.h>
-#include "jerk/history.h"
+#include "jerk/window/history.h"
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/initial_guess.h"
 #include "jerk/solver/interior_point.h"
 #include "jerk/state/state.h"
-#include "jerk/verify.h"
-#include "jerk/window.h"
+#include "jerk/window/verify.h"
+#include "jerk/window/window.h"
 
 double way_from(const jerk_planner *planner,
                 const jerk_interval *interval,

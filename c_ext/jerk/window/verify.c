@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include "jerk/path/motion_law.h"
 #include "jerk/state/state.h"
-#include "jerk/verify.h"
+#include "jerk/window/verify.h"
 
 typedef struct motion {
     double v, a, j; /* along the path */

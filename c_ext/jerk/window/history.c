@@ -2,7 +2,7 @@
  * the stored tail is of, while another one is made and handed out: what is made
  * of that may come too late. */
 #include <string.h>
-#include "jerk/history.h"
+#include "jerk/window/history.h"
 #include "jerk/state/state.h"
 
 struct handed *handed_at(const jerk_planner *planner, uint64_t i) {

@@ -1,7 +1,7 @@
 /* Ways to rest on a straight line with the limits of one place. */
 #include <math.h>
 #include "jerk/path/ring.h"
-#include "jerk/stop_way.h"
+#include "jerk/stop/way.h"
 
 typedef struct path_limits {
     double acc, jerk; /* mm/s2, mm/s3 along the path */

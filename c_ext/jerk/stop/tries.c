@@ -4,8 +4,8 @@
 #include "jerk/path/grid.h"
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/initial_guess.h"
-#include "jerk/stop_tries.h"
-#include "jerk/window.h"
+#include "jerk/stop/tries.h"
+#include "jerk/window/window.h"
 
 /* Solve for a stop over the grid: from a profile of constant limits, and where
  * that fails closely from the stop that is there, which was found over `found`

@@ -1,12 +1,12 @@
 /* Feed hold: the shortest legal stop on the path. */
 #include <math.h>
-#include "jerk/fall.h"
+#include "jerk/stop/fall.h"
 #include "jerk/path/grid.h"
 #include "jerk/solver/brake.h"
 #include "jerk/state/state.h"
-#include "jerk/stop.h"
-#include "jerk/stop_tries.h"
-#include "jerk/stop_way.h"
+#include "jerk/stop/stop.h"
+#include "jerk/stop/tries.h"
+#include "jerk/stop/way.h"
 
 /* Whether the jerk along the path changes much over the grid: there a brake
  * that goes as deep as it can at each place need not be the shortest. */

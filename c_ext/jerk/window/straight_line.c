@@ -1,9 +1,9 @@
 /* From rest to rest on a straight line the time-optimal motion is known: at
  * most seven phases of constant path jerk. */
 #include <math.h>
-#include "jerk/history.h"
+#include "jerk/window/history.h"
 #include "jerk/state/state.h"
-#include "jerk/straight_line.h"
+#include "jerk/window/straight_line.h"
 
 typedef struct line_limits {
     double v, a, j; /* along the line */
