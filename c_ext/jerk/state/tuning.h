@@ -320,9 +320,9 @@
 /* So many are tried. Unit: count. Evidence: test_feed_hold_on_bends. */
 #define STOPS_NEAR 4
 
-/* Of the one that was found: one more is tried. Unit: share. Evidence:
- * test_feed_hold_on_bends. */
-#define STOP_SHORTER 0.94
+/* Of the stop that a fall has led to: none shorter is looked for. Unit: share.
+ * Evidence: test_feed_hold_on_bends. */
+#define STOP_LEAST 0.88
 
 /* Solutions that are checked for one stopping distance. Unit: count.
  * Evidence: test_feed_hold_distance. */

@@ -100,27 +100,19 @@ static bool stop_near(jerk_planner *planner, brake_path *brake) {
     return false;
 }
 
-/* One more stop, nearer than the one that was found. */
-static void try_nearer(jerk_planner *planner) {
-    double way = planner->plan.remaining;
-    try_stop(planner, STOP_SHORTER * way, way);
-}
-
-bool fall_to_rest(jerk_planner *planner, double tail, double likely) {
+enum fall_end fall_to_rest(jerk_planner *planner, double tail, double likely) {
     double asked = DEEPEST_FALL * DEEPEST_FALL * planner->x;
     brake_path brake;
     if (!first_fall(planner, tail, likely)) {
-        return false;
+        return FALL_NONE;
     }
     bool deeper = deeper_fall(planner, asked);
     end_fall(planner, asked, &brake);
     give_back(&planner->grid);
-    if (deeper && stop_near(planner, &brake)) {
-        try_nearer(planner);
-        return true;
-    }
-    if (first_fall(planner, tail, likely)) {
-        plan_accept(planner, &planner->grid, true);
-    }
-    return false;
+    return deeper && stop_near(planner, &brake) ? FALL_RESTS : FALL_ALONE;
+}
+
+bool fall_on(jerk_planner *planner, double tail, double likely) {
+    return first_fall(planner, tail, likely)
+           && plan_accept(planner, &planner->grid, true);
 }

@@ -8,9 +8,10 @@
 #include "jerk/stop/tries.h"
 #include "jerk/stop/way.h"
 
-/* Whether the jerk along the path changes much over the grid: there a brake
- * that goes as deep as it can at each place need not be the shortest. */
-static bool uneven(const jerk_planner *planner, const struct grid *grid) {
+/* Whether the jerk along the path stays much the same over the grid. Elsewhere
+ * a brake that goes as deep as it can at each place need not be the shortest.
+ */
+static bool even(const jerk_planner *planner, const struct grid *grid) {
     double least = 1e30;
     double most = 0.0;
     for (int k = 0; k < grid->count; k++) {
@@ -23,7 +24,7 @@ static bool uneven(const jerk_planner *planner, const struct grid *grid) {
         least = fmin(least, jerk);
         most = fmax(most, jerk);
     }
-    return most > BRAKE_UNEVEN * least;
+    return most <= BRAKE_UNEVEN * least;
 }
 
 /* The fastest brake is integrated and made the plan, or the stored tail of
@@ -57,56 +58,84 @@ static bool brake_now(jerk_planner *planner,
     return false;
 }
 
-/* Where the limits along the path stay much the same, the deepest brake is the
- * shortest stop. False: they do not. `*found`: the plan is such a stop. */
-static bool brake_evenly(jerk_planner *planner,
-                         double tail,
-                         double likely,
-                         bool *found) {
-    struct grid *grid = &planner->grid;
-    double first = fmin(ALMOST * tail, BRAKE_WAYS * likely);
-    if (!grid_to(planner, grid, first) || grid->count < 2
-        || uneven(planner, grid)) {
-        return false;
+static double stored_tail(const jerk_planner *planner) {
+    double way = 0.0;
+    for (int k = planner->plan.next; k < planner->plan.count; k++) {
+        way += planner->plan.lengths[k];
     }
-    double way = likely;
-    *found = brake_now(planner, tail, first, &way)
-             || fall_to_rest(planner, tail, way);
-    return true;
+    return way;
+}
+
+/* Halving between the distance `low` without a stop and that of the plan, which
+ * is one: so often at the most. */
+static void halve(jerk_planner *planner, double low, int tries) {
+    double high = planner->plan.remaining;
+    for (int i = 0; i < tries && high - low > CLOSE_ENOUGH * high; i++) {
+        double middle = 0.5 * (low + high);
+        *(try_stop(planner, middle, high) ? &high : &low) = middle;
+    }
+}
+
+/* A first stop: from the likely distance on, a little longer each time.
+ * Returns the longest one that is none, `tail` if all are. */
+static double longest_failure(jerk_planner *planner,
+                              double tail,
+                              double likely,
+                              int hopeless) {
+    double low = 0.0;
+    double distance = fmin(ALMOST * tail, 1.02 * likely);
+    double grow = STOP_LONGER;
+    for (int i = 0; i < hopeless && tail - low > CLOSE_ENOUGH * tail; i++) {
+        if (try_stop(planner, distance, 0.0)) {
+            return low;
+        }
+        low = distance;
+        distance = fmin(0.5 * (low + tail), grow * low);
+        grow = 1.0 + STOP_GROWS * (grow - 1.0);
+    }
+    return tail;
+}
+
+/* On a path of even limits: the deepest brake, or the deepest fall of the speed
+ * and one stop nearer. False: no stop; the speed falls for now. */
+static bool brake_deeply(jerk_planner *planner,
+                         double tail,
+                         double first,
+                         double likely) {
+    if (brake_now(planner, tail, first, &likely)) {
+        return true;
+    }
+    enum fall_end end = fall_to_rest(planner, tail, likely);
+    if (end == FALL_RESTS) {
+        halve(planner, STOP_LEAST * planner->plan.remaining, 1);
+        return true;
+    }
+    if (end == FALL_ALONE) {
+        fall_on(planner, tail, likely);
+    }
+    return false;
 }
 
 /* Replace the plan by the shortest stop; the stored tail is the longest that is
  * considered. False if none was found that is shorter by much; given up after
  * so many tries without one. */
 bool shortest_stop(jerk_planner *planner, int hopeless) {
-    double low = 0.0;
-    double high = 0.0;
-    double grow = STOP_LONGER;
-    bool found = false;
-    for (int k = planner->plan.next; k < planner->plan.count; k++) {
-        high += planner->plan.lengths[k];
-    }
-    planner->stats.holds++;
+    struct grid *grid = &planner->grid;
+    double tail = stored_tail(planner);
     double likely = likely_stop(planner);
-    if (high > NEAR_ENOUGH * likely
-        && brake_evenly(planner, high, likely, &found)) {
-        return found;
-    }
-    double distance = fmin(ALMOST * high, 1.02 * likely);
-    for (int i = 0; i < (found ? MAX_HALVINGS : hopeless)
-                    && high - low > CLOSE_ENOUGH * high;
-         i++) {
-        if (try_stop(planner, distance, found ? high : 0.0)) {
-            high = distance, found = true;
-        } else {
-            low = distance;
+    planner->stats.holds++;
+    if (tail > NEAR_ENOUGH * likely) {
+        double first = fmin(ALMOST * tail, BRAKE_WAYS * likely);
+        if (grid_to(planner, grid, first) && grid->count >= 2
+            && even(planner, grid)) {
+            return brake_deeply(planner, tail, first, likely);
         }
-        double middle = 0.5 * (low + high);
-        double near = found ? middle : fmin(middle, grow * low);
-        distance = low > 0.0 ? near : 0.92 * high;
-        grow = 1.0 + STOP_GROWS * (grow - 1.0);
     }
-    return found || high <= NEAR_ENOUGH * way_down_to(planner, 0.0);
+    double low = longest_failure(planner, tail, likely, hopeless);
+    if (low < tail) {
+        halve(planner, low, MAX_HALVINGS);
+    }
+    return low < tail || tail <= NEAR_ENOUGH * way_down_to(planner, 0.0);
 }
 
 bool plan_stop(jerk_planner *planner) {

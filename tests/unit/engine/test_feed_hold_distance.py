@@ -331,7 +331,7 @@ def test_a_hold_that_is_let_go_just_before_rest_comes_to_rest(
 
 
 LONGER = pytest.mark.xfail(
-    reason="1.09: the shorter stop is missed by halving the distance"
+    reason="1.09 to 1.13: the shorter stop is missed by halving the distance"
     " (docs/explanation/planner.md, Limits)"
 )
 
