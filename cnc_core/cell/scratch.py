@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import functools
 import os
 import re
 import shutil
@@ -22,8 +24,22 @@ def scratch_prefix() -> str:
 
 
 def scratch_folder() -> Path:
-    """A folder of this process."""
+    """A folder of this process.  What is still there at its exit is removed."""
+    _remove_at_exit(os.getpid())
     return Path(tempfile.mkdtemp(prefix=scratch_prefix()))
+
+
+@functools.cache
+def _remove_at_exit(pid: int) -> None:
+    """A signal may end the process while nobody has the folder's name yet."""
+    folder, pattern = Path(tempfile.gettempdir()), f"{scratch_prefix()}*"
+
+    def remove() -> None:
+        if os.getpid() == pid:  # not in a child that was forked
+            for path in folder.glob(pattern):
+                shutil.rmtree(path, ignore_errors=True)
+
+    atexit.register(remove)
 
 
 def sweep_folders() -> None:
