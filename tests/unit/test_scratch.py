@@ -27,7 +27,7 @@ def test_a_signal_while_a_folder_is_made_leaves_none(tmp_path: Path) -> None:
     had its name yet.
     """
     ended = subprocess.run(
-        [sys.executable, "-c", ENDED_WITHIN],
+        [sys.executable, "-P", "-c", ENDED_WITHIN],
         env=os.environ | {"TMPDIR": str(tmp_path)},
         check=False,
     )
@@ -50,7 +50,7 @@ sys.exit(not folder.is_dir())
 def test_a_child_takes_no_folder_away(tmp_path: Path) -> None:
     """A process that was forked from the launcher ends, and its folder stays."""
     ended = subprocess.run(
-        [sys.executable, "-c", FORKED],
+        [sys.executable, "-P", "-c", FORKED],
         env=os.environ | {"TMPDIR": str(tmp_path)},
         check=False,
     )
