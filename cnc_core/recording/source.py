@@ -246,14 +246,9 @@ class NpzSource:
         self.complete = bool(self.meta.get("complete"))
 
     def _is_likely(self, table: str) -> bool:
-        """Whether a table can be what the account says of it."""
-        columns, rows = self.tables[table], self.rows(table)
-        units = self.meta.get("columns", {}).get(table, {})
-        if not KINDS.keys() >= {*columns.values()}:
-            return False
-        return (
-            isinstance(units, dict) and rows >= 0 and bool(columns or not rows)
-        )
+        """Whether a table has rows only where it has columns."""
+        rows = self.rows(table)
+        return rows >= 0 and bool(self.tables[table] or not rows)
 
     def rows(self, table: str) -> int:
         """Rows of a table."""
