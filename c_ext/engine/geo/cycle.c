@@ -44,9 +44,10 @@ static bool at_program_stop(struct engine *engine) {
  */
 static void answer_withdrawal(struct engine *engine) {
     struct geo *geo = &engine->geo;
+    int state = ATOMIC_GET(engine->withdrawal.state);
+    /* in this order: a planner that has asked commits nothing more */
     uint64_t word = ATOMIC_GET(engine->commit.word);
-    if (ATOMIC_GET(engine->withdrawal.state) != WITHDRAW_ASKED || (word & 1)
-        || geo->v > 0.0) {
+    if (state != WITHDRAW_ASKED || (word & 1) || geo->v > 0.0) {
         return;
     }
     if (geo->has_phase && is_motion(piece_at(&engine->run, geo->piece))
