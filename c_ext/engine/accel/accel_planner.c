@@ -129,10 +129,9 @@ static void commit(struct engine *engine) {
         drive_window(&writer, end);
     }
     bool due = !ATOMIC_GET(engine->threads.running) && !engine->commit.fed_anew;
-    bool legal =
-        !writer.refused
-        && (due
-            || write_tail(engine, &engine->commit.tails[next], &writer, end));
+    bool stops =
+        due || write_tail(engine, &engine->commit.tails[next], &writer, end);
+    bool legal = stops && !writer.refused;
     engine->commit.fed_anew = false;
     if (!legal
         && engine->commit.v > GEO_MOVES) { /* the stored tail is: GEO takes it,

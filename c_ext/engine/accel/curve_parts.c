@@ -175,6 +175,12 @@ static void add_constant(struct builder *builder, double from, double to) {
     }
 }
 
+/* What lies ahead of `to` is all there is, and nothing has been added yet. */
+static bool is_alone(const struct builder *builder, const place *to) {
+    return builder->piece->span_count == 0
+           && to->at.s >= builder->piece->length;
+}
+
 /* Whether there is room for a stretch whose rows carry along what they lose,
  * and one row an axis for all behind it. */
 static bool has_more_rows(const struct builder *builder) {
@@ -197,6 +203,9 @@ static void add_stretch(struct builder *builder,
     double room[NC_AXES];
     double turn2 = 0.0;
     if (h < TINY_MM) {
+        if (is_alone(builder, to)) {
+            add_constant(builder, from->at.s, to->at.s);
+        }
         return;
     }
     chord_loss lost;

@@ -413,7 +413,7 @@ void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
                             {piece->length - first - last, none},
                             {last, used2.reserve}};
     const strip whole = {piece->length, both};
-    bool apart = first + last <= 0.9 * piece->length;
+    bool apart = first + last < 0.9 * piece->length;
     for (int axis = 0; !apart && axis < engine->cfg.axis_count; axis++) {
         both[axis] = greater(first > 0.0 ? used1.reserve[axis] : 0.0,
                              last > 0.0 ? used2.reserve[axis] : 0.0);
@@ -438,7 +438,7 @@ void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
         return;
     }
     for (int k = 0; k < count && piece->kind != PIECE_CURVE; k++) {
-        if (strips[k].length <= 0) {
+        if (apart && strips[k].length <= 0) {
             continue;
         }
         double to = k + 1 == count || (k == 1 && last <= 0.0)
@@ -456,5 +456,8 @@ void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
             arc_strip(&builder, at, to, apart && k != 1 ? 1 : least);
         }
         at = to;
+    }
+    if (piece->span_count == 0) { /* too short for knots: nothing bends */
+        straight_strip(&builder, piece->length);
     }
 }

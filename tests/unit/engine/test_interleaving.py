@@ -48,6 +48,13 @@ CASES += [
 CASES += [
     (seed, options, seed % 2 > 0, True) for seed, options in enumerate(OPTIONS)
 ]
+# the planner commits and then asks for it back while GEO reads what is
+# committed; turning back 1e-13 mm behind the start of an arc
+CASES += [
+    (21162, "", True, False),
+    (21198, "", True, False),
+    (20531, "nf", True, True),
+]
 
 
 @pytest.mark.parametrize(("seed", "options", "geo_first", "rehearse"), CASES)

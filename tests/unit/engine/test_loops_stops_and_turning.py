@@ -325,3 +325,28 @@ def test_turning_while_a_function_is_waited_for(tmp_path: Path) -> None:
         cnc.level(cnc.bahn.backward_motion, True)
         cnc.run(1000)
         assert abs(cnc.pos[-1][0]) < 1e-6
+
+
+NO_JERK = "".join(f"[axes.{name}]\nj_max_mm_s3 = 0.0\n" for name in "XYZ")
+
+
+@pytest.mark.parametrize("jerk", [True, False])
+def test_nothing_jumps_where_a_full_circle_is_left_out(
+    tmp_path: Path, jerk: bool
+) -> None:
+    """The way to the end of a circle that is deleted at its start has no length:
+    the path goes on behind it from rest.
+    """
+    text = "N10 G01 X10 F6000\nN20 M00\nN30 G02 X10 Y0 I5 J0\nN40 G01 X20\n"
+    with Inside(tmp_path, text, "" if jerk else NO_JERK) as cnc:
+        cnc.until(lambda: bool(cnc.state.wait_continue_r))
+        cnc.level(cnc.bahn.delete_distance_to_go, True)
+        cnc.run(5)
+        cnc.level(cnc.bahn.delete_distance_to_go, False)
+        for pressed in (True, False, True):  # M00 may be come to once more
+            cnc.level(cnc.bahn.continue_machining, pressed)
+            cnc.run(3)
+        cnc.end(5000)
+        assert cnc.pos[:, 1] == pytest.approx(0.0, abs=1e-9)
+        assert cnc.pos[-1] == pytest.approx([20.0, 0.0, 0.0])
+        legal(cnc.pos, cnc.cell)

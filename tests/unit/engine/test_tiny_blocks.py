@@ -186,3 +186,36 @@ def test_functions_and_exact_stops_find_the_programmed_place(
             [10.00000009, 0.00000003, 0.0], abs=5e-7
         )
         legal(cnc.pos, cnc.cell)
+
+
+NO_JERK = "".join(f"[axes.{name}]\nj_max_mm_s3 = 0.0\n" for name in "XYZ")
+
+
+@pytest.mark.parametrize("jerk", [True, False])
+@pytest.mark.parametrize("way", [1.1e-9, 3e-9, 8e-9, 2e-8])
+def test_an_arc_is_left_backward_just_behind_its_start(
+    tmp_path: Path, way: float, jerk: bool
+) -> None:
+    """A way back of so few mm to the start of the program keeps all limits of
+    the plan, and the arc is driven to its end behind it.
+    """
+    text = "N10 G02 X10 Y0 R6 F6000\nN20 G01 X20\n"
+    config = "" if jerk else NO_JERK
+    with Inside(tmp_path, text, config, levels={"feedhold": True}) as cnc:
+        insert = cnc.bahn.insert_cmd
+        insert.enable_w = True
+        insert.command_w.dist_or_pos = 1e4 * way
+        insert.command_w.rel_abs_mode = 1
+        insert.command_semaphor_rw = True
+        cnc.run(20)
+        cnc.level(cnc.bahn.feedhold, False)
+        cnc.run(60)
+        assert 0.0 < np.abs(cnc.pos[-1]).max() <= way
+        cnc.level(cnc.bahn.backward_motion, True)
+        cnc.run(60)
+        assert (cnc.pos[-1] == 0.0).all()
+        cnc.level(cnc.bahn.backward_motion, False)
+        cnc.end()
+        assert cnc.pos[-1] == pytest.approx([20.0, 0.0, 0.0], abs=1e-10)
+        legal(cnc.pos, cnc.cell)
+        assert int(cnc.engine.state.infeasible) == 0
