@@ -5,7 +5,7 @@
 #include "jerk/hand_out.h"
 #include "jerk/window/history.h"
 #include "jerk/path/caps.h"
-#include "jerk/path/motion_law.h"
+#include "jerk/path/plan_law.h"
 #include "jerk/path/ring.h"
 #include "jerk/replan.h"
 #include "jerk/state/state.h"
@@ -106,43 +106,6 @@ static void plan_again(jerk_planner *planner) {
         fmax(planner->stats.worst_solve_s, thread_cpu_s() - t0);
 }
 
-/* The law of segment k of the plan. */
-static void law_of(const jerk_planner *planner, int k, jerk_law *law) {
-    const plan *pl = &planner->plan;
-    bool end = k + 1 == pl->count;
-    law->tag = pl->tag[k];
-    law->s0 = pl->offset[k];
-    law->flags = end ? JERK_STAND : 0;
-    law->last = pl->last[k];
-    if (pl->time[k] > 0.0) {
-        law->length = pl->lengths[k];
-        law->v0 = planner->scale * sqrt(pl->x[k]);
-        law->a0 = planner->scale * planner->scale * pl->accel[k];
-        law->jerk = pl->jerk[k];
-        law->snap = pl->snap[k];
-        law->crackle = pl->crackle[k];
-        law->pop = pl->pop[k];
-        law->time = pl->time[k];
-        return;
-    }
-    double input[2];
-    input[0] = pl->input[0][k];
-    input[1] = pl->input[1][k];
-    motion_law_from(law,
-                    pl->lengths[k],
-                    pl->x[k],
-                    pl->accel[k],
-                    end ? 0.0 : pl->x[k + 1],
-                    end ? 0.0 : pl->accel[k + 1],
-                    input,
-                    planner->scale);
-    pl->time[k] = law->time; /* tails are asked for again and again */
-    pl->jerk[k] = law->jerk;
-    pl->snap[k] = law->snap;
-    pl->crackle[k] = law->crackle;
-    pl->pop[k] = law->pop;
-}
-
 /* Segment `next` of the plan is the caller's: the path and the state move on.
  */
 static void hand_out(jerk_planner *planner) {
@@ -226,7 +189,7 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
  * time. */
 double hand_out_again(jerk_planner *planner, double seconds) {
     jerk_law law;
-    law_of(planner, planner->plan.next, &law);
+    plan_law(planner, planner->plan.next, &law);
     split(planner, &law, seconds);
     return law.time;
 }
@@ -238,7 +201,7 @@ int jerk_next_within(jerk_planner *planner, jerk_law *law, double seconds) {
     if (planner->plan.next >= planner->plan.count) {
         return 0;
     }
-    law_of(planner, planner->plan.next, law);
+    plan_law(planner, planner->plan.next, law);
     if (planner->again_s > 0.0) {
         seconds = fmin(seconds, planner->again_s);
     }
@@ -259,7 +222,7 @@ double jerk_advance(jerk_planner *planner, double seconds) {
     while (seconds - t > LEAST_TIME
            && planner->plan.next < planner->plan.count) {
         jerk_law law;
-        law_of(planner, planner->plan.next, &law);
+        plan_law(planner, planner->plan.next, &law);
         if (law.time > seconds - t) {
             t += hand_out_again(planner, seconds - t);
             continue;
@@ -305,7 +268,7 @@ int64_t jerk_tail(const jerk_planner *planner, jerk_law *laws, int64_t max) {
     int64_t count = 0;
     for (int k = planner->plan.next; k < planner->plan.count && count < max;
          k++) {
-        law_of(planner, k, &laws[count++]);
+        plan_law(planner, k, &laws[count++]);
     }
     return count;
 }

@@ -56,36 +56,26 @@ bool plan_is_faster(const jerk_planner *planner, const struct grid *grid) {
     return false;
 }
 
-/* A deep fall is planned in parts: the solver starts near the present plan.
- * True: this is a part only. */
-static bool limit_fall(const jerk_planner *planner, struct grid *grid) {
-    bool any = false;
+/* A deep fall is planned in parts: the solver starts near the present plan. */
+static void limit_fall(const jerk_planner *planner, struct grid *grid) {
     for (int k = 0; k < grid->count; k++) {
         struct segment *segment = &grid->seg[k];
         double least = fmin(segment->soft, DEEPEST_FALL * planner->x);
-        if (segment->asked < least) {
-            segment->asked = least;
-            any = true;
-        }
+        segment->asked = fmax(segment->asked, least);
     }
-    return any;
 }
 
-/* A plan over such a reach, in which the present one stays allowed up to
- * `allowed` mm; `near`: one that reaches further has to follow; `again`: the
- * solver starts with the present plan itself, which is legal. */
-static bool plan_over(jerk_planner *planner,
-                      double reach,
-                      double allowed,
-                      bool near,
-                      bool again) {
+/* A plan over such a reach, in which the present one stays allowed; one that
+ * reaches further has to follow. `again`: the solver starts with the present
+ * plan itself, which is legal. */
+static bool plan_over(jerk_planner *planner, double reach, bool again) {
     struct grid *grid = &planner->grid;
     grid_window(planner, grid, reach);
     if (grid->count < 2) {
         return false;
     }
-    allow_tail(planner, grid, allowed);
-    bool part = isinf(allowed) && limit_fall(planner, grid);
+    allow_tail(planner, grid, INFINITY);
+    limit_fall(planner, grid);
     grid->sinks = true;
     double asked = planner->scale * sqrt(grid->seg[0].asked);
     grid->ramp = again ? INFINITY : FALL_WAYS * way_down_to(planner, asked);
@@ -93,28 +83,18 @@ static bool plan_over(jerk_planner *planner,
         give_back(grid);
         return false;
     }
-    planner->near = part || near;
-    if (!plan_accept(planner, grid, !planner->near)) {
+    if (!plan_accept(planner, grid, false)) {
         return false;
     }
-    planner->was = speeds_now(planner);
-    planner->reach = near ? REFILL_WAYS * reach : reach;
+    planner->reach = REFILL_WAYS * reach;
     return true;
-}
-
-/* Behind the ramp what is asked for holds. */
-bool plan_fall(jerk_planner *planner) {
-    double asked = asked_speed(planner, ring_at(planner, planner->head));
-    double ramp = RAMP_WAYS * way_down_to(planner, asked);
-    double reach = REFILL_WAYS * near_reach(planner);
-    return plan_over(planner, reach, ramp, false, false);
 }
 
 /* Where a bend decides, the way to rest may be much longer than on a line. */
 bool plan_near(jerk_planner *planner) {
     double reach = near_reach(planner);
     for (int i = 0; i < NEAR_TRIES; i++) {
-        if (plan_over(planner, reach, INFINITY, true, i > 0)) {
+        if (plan_over(planner, reach, i > 0)) {
             return true;
         }
         if (reach > TAIL_MORE * planner->plan.remaining) {

@@ -9,7 +9,4 @@ bool plan_is_faster(const jerk_planner *planner, const struct grid *grid);
 /* A new plan over the path just ahead; where the present one is faster than
  * what is asked for, it comes down.  False: none was found. */
 bool plan_near(jerk_planner *planner);
-
-/* As plan_near, further ahead: what is asked for stays. */
-bool plan_fall(jerk_planner *planner);
 #endif

@@ -9,6 +9,7 @@
 #include "jerk/state/state.h"
 #include "jerk/stop/stop.h"
 #include "jerk/stop/way.h"
+#include "jerk/window/slower.h"
 #include "jerk/window/straight_line.h"
 #include "jerk/window/window.h"
 
@@ -123,6 +124,33 @@ static bool can_afford(const jerk_planner *planner) {
            || (double)planner->stats.spent < planner->most;
 }
 
+/* The window up to a reach, in which the present plan stays allowed where it is
+ * faster than what is asked for. */
+static void over_window(jerk_planner *planner,
+                        struct grid *grid,
+                        double reach) {
+    grid_window(planner, grid, reach);
+    if (!grid->from_standstill && plan_is_faster(planner, grid)) {
+        allow_tail(planner, grid, INFINITY);
+    }
+}
+
+/* The window, in which a speed that is too high falls faster than in the
+ * present plan, if that is soon found. */
+static bool solve_fall(jerk_planner *planner, struct grid *grid) {
+    grid->sinks = true;
+    grid->ramp = INFINITY;
+    planner->finer = false;
+    problem_from_grid(planner, grid, planner->x, planner->accel);
+    bool legal = guess_window(planner, grid, true, 1.0)
+                 && solve_guess(planner, grid, 1, SINK_ITERATIONS);
+    if (!legal) {
+        give_back(grid);
+    }
+    grid->sinks = false;
+    return legal;
+}
+
 /* The window up to a reach, with finer steps where they turn out to be too
  * long. */
 static bool solve_finer(jerk_planner *planner,
@@ -136,7 +164,7 @@ static bool solve_finer(jerk_planner *planner,
         if (legal || !planner->finer || !can_afford(planner)) {
             break;
         }
-        grid_window(planner, grid, reach);
+        over_window(planner, grid, reach);
     }
     planner->finer_tries = 0;
     return legal;
@@ -152,7 +180,7 @@ static bool solve_shorter(jerk_planner *planner,
         if (reach <= least) {
             return false;
         }
-        grid_window(planner, grid, reach);
+        over_window(planner, grid, reach);
         if (grid->count < (grid->from_standstill ? 3 : 2)) {
             return false;
         }
@@ -186,18 +214,16 @@ static int until_next_commit(const jerk_planner *planner,
     return k;
 }
 
-/* The plan follows other speeds; false: it does not, so it is tried again. */
-static bool plan_other_speeds(jerk_planner *planner) {
-    bool changed = planner->changed;
-    bool hurried = changed && planner->hurried;
+/* A first answer to other speeds stands, or not: what reaches further has to
+ * follow, or it is tried again. */
+static bool follow_soon(jerk_planner *planner, bool planned) {
     planner->changed = false;
-    bool planned = (!hurried && plan_fall(planner)) || plan_near(planner);
     planner->wait = until_next_commit(planner, &planner->grid);
-    if (planned || !changed) {
-        return true;
+    if (planned) {
+        planner->near = true;
+        planner->was = speeds_now(planner);
     }
-    return !hurried && planner->x > FASTER * planner->grid.seg[0].asked
-           && plan_stop(planner);
+    return planned;
 }
 
 /* Other speeds while it moves, soon behind the last ones. */
@@ -225,7 +251,7 @@ bool plan_window(jerk_planner *planner) {
         return true;
     }
     if (is_hurried(planner)) {
-        return plan_other_speeds(planner);
+        return follow_soon(planner, plan_near(planner) || slow_down(planner));
     }
     if (plan_straight(planner)) {
         planner->changed = false;
@@ -239,13 +265,21 @@ bool plan_window(jerk_planner *planner) {
     if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return true;
     }
+    bool falls = false;
     if (!grid->from_standstill && plan_is_faster(planner, grid)) {
-        return plan_other_speeds(planner);
+        bool known = !planner->changed && !planner->near;
+        if (!known && !slow_down(planner)) {
+            return follow_soon(planner, plan_near(planner));
+        }
+        planner->was = speeds_now(planner);
+        over_window(planner, grid, ahead);
+        falls = plan_is_faster(planner, grid);
     }
     bool changed = planner->changed;
     planner->changed = false;
     planner->wait = 1 + grid->count / 10;
-    if (solve_finer(planner, grid, ahead, FINER_TRIES)
+    if ((falls && solve_fall(planner, grid))
+        || solve_finer(planner, grid, ahead, FINER_TRIES)
         || solve_shorter(planner, grid, TAIL_MORE * left)) {
         if (!changed && !grid->from_standstill
             && slower_than_tail(planner, grid)) {

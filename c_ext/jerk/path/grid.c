@@ -3,6 +3,7 @@
 #include <math.h>
 #include "jerk/path/caps.h"
 #include "jerk/path/grid.h"
+#include "jerk/path/plan_law.h"
 #include "jerk/path/ring.h"
 #include "jerk/state/state.h"
 
@@ -407,4 +408,70 @@ bool grid_to(jerk_planner *planner, struct grid *grid, double distance) {
     }
     knot_caps(planner, grid);
     return fits;
+}
+
+/* Segment k of the plan, from `from` to `to` mm of interval i, in parts of equal
+ * time that are short enough; the states at their ends. */
+static bool add_planned(jerk_planner *planner,
+                        struct grid *grid,
+                        int k,
+                        uint64_t i,
+                        double from,
+                        double to,
+                        struct states *states) {
+    const plan *pl = &planner->plan;
+    bool rests = k + 1 == pl->count;
+    double most = steps_at(planner, i)->longest;
+    double parts = rests ? 1.0 : ceil(pl->lengths[k] / most - 1e-6);
+    double f2 = planner->scale * planner->scale;
+    jerk_law law;
+    jerk_state at;
+    double begin = from;
+    if (parts > 1.0) {
+        plan_law(planner, k, &law);
+        law.s0 = from;
+    }
+    for (double n = 1.0; n < parts; n += 1.0) {
+        jerk_at(&law, law.time * n / parts, &at);
+        if (!add_part(planner, grid, i, begin, at.s)) {
+            return false;
+        }
+        begin = at.s;
+        states->x[grid->count] = at.v * at.v / f2;
+        states->accel[grid->count] = at.a / f2;
+    }
+    if (!add_part(planner, grid, i, begin, to)) {
+        return false;
+    }
+    states->x[grid->count] = rests ? 0.0 : pl->x[k + 1];
+    states->accel[grid->count] = rests ? 0.0 : pl->accel[k + 1];
+    return true;
+}
+
+bool grid_of_plan(jerk_planner *planner,
+                  struct grid *grid,
+                  struct states *states) {
+    const plan *pl = &planner->plan;
+    uint64_t i = planner->head;
+    double from = 0.0;
+    grid->count = 0;
+    grid->used = 0;
+    grid->from_standstill = false;
+    grid->stands = pl->stands;
+    grid->sinks = false;
+    grid->finer = 1.0;
+    states->x[0] = planner->x;
+    states->accel[0] = planner->accel;
+    for (int k = pl->next; k < pl->count; k++) {
+        double whole = ring_at(planner, i)->length;
+        double to = pl->last[k] ? whole : from + pl->lengths[k];
+        if (i == planner->tail
+            || !add_planned(planner, grid, k, i, from, to, states)) {
+            return false;
+        }
+        i += pl->last[k] ? 1 : 0;
+        from = pl->last[k] ? 0.0 : to;
+    }
+    knot_caps(planner, grid);
+    return true;
 }

@@ -8,4 +8,15 @@ void grid_window(jerk_planner *planner, struct grid *grid, double reach);
 
 /* A grid that ends at rest `distance` mm ahead; false if it does not fit. */
 bool grid_to(jerk_planner *planner, struct grid *grid, double distance);
+
+/* Squared speed and acceleration (scaled) at the knots of a grid. */
+typedef struct states {
+    double *x, *accel;
+} states;
+
+/* What the present plan has not handed out, while it moves, with the states at
+ * the knots; false if it does not fit. */
+bool grid_of_plan(jerk_planner *planner,
+                  struct grid *grid,
+                  struct states *states);
 #endif

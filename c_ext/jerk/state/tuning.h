@@ -297,13 +297,13 @@
  * test_feed_hold_distance. */
 #define ALMOST 0.999
 
-/* The deepest fall of the speed is looked for over so much. Unit: stops on a
- * line. Evidence: test_feed_hold_on_bends. */
-#define FALL_REACH 5.0
-
 /* Of the solver, for a fall that is a guess only. Unit: iterations. Evidence:
  * test_feed_hold_on_bends. */
 #define FALL_ITERATIONS 18
+
+/* Of the plan's squared speed: to this it is slowed down where no stop is found
+ * yet. Unit: share. Evidence: test_feed_hold_on_bends. */
+#define SLOWER_FOR_NOW 0.0625
 
 /* Of the squared speed that is asked for: there the fall has ended. Unit:
  * share. Evidence: test_feed_hold_on_bends. */
@@ -436,10 +436,6 @@
  * Evidence: `bench planner` (live). */
 #define FALL_WAYS 1.5
 
-/* Of the shortest way down: behind it what is asked for must hold. Unit: share.
- * Evidence: test_jerk_planner. */
-#define RAMP_WAYS 1.15
-
 /* Of the objective's other parts: speed that is too high counts so much more.
  * Unit: factor. Evidence: `bench planner` (live). */
 #define PULL 2.0
@@ -454,6 +450,40 @@
 
 /* Of the same: more is too fast. Unit: share. Evidence: rounding. */
 #define ABOVE_ASKED 1.000001
+
+/* ---- The plan, slowed down (slower.c) ---- */
+
+/* In which a fall of the speed must be able to end. Unit: intervals. Evidence:
+ * test_slower_plan. */
+#define SLOWER_STEPS 160
+
+/* Between the deepest step and the known way, until one lands. Unit: count.
+ * Evidence: test_slower_plan. */
+#define SLOWER_HALVINGS 12
+
+/* Falls that are checked, each with less of the limits where the last one had
+ * too much. Unit: count. Evidence: test_slower_plan. */
+#define SLOWER_TRIES 4
+
+/* Ratio that such a place should come to. Unit: share. Evidence:
+ * test_slower_plan. */
+#define SLOWER_AIM 0.98
+
+/* Of the squared speed asked for: what a fall aims at. TAIL_ONLY times that is
+ * less, so behind the fall the next window reaches what is asked for. Unit:
+ * share. Evidence: test_channel_control (external speed). */
+#define SLOWER_UNDER 0.9994
+
+/* Of that: no fall goes below it. Unit: share. Evidence: test_slower_plan. */
+#define SLOWER_CLOSE 0.999
+
+/* An axis that c moves by less says nothing of it. Unit: 1, scaled. Evidence:
+ * rounding. */
+#define SLOWER_NO_SLOPE 1e-12
+
+/* Of the solver, for a fall that is deeper than that of the plan. Unit:
+ * iterations. Evidence: `bench planner` (live). */
+#define SINK_ITERATIONS 25
 
 /* ---- Length of planner intervals ---- */
 

@@ -1,10 +1,11 @@
 /* A stop where the path bends.
  *
  * How soon the speed may fall at one place depends on the bends behind it.  So
- * the solver looks for the lowest speeds: once down to half of the speed, with
- * all checks, and from there once more, roughly.  Where that fall has nearly
- * ended, the rest of the way is short and can be estimated.  A stop over this
- * length is solved for, with the fall as its guess.
+ * the plan is slowed down first (slower.c), which needs no solver.  Over the
+ * way that this takes the solver looks for the lowest speeds: once down to half
+ * of the speed, with all checks, and from there once more, roughly.  Where that
+ * fall has nearly ended, the rest of the way is short and can be estimated.  A
+ * stop over this length is solved for, with the fall as its guess.
  */
 #include <math.h>
 #include <string.h>
@@ -14,6 +15,7 @@
 #include "jerk/solver/initial_guess.h"
 #include "jerk/stop/tries.h"
 #include "jerk/stop/way.h"
+#include "jerk/window/slower.h"
 #include "jerk/window/window.h"
 
 /* Down to the squared speed `asked`, or to the feed where that is less. */
@@ -33,21 +35,12 @@ static bool fall_over(jerk_planner *planner, double reach) {
     }
     allow_present(planner, grid, INFINITY, INFINITY);
     ask_for(grid, asked);
-    double v = planner->scale * sqrt(asked);
-    grid->ramp = FALL_WAYS * way_down_to(planner, v);
+    grid->ramp = INFINITY;
     if (!solve_window(planner, grid, true, 1.0)) {
         give_back(grid);
         return false;
     }
     return true;
-}
-
-/* The same over some of the tail, or over all of it. */
-static bool first_fall(jerk_planner *planner, double tail, double likely) {
-    double most = ALMOST * tail;
-    double reach = FALL_REACH * likely;
-    return (reach < most && fall_over(planner, reach))
-           || fall_over(planner, most);
 }
 
 /* From that fall to `asked`: as far as it comes in a few iterations. */
@@ -62,8 +55,8 @@ static bool deeper_fall(jerk_planner *planner, double asked) {
            && solve_roughly(planner, FALL_ITERATIONS);
 }
 
-/* The fall as a brake, up to where it has nearly come down to `asked`, then to
- * rest. */
+/* The fall as a brake, up to where it has nearly come down to `asked` (0: to
+ * its share of the plan), then to rest. */
 static void end_fall(const jerk_planner *planner,
                      double asked,
                      brake_path *out) {
@@ -75,7 +68,9 @@ static void end_fall(const jerk_planner *planner,
         out->s[k] = grid->from_start[k];
         out->v[k] = planner->scale * sqrt(fmax(0.0, problem->x[k]));
         out->a[k] = planner->scale * planner->scale * problem->accel[k];
-        if (k + 2 >= last || (k > 0 && problem->x[k] <= FALL_ENDS * asked)) {
+        double low = asked > 0.0 ? asked : SLOWER_FOR_NOW * problem->guess[k];
+        bool fallen = k > 0 && problem->x[k] <= FALL_ENDS * low;
+        if (fallen || k + 2 >= last) {
             break;
         }
     }
@@ -100,19 +95,20 @@ static bool stop_near(jerk_planner *planner, brake_path *brake) {
     return false;
 }
 
-enum fall_end fall_to_rest(jerk_planner *planner, double tail, double likely) {
+bool fall_to_rest(jerk_planner *planner, double tail) {
     double asked = DEEPEST_FALL * DEEPEST_FALL * planner->x;
     brake_path brake;
-    if (!first_fall(planner, tail, likely)) {
-        return FALL_NONE;
+    if (!slow_to(planner, SLOWER_FOR_NOW)) {
+        return false;
+    }
+    end_fall(planner, 0.0, &brake);
+    double reach = fmin(ALMOST * tail, brake.s[brake.count]);
+    if (!fall_over(planner, reach)
+        || !plan_accept(planner, &planner->grid, true)) {
+        return stop_near(planner, &brake);
     }
     bool deeper = deeper_fall(planner, asked);
     end_fall(planner, asked, &brake);
     give_back(&planner->grid);
-    return deeper && stop_near(planner, &brake) ? FALL_RESTS : FALL_ALONE;
-}
-
-bool fall_on(jerk_planner *planner, double tail, double likely) {
-    return first_fall(planner, tail, likely)
-           && plan_accept(planner, &planner->grid, true);
+    return deeper && stop_near(planner, &brake);
 }

@@ -105,13 +105,9 @@ static bool brake_deeply(jerk_planner *planner,
     if (brake_now(planner, tail, first, &likely)) {
         return true;
     }
-    enum fall_end end = fall_to_rest(planner, tail, likely);
-    if (end == FALL_RESTS) {
+    if (fall_to_rest(planner, tail)) {
         halve(planner, STOP_LEAST * planner->plan.remaining, 1);
         return true;
-    }
-    if (end == FALL_ALONE) {
-        fall_on(planner, tail, likely);
     }
     return false;
 }
