@@ -15,6 +15,9 @@
 /* a knot is left out where the cubic over it is off by less: 0.1 um, share of
  * the speed */
 #define SAME_PLACE 0.05
+/* a way asked for begins at a place of now and ends at one of the table, each
+ * off by SAME_PLACE: 0.1 um */
+#define NEAR_PLACE 0.15
 #define SAME_RATE 1e-4
 #define SAME_TIME 1e-3 /* us */
 #define STEPS 40       /* of the search for a time, at the most */
@@ -250,7 +253,7 @@ bool timetable_reach(const struct timetable *table,
     while (lo < hi) {
         uint32_t mid = lo + (hi - lo) / 2;
         double d = table->knot[mid].distance;
-        if (last ? d > distance + SAME_PLACE : d >= distance - SAME_PLACE) {
+        if (last ? d > distance + NEAR_PLACE : d >= distance - NEAR_PLACE) {
             hi = mid;
         } else {
             lo = mid + 1;
@@ -262,10 +265,10 @@ bool timetable_reach(const struct timetable *table,
                                         end->distance,
                                         end->rate,
                                         end->speed};
-        return last && end->distance >= distance - SAME_PLACE;
+        return last && end->distance >= distance - NEAR_PLACE;
     }
     const HLI_AHEAD_KNOT *knot = &table->knot[lo];
-    bool at_knot = !last && knot->distance <= distance + SAME_PLACE;
+    bool at_knot = !last && knot->distance <= distance + NEAR_PLACE;
     if (lo == 0 || at_knot) {
         *place = (struct place_in_time){knot->motion_time,
                                         knot->distance,
@@ -273,7 +276,7 @@ bool timetable_reach(const struct timetable *table,
                                         knot->speed};
         return true;
     }
-    if (last && knot[-1].distance >= distance - SAME_PLACE) {
+    if (last && knot[-1].distance >= distance - NEAR_PLACE) {
         knot--;
         *place = (struct place_in_time){knot->motion_time,
                                         knot->distance,

@@ -57,10 +57,11 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
             return false;
         }
         double ap = fmin(1.0, 1.0 / fmax(1e-9, top(scan.ps)));
-        double ad = fmin(1.0, 1.0 / fmax(1e-9, top(scan.pl)));
-        double after = (gap + ap * sum(scan.dsl) + ad * sum(scan.sdl)
-                        + ap * ad * sum(scan.dsdl))
-                       / rows;
+        double ad = fmin(1.0, 1.0 / fmax(1e-9, 1.0 + top(scan.pl)));
+        double dsl = sum(scan.dsl); /* s dl = -s l - ds l */
+        double dsdl = -dsl - sum(scan.dsdsl);
+        double after =
+            (gap + ap * dsl - ad * (gap + dsl) + ap * ad * dsdl) / rows;
         double ratio = fmax(after, 0.0) / mu;
         double sigma = ratio * ratio * ratio;
         combine(problem, sigma * mu);

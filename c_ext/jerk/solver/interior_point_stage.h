@@ -6,6 +6,9 @@
 #include <math.h>
 #include "jerk/state/problem.h"
 
+/* A division takes longer. */
+#define THIRD (1.0 / 3.0)
+
 static inline vec set1(double v) {
     return (vec){v, v, v, v};
 }
@@ -43,7 +46,7 @@ static inline void end_state(vec length,
                              vec *x1,
                              vec *u1) {
     *x1 = x + 2.0 * length * accel
-          + length * length * (2.0 * input[0] + input[1]) / 3.0;
+          + THIRD * length * length * (2.0 * input[0] + input[1]);
     *u1 = accel + 0.5 * length * (input[0] + input[1]);
 }
 
@@ -127,7 +130,7 @@ static inline void add_start_slope(struct slopes *slopes,
 static inline void add_end(struct totals *totals,
                            const struct sums *sums,
                            vec length) {
-    vec third = length * length / 3.0;
+    vec third = THIRD * length * length;
     vec half = 0.5 * length;
     vec x0 = 2.0 * third * sums->xx + half * sums->xu;
     vec u0 = 2.0 * third * sums->xu + half * sums->uu;
@@ -152,7 +155,7 @@ static inline void add_end(struct totals *totals,
 static inline void add_end_slope(struct slopes *slopes,
                                  const struct slope *slope,
                                  vec length) {
-    vec third = length * length / 3.0 * slope->x;
+    vec third = THIRD * length * length * slope->x;
     vec half = 0.5 * length * slope->accel;
     slopes->x += slope->x;
     slopes->accel += 2.0 * length * slope->x + slope->accel;
@@ -170,7 +173,7 @@ static inline void middle_state(vec length,
                                 vec *xm,
                                 vec *um) {
     *xm = x + length * accel
-          + length * length * (5.0 * input[0] + input[1]) / 24.0;
+          + (1.0 / 24.0) * length * length * (5.0 * input[0] + input[1]);
     *um = accel + 0.5 * length * input[0];
 }
 
@@ -187,7 +190,8 @@ static inline void middle_of(vec length,
 static inline void add_middle(struct totals *totals,
                               const struct sums *sums,
                               vec length) {
-    vec ax[2] = {length * length * 5.0 / 24.0, length * length / 24.0};
+    vec ax[2] = {(5.0 / 24.0) * length * length,
+                 (1.0 / 24.0) * length * length};
     vec au[2] = {0.5 * length, set1(0.0)};
     vec x[2], accel[2];
     for (int count = 0; count < 2; count++) {
@@ -210,7 +214,7 @@ static inline void add_middle_slope(struct slopes *slopes,
     slopes->x += slope->x;
     slopes->accel += length * slope->x + slope->accel;
     slopes->input[0] +=
-        length * (length * 5.0 / 24.0 * slope->x + 0.5 * slope->accel);
-    slopes->input[1] += length * length / 24.0 * slope->x;
+        length * ((5.0 / 24.0) * length * slope->x + 0.5 * slope->accel);
+    slopes->input[1] += (1.0 / 24.0) * length * length * slope->x;
 }
 #endif

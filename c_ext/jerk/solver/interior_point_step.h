@@ -8,8 +8,8 @@
 /* Step of one side: slack and multiplier for a change `dq` of the row; centring
  * `sigma_mu`, old product in ds. */
 typedef struct scan {
-    vec ps, pl;             /* largest -ds/s, -dl/l */
-    vec sl, dsl, sdl, dsdl; /* sums of products */
+    vec ps, pl;         /* largest -ds/s, -dl/l */
+    vec sl, dsl, dsdsl; /* sums of s l, ds l, ds ds l / s */
 } scan;
 
 static inline void side_predict(vec dq,
@@ -18,19 +18,16 @@ static inline void side_predict(vec dq,
                                 vec dual,
                                 vec inverse,
                                 struct scan *scan,
-                                vec *slack_step,
                                 vec *corr) {
-    vec step = -residual - dq;
-    vec rs = step * inverse;
-    vec dual_step = -dual - dual * rs;
-    *slack_step = step;
-    *corr = step * dual_step * inverse;
+    vec rs = (-residual - dq) * inverse; /* dl = -l - l ds/s */
+    vec product = slack * dual;
+    vec change = product * rs;
+    *corr = -(dual + dual * rs) * rs;
     scan->ps = vmax(scan->ps, -rs);
-    scan->pl = vmax(scan->pl, 1.0 + rs);
-    scan->sl += slack * dual;
-    scan->dsl += step * dual;
-    scan->sdl += slack * dual_step;
-    scan->dsdl += step * dual_step;
+    scan->pl = vmax(scan->pl, rs);
+    scan->sl += product;
+    scan->dsl += change;
+    scan->dsdsl += change * rs;
 }
 
 /* Both sides of a row; the corrector's ds dl / s waits in dual_step. */
@@ -44,7 +41,6 @@ static inline void predict_sides(two_sided *row,
                      row->dual[k],
                      row->inverse[k],
                      scan,
-                     &row->slack_step[k],
                      &row->dual_step[k]);
     }
 }
@@ -202,7 +198,6 @@ static inline void predict_one(struct problem *problem,
                      row->dual,
                      row->inverse,
                      scan,
-                     &row->slack_step,
                      &k1);
         row->dual_step = k1;
         all->corr.x -= k1 * row->coef[0];
@@ -228,7 +223,7 @@ static inline void store_slopes(const struct slopes *from,
 /* The predictor's step in all rows, and the gradients that corrector and
  * centring add. */
 static struct scan predict(struct problem *problem) {
-    struct scan scan = {0};
+    struct scan scan = {.pl = set1(-1.0)};
     for (int i = 0; i < problem->blocks; i++) {
         int k = i * LANES;
         const struct block *block = &problem->block[i];

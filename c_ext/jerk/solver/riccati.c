@@ -59,7 +59,8 @@ static bool factor_stage(struct problem *problem,
     const struct stage_cost *cost = &problem->cost;
     double length = problem->lengths[k];
     double along = 0.5 * length;
-    double bx[2] = {length * length * 2.0 / 3.0, length * length / 3.0};
+    double third = (1.0 / 3.0) * length * length;
+    double bx[2] = {2.0 * third, third};
     double px[2], pu[2], sx[2], su[2];
     for (int i = 0; i < 2; i++) {
         px[i] = to_go->xx * bx[i] + to_go->xu * along;
@@ -78,9 +79,10 @@ static bool factor_stage(struct problem *problem,
     if (!(r00 > 0.0) || !(det > 0.0)) {
         return false;
     }
-    double i00 = r11 / det;
-    double i01 = -r01 / det;
-    double i11 = r00 / det;
+    double inverse = 1.0 / det;
+    double i00 = r11 * inverse;
+    double i01 = -r01 * inverse;
+    double i11 = r00 * inverse;
     double kx[2], ku[2];
     kx[0] = -(i00 * sx[0] + i01 * sx[1]);
     kx[1] = -(i01 * sx[0] + i11 * sx[1]);
@@ -166,7 +168,7 @@ static void gather_gradients(struct problem *problem,
         double g1 = gradient->input[1][k];
         double length = gain->length;
         double both = 0.5 * length * pu;
-        double third = length * length * px / 3.0;
+        double third = (1.0 / 3.0) * length * length * px;
         double r0 = g0 + 2.0 * third + both;
         double r1 = g1 + third + both;
         const double *inverse = gain->inverse;
@@ -211,7 +213,7 @@ void riccati_solve(struct problem *problem, const struct stage_grad *gradient) {
         const double *ku = gain->ku;
         problem->dc[0][k] = kx[0] * x + ku[0] * accel + d0;
         problem->dc[1][k] = kx[1] * x + ku[1] * accel + d1;
-        double nx = length * length * (2.0 * d0 + d1) / 3.0
+        double nx = (1.0 / 3.0) * length * length * (2.0 * d0 + d1)
                     + (gain->xx * x + gain->xu * accel);
         double fed_back = gain->ux * x + gain->uu * accel;
         accel = 0.5 * length * (d0 + d1) + fed_back;

@@ -15,58 +15,79 @@ typedef struct motion {
     double v, a, j; /* along the path */
 } motion;
 
-/* Largest ratio of an axis value to its limit at derivatives d1, d2, d3;
- * `miss`: what d3 may be more (NULL: it is exact). */
-static double ratio_at(const jerk_planner *planner,
-                       const struct segment *segment,
-                       const double *d1,
-                       const double *d2,
-                       const double *d3,
-                       const float *miss,
-                       struct motion motion) {
+/* What is looked at over an interval: its axes that move, and 1 over their
+ * limits. */
+typedef struct view {
+    const jerk_interval *interval;
+    double length;
+    int count;
+    int axis[JERK_AXES];
+    double v[JERK_AXES], acc[JERK_AXES], jerk[JERK_AXES];
+} view;
+
+/* Derivatives of the axes of a view at one place. */
+typedef struct bends {
+    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
+} bends;
+
+static bool rests(const jerk_interval *interval, int axis) {
+    double sum = 0.0;
+    for (int end = 0; end < 2; end++) {
+        sum += fabs(interval->d1[end][axis]) + fabs(interval->d2[end][axis]);
+        sum += fabs(interval->d3[end][axis]);
+    }
+    return sum == 0.0;
+}
+
+static view view_of(const jerk_planner *planner,
+                    const struct segment *segment) {
     const jerk_interval *interval = segment->interval;
+    view out = {.interval = interval, .length = segment->length};
+    for (int i = 0; i < planner->cfg.axes; i++) {
+        if (rests(interval, i)) {
+            continue;
+        }
+        int n = out.count++;
+        out.axis[n] = i;
+        out.v[n] = 1.0 / planner->cfg.v_max[i];
+        out.acc[n] = 1.0 / (acc_max(planner, interval, i) * segment->acc[i]);
+        out.jerk[n] = 1.0 / (jerk_max(planner, interval, i) * segment->jump);
+    }
+    return out;
+}
+
+/* Largest ratio of an axis value to its limit; `inside`: d3 may be more by what
+ * the interval says. */
+static double ratio_at(const view *view,
+                       const bends *at,
+                       bool inside,
+                       struct motion motion) {
     double worst = 0.0;
+    double all = motion.v + motion.a + motion.j;
     double v2 = motion.v * motion.v;
-    if (!isfinite(motion.v + motion.a + motion.j)) {
-        return INFINITY;
+    double v3 = inside ? v2 * motion.v : 0.0;
+    for (int n = 0; n < view->count; n++) {
+        double miss = (double)view->interval->miss[view->axis[n]];
+        double bend = at->d3[n] * v2 + 3.0 * at->d2[n] * motion.a;
+        double v = fabs(at->d1[n]) * motion.v * view->v[n];
+        double a = at->d1[n] * motion.a + at->d2[n] * v2;
+        double j = fabs(motion.v * bend + at->d1[n] * motion.j) + miss * v3;
+        double acc = fabs(a) * view->acc[n];
+        double jerk = j * view->jerk[n];
+        all += v + acc + jerk;
+        worst = v > worst ? v : worst;
+        worst = acc > worst ? acc : worst;
+        worst = jerk > worst ? jerk : worst;
     }
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        if (d1[axis] == 0.0 && d2[axis] == 0.0 && d3[axis] == 0.0) {
-            continue; /* it rests */
-        }
-        double v = fabs(d1[axis]) * motion.v / planner->cfg.v_max[axis];
-        double acc = fabs(d1[axis] * motion.a + d2[axis] * v2)
-                     / (acc_max(planner, interval, axis) * segment->acc[axis]);
-        double jerk =
-            (fabs(motion.v * (d3[axis] * v2 + 3.0 * d2[axis] * motion.a)
-                  + d1[axis] * motion.j)
-             + (miss ? (double)miss[axis] * v2 * motion.v : 0.0))
-            / (jerk_max(planner, interval, axis) * segment->jump);
-        if (!isfinite(v + acc + jerk)) {
-            return INFINITY;
-        }
-        if (v > worst) {
-            worst = v;
-        }
-        if (acc > worst) {
-            worst = acc;
-        }
-        if (jerk > worst) {
-            worst = jerk;
-        }
-    }
-    return worst;
+    return isfinite(all) ? worst : INFINITY;
 }
 
 /* The derivatives at the share t of the interval: the polynomial of degree 5
  * for the tangent that meets the tangent and its two derivatives at both ends,
  * in Hermite's basis. */
-static void derivatives_at(const jerk_interval *interval,
-                           double t,
-                           int axes,
-                           double *d1,
-                           double *d2,
-                           double *d3) {
+static bends bends_inside(const view *view, double t) {
+    const jerk_interval *interval = view->interval;
+    bends out;
     double length = interval->length;
     double left = 1.0 - t;
     double t2 = t * t;
@@ -86,47 +107,40 @@ static void derivatives_at(const jerk_interval *interval,
     double g3 = left * (1.0 - 8.0 * t + 10.0 * t2);
     double k2 = 12.0 * t * left * (3.0 - 5.0 * left) / length;
     double k3 = t * (1.0 - 8.0 * left + 10.0 * r2);
-    for (int i = 0; i < axes; i++) {
+    for (int n = 0; n < view->count; n++) {
+        int i = view->axis[n];
         double p0 = interval->d1[0][i];
         double p1 = interval->d1[1][i];
         double v0 = interval->d2[0][i];
         double v1 = interval->d2[1][i];
         double w0 = interval->d3[0][i];
         double w1 = interval->d3[1][i];
-        d1[i] =
-            s1 * p0 + s2 * v0 + s3 * w0 + (1.0 - s1) * p1 + e2 * v1 + e3 * w1;
         double turn = p0 - p1;
-        d2[i] = first * turn + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
-        d3[i] = second * turn + g2 * v0 + g3 * w0 + k2 * v1 + k3 * w1;
+        out.d1[n] = p1 + s1 * turn + s2 * v0 + s3 * w0 + e2 * v1 + e3 * w1;
+        out.d2[n] = first * turn + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
+        out.d3[n] = second * turn + g2 * v0 + g3 * w0 + k2 * v1 + k3 * w1;
     }
+    return out;
 }
 
-static double ratio_inside(const jerk_planner *planner,
-                           const struct segment *segment,
-                           double t,
-                           struct motion motion) {
-    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
-    derivatives_at(segment->interval, t, planner->cfg.axes, d1, d2, d3);
-    return ratio_at(planner,
-                    segment,
-                    d1,
-                    d2,
-                    d3,
-                    segment->interval->miss,
-                    motion);
+static bends bends_at_end(const view *view, int end) {
+    bends out;
+    for (int n = 0; n < view->count; n++) {
+        out.d1[n] = view->interval->d1[end][view->axis[n]];
+        out.d2[n] = view->interval->d2[end][view->axis[n]];
+        out.d3[n] = view->interval->d3[end][view->axis[n]];
+    }
+    return out;
 }
 
-static double ratio_at_end(const jerk_planner *planner,
-                           const struct segment *segment,
-                           int end,
-                           struct motion motion) {
-    return ratio_at(planner,
-                    segment,
-                    segment->interval->d1[end],
-                    segment->interval->d2[end],
-                    segment->interval->d3[end],
-                    NULL,
-                    motion);
+static double ratio_inside(const view *view, double t, struct motion motion) {
+    const bends at = bends_inside(view, t);
+    return ratio_at(view, &at, true, motion);
+}
+
+static double ratio_at_end(const view *view, int end, struct motion motion) {
+    const bends at = bends_at_end(view, end);
+    return ratio_at(view, &at, false, motion);
 }
 
 /* Constant path jerk over the interval h with the speed v at the moving end;
@@ -141,8 +155,9 @@ static double standstill_ratio(const jerk_planner *planner,
     double vm = 0.5 * j * tm * tm;
     struct motion at = {v, sign * j * t, j};
     struct motion mid = {vm, sign * j * tm, j};
-    double worst = fmax(ratio_at_end(planner, segment, sign > 0, at),
-                        ratio_inside(planner, segment, 0.5, mid));
+    const view view = view_of(planner, segment);
+    double worst =
+        fmax(ratio_at_end(&view, sign > 0, at), ratio_inside(&view, 0.5, mid));
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         worst = fmax(
             worst,
@@ -160,33 +175,26 @@ static struct motion motion_at(const jerk_law *law, double t, double *s) {
     return (struct motion){at.v, at.a, motion_law_jerk(law, t)};
 }
 
-static double ratio_at_time(const jerk_planner *planner,
-                            const struct segment *segment,
-                            const jerk_law *law,
-                            double t) {
+static double ratio_at_time(const view *view, const jerk_law *law, double t) {
     double at;
     const struct motion motion = motion_at(law, t, &at);
-    return ratio_inside(planner, segment, at / segment->length, motion);
+    return ratio_inside(view, at / view->length, motion);
 }
 
-static double ends_ratio(const jerk_planner *planner,
-                         const struct segment *segment,
-                         const jerk_law *law) {
+static double ends_ratio(const view *view, const jerk_law *law) {
     double at;
-    return fmax(
-        ratio_at_end(planner, segment, 0, motion_at(law, 0.0, &at)),
-        ratio_at_end(planner, segment, 1, motion_at(law, law->time, &at)));
+    return fmax(ratio_at_end(view, 0, motion_at(law, 0.0, &at)),
+                ratio_at_end(view, 1, motion_at(law, law->time, &at)));
 }
 
 /* Parts of the time at which it is looked at: more of them where the third
  * derivative changes much over the interval. */
-static int points_inside(const jerk_planner *planner,
-                         const jerk_interval *interval) {
+static int points_inside(const view *view) {
     double change = 0.0;
     double most = 0.0;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double first = interval->d3[0][axis];
-        double last = interval->d3[1][axis];
+    for (int n = 0; n < view->count; n++) {
+        double first = view->interval->d3[0][view->axis[n]];
+        double last = view->interval->d3[1][view->axis[n]];
         change = fmax(change, fabs(last - first));
         most = fmax(most, larger(first, last));
     }
@@ -195,21 +203,12 @@ static int points_inside(const jerk_planner *planner,
 
 /* Between the points that have rows the path may bend otherwise than the rows
  * know. */
-static double inside_ratio(const jerk_planner *planner,
-                           const struct segment *segment,
-                           const jerk_law *law) {
+static double inside_ratio(const view *view, const jerk_law *law) {
     double worst = 0.0;
-    int count = points_inside(planner, segment->interval);
+    int count = points_inside(view);
     for (int k = 1; k < count; k++) {
-        if (2 * k != count) {
-            worst = fmax(
-                worst,
-                ratio_at_time(planner,
-                              segment,
-                              law,
-                              law->time * k
-                                  / count)); /* the middle has been looked at */
-        }
+        double ratio = ratio_at_time(view, law, law->time * k / count);
+        worst = ratio > worst ? ratio : worst;
     }
     return worst;
 }
@@ -252,11 +251,13 @@ double bend_inside(const jerk_planner *planner,
                    const double input[2],
                    double *more) {
     const jerk_law law = law_of(segment->length, &x, &accel, input);
-    double ends = ends_ratio(planner, segment, &law);
-    double most =
-        fmax(ends,
-             fmax(ratio_at_time(planner, segment, &law, 0.5 * law.time),
-                  inside_ratio(planner, segment, &law)));
+    const view view = view_of(planner, segment);
+    double ends = ends_ratio(&view, &law);
+    double most = ends;
+    for (int k = 1; k < FORESEEN_PARTS; k++) {
+        double t = law.time * k / FORESEEN_PARTS;
+        most = fmax(most, ratio_at_time(&view, &law, t));
+    }
     *more = bulge(most, ends);
     return most;
 }
@@ -336,16 +337,14 @@ static double free_ratio(const jerk_planner *planner,
         || !isfinite(law.time + law.snap + law.crackle + law.pop)) {
         return INFINITY;
     }
-    double ends = ends_ratio(planner, segment, &law);
-    double limits =
-        fmax(ends, ratio_at_time(planner, segment, &law, 0.5 * law.time));
-    limits = fmax(limits, inside_ratio(planner, segment, &law));
+    const view view = view_of(planner, segment);
+    double ends = ends_ratio(&view, &law);
+    double limits = fmax(ends, inside_ratio(&view, &law));
     segment->bulge = bulge(limits, ends);
     for (int i = turning_points(&law, turns) - 1; i >= 0; i--) {
         double v = motion_at(&law, turns[i], &at).v;
         if (v * v > top_x) {
-            limits =
-                fmax(limits, ratio_at_time(planner, segment, &law, turns[i]));
+            limits = fmax(limits, ratio_at_time(&view, &law, turns[i]));
         }
         top_x = fmax(top_x, v * v);
         low = v > 0.0 ? fmin(low, v * v) : 0.0;
