@@ -410,8 +410,8 @@ bool grid_to(jerk_planner *planner, struct grid *grid, double distance) {
     return fits;
 }
 
-/* Segment k of the plan, from `from` to `to` mm of interval i, in parts of equal
- * time that are short enough; the states at their ends. */
+/* Segment k of the plan, from `from` to `to` mm of interval i, in parts of
+ * equal time that are short enough; the states at their ends. */
 static bool add_planned(jerk_planner *planner,
                         struct grid *grid,
                         int k,

@@ -100,8 +100,11 @@ typedef struct bend {
 } bend;
 
 static bend bend_at(const jerk_interval *part, int end, int axis) {
-    return (
-        bend){part->d1[end][axis], part->d2[end][axis], part->d3[end][axis]};
+    bend out;
+    out.d1 = part->d1[end][axis];
+    out.d2 = part->d2[end][axis];
+    out.d3 = part->d3[end][axis];
+    return out;
 }
 
 /* Axis jerk over the speed, and axis acceleration. */
@@ -129,7 +132,8 @@ static void keep_axis(const course *course,
         JERK_USABLE * segment->share * jerk_max(planner, part, i) / f3;
     bend first = bend_at(part, 0, i);
     bend last = bend_at(part, 1, i);
-    bend half = {0.5 * (first.d1 + last.d1), 0.5 * (first.d2 + last.d2), 0.0};
+    bend half = {0.5 * (first.d1 + last.d1), 0.0, 0.0};
+    half.d2 = 0.5 * (first.d2 + last.d2);
     pace from = step->from;
     pace end = end_of(step, 0.0);
     pace middle = {0.5 * (from.x + end.x), 0.0};
@@ -227,7 +231,8 @@ static bool fall(const course *course, struct problem *problem) {
         problem->input[0][k] = step.base[0] + more;
         problem->input[1][k] = step.base[1] + more;
         double share = at.x / step.plan[0].x;
-        pace same = {share * step.plan[1].x, share * step.plan[1].accel};
+        pace end = step.plan[1];
+        pace same = {share * end.x, share * end.accel};
         at = landed ? same : end_of(&step, more);
     }
     return true;

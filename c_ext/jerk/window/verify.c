@@ -33,7 +33,8 @@ typedef struct bends {
 static bool rests(const jerk_interval *interval, int axis) {
     double sum = 0.0;
     for (int end = 0; end < 2; end++) {
-        sum += fabs(interval->d1[end][axis]) + fabs(interval->d2[end][axis]);
+        sum += fabs(interval->d1[end][axis]);
+        sum += fabs(interval->d2[end][axis]);
         sum += fabs(interval->d3[end][axis]);
     }
     return sum == 0.0;
@@ -50,8 +51,10 @@ static view view_of(const jerk_planner *planner,
         int n = out.count++;
         out.axis[n] = i;
         out.v[n] = 1.0 / planner->cfg.v_max[i];
-        out.acc[n] = 1.0 / (acc_max(planner, interval, i) * segment->acc[i]);
-        out.jerk[n] = 1.0 / (jerk_max(planner, interval, i) * segment->jump);
+        double acc = acc_max(planner, interval, i) * segment->acc[i];
+        double jerk = jerk_max(planner, interval, i) * segment->jump;
+        out.acc[n] = 1.0 / acc;
+        out.jerk[n] = 1.0 / jerk;
     }
     return out;
 }
@@ -71,9 +74,9 @@ static double ratio_at(const view *view,
         double bend = at->d3[n] * v2 + 3.0 * at->d2[n] * motion.a;
         double v = fabs(at->d1[n]) * motion.v * view->v[n];
         double a = at->d1[n] * motion.a + at->d2[n] * v2;
-        double j = fabs(motion.v * bend + at->d1[n] * motion.j) + miss * v3;
+        double j = motion.v * bend + at->d1[n] * motion.j;
         double acc = fabs(a) * view->acc[n];
-        double jerk = j * view->jerk[n];
+        double jerk = (fabs(j) + miss * v3) * view->jerk[n];
         all += v + acc + jerk;
         worst = v > worst ? v : worst;
         worst = acc > worst ? acc : worst;
