@@ -212,7 +212,7 @@
 #define FORESEEN_FROM 1.003
 
 /* Ahead of a check an interval is looked at at the ends of so many parts of its
- * time; lines are not. Unit: count. Evidence: `bench planner`. */
+ * time. Unit: count. Evidence: `bench planner`. */
 #define FORESEEN_PARTS 4
 
 /* Below it a speed is taken as this, to divide by. Unit: squared speed,

@@ -214,9 +214,6 @@ static double foreseen(const jerk_planner *planner,
     double more;
     double f2 = planner->scale * planner->scale;
     double input[2];
-    if (segment->tight == &segment->own) {
-        return *segment->tight; /* a line */
-    }
     input[0] = problem->input[0][k] * f2;
     input[1] = problem->input[1][k] * f2;
     double most = bend_inside(planner,
