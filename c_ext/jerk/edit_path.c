@@ -95,5 +95,6 @@ void jerk_reset(jerk_planner *planner) {
     planner->behind_mm = 0.0;
     planner->driven = 0.0;
     planner->turned_count = 0;
+    forget_laws(planner);
     forget_plan(planner);
 }

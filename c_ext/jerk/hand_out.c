@@ -85,6 +85,7 @@ static void plan_again(jerk_planner *planner) {
     bool met = true;
     if (planner->hold || zero_factor(planner)) {
         if (planner->at_standstill) {
+            keep_plan(planner); /* GEO may refuse the way to this rest */
             forget_plan(planner);
         } else if (planner->changed) {
             met = plan_stop(planner);

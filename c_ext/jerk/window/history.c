@@ -51,15 +51,14 @@ int64_t jerk_laws_kept(void) {
     return HANDED_MAX;
 }
 
-/* At a standstill: the plan that has not begun, and the laws that could be
- * taken back before it. */
+/* At a standstill: the plan that has not begun. The laws that led there can be
+ * taken back still. */
 void forget_plan(jerk_planner *planner) {
     planner->plan.count = 0;
     planner->plan.next = 0;
     planner->plan.edition++;
     planner->near = false;
     planner->wait = 0;
-    forget_laws(planner);
 }
 
 /* What is left of a plan; `to` has arrays of its own, and its edition stays. */
