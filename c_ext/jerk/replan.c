@@ -266,11 +266,13 @@ bool plan_window(jerk_planner *planner) {
         return true;
     }
     bool falls = false;
+    bool slowed = false;
     if (!grid->from_standstill && plan_is_faster(planner, grid)) {
         bool known = !planner->changed && !planner->near;
         if (!known && !slow_down(planner)) {
             return follow_soon(planner, plan_near(planner));
         }
+        slowed = !known;
         planner->was = speeds_now(planner);
         over_window(planner, grid, ahead);
         falls = plan_is_faster(planner, grid);
@@ -302,6 +304,9 @@ bool plan_window(jerk_planner *planner) {
             planner->was = speeds_now(planner);
         }
         return true;
+    }
+    if (slowed) {
+        return follow_soon(planner, true);
     }
     bool met = !changed || plan_stop(planner); /* the fastest way down */
     if (!changed) {
