@@ -124,15 +124,17 @@ static bool can_afford(const jerk_planner *planner) {
            || (double)planner->stats.spent < planner->most;
 }
 
-/* The window up to a reach, in which the present plan stays allowed where it is
- * faster than what is asked for. */
-static void over_window(jerk_planner *planner,
+/* The window up to a reach, in which the present plan stays allowed if it is
+ * faster than what is asked for: whether it is. */
+static bool over_window(jerk_planner *planner,
                         struct grid *grid,
                         double reach) {
     grid_window(planner, grid, reach);
-    if (!grid->from_standstill && plan_is_faster(planner, grid)) {
+    bool faster = !grid->from_standstill && plan_is_faster(planner, grid);
+    if (faster) {
         allow_tail(planner, grid, INFINITY);
     }
+    return faster;
 }
 
 /* The window, in which a speed that is too high falls faster than in the
@@ -274,8 +276,7 @@ bool plan_window(jerk_planner *planner) {
         }
         slowed = !known;
         planner->was = speeds_now(planner);
-        over_window(planner, grid, ahead);
-        falls = plan_is_faster(planner, grid);
+        falls = over_window(planner, grid, ahead);
     }
     bool changed = planner->changed;
     planner->changed = false;

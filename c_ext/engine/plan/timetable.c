@@ -15,9 +15,8 @@
 /* a knot is left out where the cubic over it is off by less: 0.1 um, share of
  * the speed */
 #define SAME_PLACE 0.05
-/* a way asked for begins at a place of now and ends at one of the table, each
- * off by SAME_PLACE: 0.1 um */
-#define NEAR_PLACE 0.15
+/* a way asked for begins at a place of now and ends at one of the table */
+#define NEAR_PLACE (2.0 * SAME_PLACE)
 #define SAME_RATE 1e-4
 #define SAME_TIME 1e-3 /* us */
 #define STEPS 40       /* of the search for a time, at the most */

@@ -6,9 +6,6 @@
 #include <math.h>
 #include "jerk/state/problem.h"
 
-/* A division takes longer. */
-#define THIRD (1.0 / 3.0)
-
 static inline vec set1(double v) {
     return (vec){v, v, v, v};
 }

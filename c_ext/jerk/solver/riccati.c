@@ -59,7 +59,7 @@ static bool factor_stage(struct problem *problem,
     const struct stage_cost *cost = &problem->cost;
     double length = problem->lengths[k];
     double along = 0.5 * length;
-    double third = (1.0 / 3.0) * length * length;
+    double third = THIRD * length * length;
     double bx[2] = {2.0 * third, third};
     double px[2], pu[2], sx[2], su[2];
     for (int i = 0; i < 2; i++) {
@@ -168,7 +168,7 @@ static void gather_gradients(struct problem *problem,
         double g1 = gradient->input[1][k];
         double length = gain->length;
         double both = 0.5 * length * pu;
-        double third = (1.0 / 3.0) * length * length * px;
+        double third = THIRD * length * length * px;
         double r0 = g0 + 2.0 * third + both;
         double r1 = g1 + third + both;
         const double *inverse = gain->inverse;
@@ -213,7 +213,7 @@ void riccati_solve(struct problem *problem, const struct stage_grad *gradient) {
         const double *ku = gain->ku;
         problem->dc[0][k] = kx[0] * x + ku[0] * accel + d0;
         problem->dc[1][k] = kx[1] * x + ku[1] * accel + d1;
-        double nx = (1.0 / 3.0) * length * length * (2.0 * d0 + d1)
+        double nx = THIRD * length * length * (2.0 * d0 + d1)
                     + (gain->xx * x + gain->xu * accel);
         double fed_back = gain->ux * x + gain->uu * accel;
         accel = 0.5 * length * (d0 + d1) + fed_back;

@@ -11,6 +11,7 @@
 #include "jerk/state/api.h"
 
 #define LANES 4
+#define THIRD (1.0 / 3.0) /* in loops: a division takes longer */
 typedef double vec __attribute__((vector_size(32)));
 typedef long long ivec __attribute__((vector_size(32)));
 

@@ -56,7 +56,7 @@ static bool deeper_fall(jerk_planner *planner, double asked) {
 }
 
 /* The fall as a brake, up to where it has nearly come down to `asked` (0: to
- * its share of the plan), then to rest. */
+ * the share that slow_to was asked for), then to rest. */
 static void end_fall(const jerk_planner *planner,
                      double asked,
                      brake_path *out) {

@@ -8,6 +8,8 @@
  * False: there is no legal way to it; the plan is as it was. */
 bool slow_down(jerk_planner *planner);
 
-/* The plan becomes itself with this share of its squared speed. */
+/* The plan becomes itself with this share of its squared speed.  The grid is
+ * that of the plan then; the squared speeds that it had stand in the problem's
+ * guess. */
 bool slow_to(jerk_planner *planner, double share);
 #endif

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from support.commanded import NO_JERK
 from support.inside import Inside
 from support.limits import legal
 
@@ -325,9 +326,6 @@ def test_turning_while_a_function_is_waited_for(tmp_path: Path) -> None:
         cnc.level(cnc.bahn.backward_motion, True)
         cnc.run(1000)
         assert abs(cnc.pos[-1][0]) < 1e-6
-
-
-NO_JERK = "".join(f"[axes.{name}]\nj_max_mm_s3 = 0.0\n" for name in "XYZ")
 
 
 @pytest.mark.parametrize("jerk", [True, False])

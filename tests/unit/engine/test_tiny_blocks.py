@@ -12,6 +12,7 @@ import pytest
 from cnc_core.config import parse_config
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.commanded import NO_JERK
 from support.drive import FloatArray, curve_rows, drive, line_rows
 from support.inside import Inside
 from support.limits import legal, ratios
@@ -186,9 +187,6 @@ def test_functions_and_exact_stops_find_the_programmed_place(
             [10.00000009, 0.00000003, 0.0], abs=5e-7
         )
         legal(cnc.pos, cnc.cell)
-
-
-NO_JERK = "".join(f"[axes.{name}]\nj_max_mm_s3 = 0.0\n" for name in "XYZ")
 
 
 @pytest.mark.parametrize("jerk", [True, False])
