@@ -24,7 +24,6 @@ from hli.orders import Orders
 
 from . import advice, clock, stats
 from .client import Hli
-from .compiled import DUE, NOT_DUE, TRAPPED, CompiledScans, entries_of
 from .guard import Guard, TaskOverrun
 from .image import InputImage
 from .inputs import Inputs
@@ -34,6 +33,7 @@ from .orders_obeyed import Online
 from .pace import CyclePacer, Pacer, pacer_of
 from .panel import Panels
 from .program import Program, task_statistics
+from .scan_loop import DUE, NOT_DUE, TRAPPED, ScanLoop
 from .task import PlcError
 
 SCANS_AFTER_END = 10
@@ -86,9 +86,7 @@ class Scanner:
         self.on_start: Callable[[], None] = lambda: None
         self._end_seen = False
         self._next_check_ns = 0
-        self._latched_ns = 0
-        self._live_ns = lambda: self._latched_ns
-        self._compiled: CompiledScans | None = None
+        self._loop: ScanLoop | None = None
         # the structure itself: twice a scan, nothing to check
         self._counters: Any = hli.plc._c
         self._plc = hli.plc
@@ -96,6 +94,7 @@ class Scanner:
         self._now = (
             self._image.now
         )  # cycle, cell time and phase as they were latched
+        self._live_ns = lambda: int(self._now.cell_time_ns)
         self.symbols = SymbolTable(hli, self.programs)
         self.inputs = Inputs(hli, self.symbols, inputs)
         self.orders = (
@@ -135,7 +134,7 @@ class Scanner:
         try:
             self.start()
             while True:
-                if not self._compiled_scans():
+                if not self._scans_in_c():
                     self.scan()
                 ending = self._wait_next()
                 if ending is not None:
@@ -170,10 +169,9 @@ class Scanner:
         self.forces.rebind(self.symbols)
         self.inputs.rebind(self.programs)
         self._hli.set_present()
-        entries = entries_of(self.programs) if self._in_cycles else None
-        self._compiled = (
-            CompiledScans(self._hli, self._image, self.programs, entries)
-            if entries is not None
+        self._loop = (
+            ScanLoop(self._hli, self._image, self.programs)
+            if self._in_cycles
             else None
         )
         if record is not None:
@@ -240,30 +238,7 @@ class Scanner:
 
     def scan_latched(self) -> None:
         """The same of an image that somebody else has latched (see ``now``)."""
-        self._latched_ns = self._now.cell_time_ns
         self._scan()
-
-    def plain_scan(self) -> Callable[[int], None] | None:
-        """A function that does ``scan_latched`` at a cycle if it is due, without
-        taking times.  None: there is more to a scan than one task.
-        """
-        more = (self.watch, self.inputs, self.forces, self.panel)
-        if len(self.programs) != 1 or any(one.any for one in more):
-            return None
-        program, now, counters = self.programs[0], self._now, self._counters
-
-        def scan(cycle: int) -> None:
-            if program.due > cycle:
-                return
-            self._latched_ns = now.cell_time_ns
-            program.call_cyclic()
-            program.scans_after_end += self._end_seen
-            program.schedule(cycle)
-            counters.scans += 1
-            if self._end_seen or now.phase == _ENDED:
-                self._tell_finished()
-
-        return scan
 
     def _scan(self) -> None:
         """The scan of the image that is latched."""
@@ -272,7 +247,7 @@ class Scanner:
             record.scan += 1
             record.look(self._now.cycle, by_plc=False)
         if self.inputs.any:
-            self.inputs.apply(self._latched_ns / 1e9)
+            self.inputs.apply(self._now.cell_time_ns / 1e9)
         if self.forces.any:
             self.forces.apply()
         self._logic(self._now.cycle if self._in_cycles else self._pacer.now())
@@ -283,7 +258,7 @@ class Scanner:
         if self.forces.any:
             self.forces.apply()
         if self.watch.any:
-            self.watch.record(self._latched_ns / 1e9, self._now.cycle)
+            self.watch.record(self._now.cell_time_ns / 1e9, self._now.cycle)
         if record is not None:  # the CNC goes on as soon as the scan counts
             record.end_scan(self._now.cycle)
         counters = self._counters
@@ -291,34 +266,33 @@ class Scanner:
         if self._end_seen or self._now.phase == _ENDED:
             self._tell_finished()
 
-    def _compiled_scans(self) -> bool:
-        """Scans in C while nothing needs Python in each of them.  True: they
-        are done, and none is due.  PlcError: a task was stopped by its trap.
+    def _scans_in_c(self) -> bool:
+        """Scans in C while nothing but the tasks needs Python.  True: they are
+        done, and none is due.  PlcError: a task failed or its trap stopped it.
         """
-        compiled, result = self._compiled, DUE
-        if compiled is None or self._end_seen or self._asked:
+        loop, result = self._loop, DUE
+        if loop is None or self._end_seen or self._asked:
             return False
+        clock.set_source(self._live_ns)
         while result == DUE and not self._asked:
-            result = compiled.run()
+            result = self.scan_by(lib.hs_scan_tasks)
         self._latch()
-        if result == TRAPPED:
-            self._trapped(compiled.trapped)
-        not_due: bool = result == NOT_DUE
-        return not_due
+        return result == NOT_DUE
 
     @property
-    def compiled(self) -> bool:
+    def in_c(self) -> bool:
         """Whether C may run the scans: nobody wants something of the next one."""
-        return self._compiled is not None and not self._asked
+        return self._loop is not None and not self._asked
 
     def scan_by(self, loop: Callable[[Any], int]) -> int:
-        """Scans that a loop in C runs (see ``CompiledScans.run``); PlcError: a
-        task was stopped by its trap.
+        """Scans that a loop in C runs (see ``ScanLoop.run``); PlcError: a task
+        failed or its trap stopped it.
         """
-        assert self._compiled is not None
-        result = self._compiled.run(loop)
+        assert self._loop is not None
+        result = self._loop.run(loop)
         if result == TRAPPED:
-            self._trapped(self._compiled.trapped)
+            self._loop.stopped()
+            self._loop = None
         return result
 
     @property
@@ -336,20 +310,14 @@ class Scanner:
             or self.watch.to is not None
         )
 
-    def _trapped(self, program: Program) -> None:
-        """The task halts and the others run on, or the PLC ends with its error."""
-        program.call("trapped")
-        self._compiled = None
-
     # -- steps of one scan
     def _latch(self) -> None:
         self._image.latch()
-        self._latched_ns = self._now.cell_time_ns
         clock.set_source(self._live_ns)
 
     def _logic(self, now: int) -> None:
         """The tasks that are due, in order of priority."""
-        at_ns = None if self._on_wall else self._latched_ns
+        at_ns = None if self._on_wall else self._now.cell_time_ns
         for program in self.programs:
             if program.due > now:
                 continue

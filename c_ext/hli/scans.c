@@ -1,4 +1,4 @@
-/* The scan loop of compiled tasks (see scans.h). */
+/* The scan loop of a PLC (see scans.h). */
 #include "hli/scans.h"
 
 #include "hli/hli_layout.h"
@@ -81,6 +81,7 @@ int hs_scan_tasks(hs_scans *scans) {
         if (phase == HLI_PHASE_ENDED || phase == HLI_PHASE_SHUTDOWN) {
             return HS_ASIDE;
         }
+        now_ns = hs_monotonic_ns();
         int64_t cell_ns = (int64_t)image->cell_time_ns;
         if (hs_tasks_scan(scans, image->cycle, cell_ns, now_ns) < 0) {
             return HS_TRAPPED;
@@ -94,7 +95,6 @@ int hs_scan_tasks(hs_scans *scans) {
         if (waited != HS_OK) {
             return HS_TIMEOUT;
         }
-        now_ns = hs_monotonic_ns();
     }
     return HS_OK;
 }

@@ -1,5 +1,5 @@
-/* The scan loop of a PLC whose tasks are compiled: what the scan runtime does
- * in Python, for the scans that need nothing of Python. */
+/* The scan loop of a PLC: what the scan runtime does in Python, for the scans
+ * in which nothing but the tasks needs Python. */
 #ifndef HLI_SCANS_H
 #define HLI_SCANS_H
 #include <stdint.h>
@@ -10,7 +10,7 @@
 /* cdef begin */
 /* Results beside HS_OK (the slice of time is used up and a scan is due) and
  * HS_TIMEOUT (no scan is due yet): the scan that is due is the caller's; a
- * task was stopped by its trap. */
+ * task failed, or its trap stopped it. */
 #define HS_ASIDE 1
 #define HS_TRAPPED 2
 

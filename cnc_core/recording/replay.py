@@ -21,13 +21,13 @@ from hli.symbol import Symbol, SymbolError
 from hli.view import telling_first_use
 from plc_client import builtin, stats
 from plc_client.client import connect
-from plc_client.compiled import entries_of
 from plc_client.guard import Guard
 from plc_client.inputs import inputs_of
 from plc_client.online import check, number_of, parse_force
 from plc_client.pace import CyclePacer
 from plc_client.program import Program
 from plc_client.scan import Scanner
+from plc_client.scan_loop import entry_of
 from plc_client.sources import load_tasks
 
 from .reading import Recording
@@ -147,7 +147,7 @@ class _Run:
         first = batch.scan(0)
         self._begun_s = first.time_s
         self._out.scans = -1  # setup() is none
-        if any(entries_of([program]) for program in self._programs):
+        if any(entry_of(program) for program in self._programs):
             self._cnc.compare_external()  # compiled code needs no view
         begun = time.monotonic()
         self._cnc.begin(first)
@@ -207,7 +207,7 @@ class _Run:
 
     def _in_c(self, scanner: Scanner) -> bool:
         """Whether nothing of the next scan needs Python."""
-        return scanner.compiled and self._cnc.lockstep and not self._symbols
+        return scanner.in_c and self._cnc.lockstep and not self._symbols
 
     def _scans_in_c(self, scanner: Scanner, batch: Batch, row: Any) -> None:
         """Scans in C up to the batch's end or the first that leaves something
@@ -283,9 +283,6 @@ class _Run:
 
     def _scan_when_due(self, scanner: Scanner) -> Callable[[int], None]:
         """The scan of a cycle of the image that is latched."""
-        plain = scanner.plain_scan() if self._cnc.lockstep else None
-        if plain is not None:
-            return plain
         is_due, scan = self._when_due(scanner), scanner.scan_latched
 
         def scan_if_due(cycle: int) -> None:

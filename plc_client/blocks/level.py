@@ -17,7 +17,7 @@ from hli.structures import (
     MC_CONTROL_UNS32_UNIT,
 )
 
-from .base import ERROR_INPUT, ERROR_NOT_PRESENT, FunctionBlock, present
+from .base import ERROR_INPUT, ERROR_NOT_PRESENT, FunctionBlock
 from .owner import (
     AnyLevelUnit,
     area_around,
@@ -36,6 +36,11 @@ class LevelState(Enum):
     ERROR = "error"
 
 
+# a scan looks at them in every call: a global is found sooner than a member
+_RELEASED, _COMMANDED = LevelState.RELEASED, LevelState.COMMANDED
+_EFFECTIVE, _ERROR = LevelState.EFFECTIVE, LevelState.ERROR
+
+
 def command(unit: Any, value: Any) -> None:
     """Command a level unit: the value before the enable, so that no old value
     ever acts.
@@ -43,7 +48,8 @@ def command(unit: Any, value: Any) -> None:
     # reading the structure itself is quick; writing goes through the checks of
     # the view
     memory = unit._c
-    if memory.command_w != value or type(memory.command_w) is not type(value):
+    held = memory.command_w
+    if held != value or type(held) is not type(value):
         unit.command_w = value
     if not memory.enable_w:
         unit.enable_w = True
@@ -63,7 +69,8 @@ class LevelUnit(FunctionBlock):
         unit = level_unit_of(self, unit)
         super().__init__()
         self.unit = unit
-        self._area = area_around(unit)
+        # the structures themselves: reading them has nothing to check
+        self._memory, self._head = unit._c, area_around(unit)._c.head
         self.state = LevelState.RELEASED
         self.value: Any = unit.state_r
         self.request: Any = unit.request_r
@@ -74,16 +81,21 @@ class LevelUnit(FunctionBlock):
 
         A value the unit cannot hold is error 1 and changes nothing.
         """
-        self.error_id = self._command(value) if enable else self._release()
-        memory = self.unit._c
-        self.value, self.request = memory.state_r, memory.request_r
-        self.state = self._state_now(enable)
-        self.done, self.busy = (
-            self.state is LevelState.EFFECTIVE,
-            self.state is LevelState.COMMANDED,
-        )
-        self.error = self.state is LevelState.ERROR
-        return self.value
+        memory = self._memory
+        error = self._command(value) if enable else self._release()
+        effective = memory.state_r
+        if error:
+            state = _ERROR
+        elif not enable:
+            state = _RELEASED
+        else:
+            reached = effective == memory.command_w
+            state = _EFFECTIVE if reached else _COMMANDED
+        self.value, self.request = effective, memory.request_r
+        self.state, self.error_id = state, error
+        self.done, self.busy = state is _EFFECTIVE, state is _COMMANDED
+        self.error = state is _ERROR
+        return effective
 
     def _command(self, value: Any) -> int:
         try:
@@ -91,7 +103,7 @@ class LevelUnit(FunctionBlock):
         except (OverflowError, TypeError):
             return ERROR_INPUT
         self.enabled = True
-        return 0 if present(self._area) else ERROR_NOT_PRESENT
+        return 0 if self._head.plc_present_w else ERROR_NOT_PRESENT
 
     def _release(self) -> int:
         if self.enabled:  # only once: the unit may be another block's by now
@@ -102,16 +114,8 @@ class LevelUnit(FunctionBlock):
         """Give the unit back to the operator."""
         self(False, 0)
 
-    def _state_now(self, enable: bool) -> LevelState:
-        if self.error_id:
-            return LevelState.ERROR
-        if not enable:
-            return LevelState.RELEASED
-        return (
-            LevelState.EFFECTIVE
-            if self.value == self.unit._c.command_w
-            else LevelState.COMMANDED
-        )
+
+_ALL_EFFECTIVE = {_EFFECTIVE}
 
 
 def stretch_of(*units: Any) -> memoryview:
@@ -155,24 +159,22 @@ class _Levels(FunctionBlock):
         self._settled = found if self._memory.tobytes() == found[0] else None
 
     def _command(self, enable: bool, values: dict[str, Any]) -> None:
-        levels = []
+        states, error_id = set(), 0
         for name, level in self._levels.items():
             value = values[name]
             if value is not None:
-                levels.append(level)
-            if value is not None or level.enabled:
-                level(enable and value is not None, value)
-        failed = next((level for level in levels if level.error), None)
-        self.error, self.error_id = (
-            failed is not None,
-            failed.error_id if failed else 0,
-        )
-        self.done = bool(levels) and all(level.done for level in levels)
-        self.busy = any(level.busy for level in levels)
+                level(enable, value)
+                states.add(level.state)
+                error_id = error_id or level.error_id
+            elif level.enabled:
+                level.release()
+        self.error, self.error_id = error_id != 0, error_id
+        self.busy = _COMMANDED in states
+        self.done = states == _ALL_EFFECTIVE
         self.state = (
-            LevelState.ERROR if self.error else
-            LevelState.EFFECTIVE if self.done else
-            LevelState.COMMANDED if self.busy else LevelState.RELEASED
+            _ERROR if error_id else
+            _EFFECTIVE if self.done else
+            _COMMANDED if self.busy else _RELEASED
         )  # fmt: skip
 
     def _refuse(self) -> None:
@@ -253,13 +255,14 @@ class Override(_Levels):
         enable: bool = True,
     ) -> None:
         """One scan; a value outside 0..200 (or NaN) is error 1 and changes nothing."""
-        if not (_usable(path) and _usable(rapid)):
+        tenths, rapid_tenths = _tenths(path), _tenths(rapid)
+        if tenths == _UNUSABLE or rapid_tenths == _UNUSABLE:
             self._refuse()
             return
         self._run(
             enable,
-            override=_tenths(path), override_valid=None if path is None else True,
-            rapid=_tenths(rapid), rapid_valid=None if rapid is None else True,
+            override=tenths, override_valid=None if path is None else True,
+            rapid=rapid_tenths, rapid_valid=None if rapid is None else True,
         )  # fmt: skip
         self.path = self._path.state_r / 10.0
         self.rapid = self._rapid.state_r / 10.0
@@ -274,12 +277,15 @@ class Override(_Levels):
 OVERRIDE_MAX_PERCENT = 200.0
 
 
-def _usable(percent: float | None) -> bool:
-    return percent is None or 0.0 <= percent <= OVERRIDE_MAX_PERCENT
+_UNUSABLE = -1
 
 
 def _tenths(percent: float | None) -> int | None:
-    return None if percent is None else round(percent * 10.0)
+    """What the unit holds; ``_UNUSABLE``: it cannot hold that."""
+    if percent is None:
+        return None
+    usable = 0.0 <= percent <= OVERRIDE_MAX_PERCENT
+    return round(percent * 10.0) if usable else _UNUSABLE
 
 
 class OptionalStop(_Levels):
@@ -424,10 +430,11 @@ class AxisControl(_Levels):
         enable: bool = True,
     ) -> None:
         """One scan; an override outside 0..200 is error 1 and changes nothing."""
-        if override is not None and not 0.0 <= override <= OVERRIDE_MAX_PERCENT:
+        tenths = _tenths(override)
+        if tenths == _UNUSABLE:
             self._refuse()
             return
         self._run(
             enable, release=release, drive_on=drive_on, torque=torque_permission, feedhold=feedhold,
-            override=_tenths(override), override_valid=None if override is None else True,
+            override=tenths, override_valid=None if override is None else True,
         )  # fmt: skip

@@ -1,5 +1,5 @@
-"""Scans of compiled tasks: C runs them, one after the other, as long as nothing
-of a scan needs Python.
+"""Scans that C runs, one after the other, as long as nothing but the tasks needs
+Python: compiled tasks directly, Python tasks by a call each.
 """
 
 from __future__ import annotations
@@ -21,35 +21,33 @@ SLICE_OF_SCANS_NS = 2_000_000
 NOT_DUE, DUE, TRAPPED = lib.HS_TIMEOUT, lib.HS_OK, lib.HS_TRAPPED
 
 
-def entries_of(programs: Sequence[Program]) -> list[tuple[int, int]] | None:
-    """(call, entry) of every task, both addresses; None: one is not compiled."""
-    found = []
-    for program in programs:
-        native: Callable[[Any], tuple[int, int] | None] | None = getattr(
-            type(program.instance), "native_scan", None
-        )
-        entry = native(program.instance) if native is not None else None
-        if entry is None:
-            return None
-        found.append(entry)
-    return found or None
+def entry_of(program: Program) -> tuple[int, int] | None:
+    """Addresses of a compiled task: its guarded call and its entry.
+
+    None: it runs in Python.
+    """
+    native: Callable[[Any], tuple[int, int] | None] | None = getattr(
+        type(program.instance), "native_scan", None
+    )
+    return native(program.instance) if native is not None else None
 
 
-class CompiledScans:
+_CALL = "int32_t (*)(void (*)(void), int64_t)"
+_ENTRY = "void (*)(void)"
+
+
+class ScanLoop:
     """The tasks as C takes them; made when a PLC starts."""
 
     def __init__(
-        self,
-        hli: Hli,
-        image: InputImage,
-        programs: Sequence[Program],
-        entries: Sequence[tuple[int, int]],
+        self, hli: Hli, image: InputImage, programs: Sequence[Program]
     ) -> None:
         self._programs = programs
-        self._rows = ffi.new("hs_task[]", len(entries))
-        for row, (call, entry) in zip(self._rows, entries, strict=True):
-            row.guarded = ffi.cast("int32_t (*)(void (*)(void), int64_t)", call)
-            row.entry = ffi.cast("void (*)(void)", entry)
+        self._errors: dict[int, BaseException] = {}
+        self._rows = ffi.new("hs_task[]", len(programs))
+        self._calls: list[Any] = []  # kept alive here
+        for number, program in enumerate(programs):
+            self._enter(number, program)
         self._scans = ffi.new("hs_scans *")
         scans, plc = self._scans, layout.HLI_SIDE_PLC
         scans.image = image.now
@@ -57,11 +55,30 @@ class CompiledScans:
         scans.heartbeat_at = hli.plc._pointer(plc.heartbeat.offset)
         scans.mine = word_pointer(hli.root, "plc_turn")
         scans.others = word_pointer(hli.root, "cnc_turn")
-        scans.tasks, scans.count = self._rows, len(entries)
+        scans.tasks, scans.count = self._rows, len(programs)
         scans.slice_ns = SLICE_OF_SCANS_NS
         scans.spin_ns, scans.timeout_ns = SPIN_NS, SLICE_NS
 
-    def run(self, loop: Callable[[Any], int] = lib.hs_scan_tasks) -> int:
+    def _enter(self, number: int, program: Program) -> None:
+        row, native = self._rows[number], entry_of(program)
+        if native is not None:
+            row.guarded = ffi.cast(_CALL, native[0])
+            row.entry = ffi.cast(_ENTRY, native[1])
+            return
+        cyclic = program.call_cyclic
+
+        def call(_entry: Any, _now_ns: int) -> int:
+            cyclic()
+            return 0
+
+        def failed(_kind: Any, error: BaseException, _trace: Any) -> None:
+            self._errors[number] = error
+
+        callback = ffi.callback(_CALL, call, error=1, onerror=failed)
+        self._calls.append(callback)
+        row.guarded = callback
+
+    def run(self, loop: Callable[[Any], int]) -> int:
         """Scans from the one that is due on: ``DUE``, ``NOT_DUE``, ``TRAPPED``
         or another number: the next scan is the caller's.
 
@@ -81,11 +98,16 @@ class CompiledScans:
             _note(row, program)
         return result
 
-    @property
-    def trapped(self) -> Program:
-        """The task that its trap has stopped."""
+    def stopped(self) -> None:
+        """What a task that did not return has left: its error, or its trap.
+
+        Raises the error.
+        """
         number: int = self._scans.trapped
-        return self._programs[number]
+        error = self._errors.pop(number, None)
+        if error is not None:
+            raise error
+        self._programs[number].call("trapped")
 
 
 def _note(row: Any, program: Program) -> None:
