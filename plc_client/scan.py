@@ -277,7 +277,7 @@ class Scanner:
         while result == DUE and not self._asked:
             result = self.scan_by(lib.hs_scan_tasks)
         self._latch()
-        return result == NOT_DUE
+        return bool(result == NOT_DUE)
 
     @property
     def in_c(self) -> bool:

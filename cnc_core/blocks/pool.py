@@ -14,9 +14,9 @@ ORDER = 6  # coefficients per axis at the most
 def coefficients(rows: AnyArray, pool: FloatArray, axes: int) -> FloatArray:
     """(n, axes, 6) of n polynomial rows, zero above each row's degree."""
     out = np.zeros((len(rows), axes, ORDER))
-    for degree in np.unique(rows["degree"]):
-        which = np.flatnonzero(rows["degree"] == degree)
-        order = int(degree) + 1
+    degrees = rows["degree"]
+    for order in range(1, ORDER + 1):
+        which = np.flatnonzero(degrees == order - 1)
         first = rows["pool"][which].astype(np.int64)
         at = first[:, None] + np.arange(axes * order)
         out[which, :, :order] = pool[at].reshape(-1, axes, order)

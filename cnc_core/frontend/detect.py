@@ -25,24 +25,33 @@ OTHER_KINDS = (
 )
 SNIFFED_BYTES = 65536
 _COMMENT = re.compile(r"\([^()\n]*\)|;[^\n]*")
-# signs of one dialect that a program of the other cannot contain
+# Signs of one dialect that a program of the other cannot contain, in capitals.
+# Each begins with a letter: what stands ahead of it is looked at behind it, for
+# ``re`` finds a letter twenty times as fast.
 _SIGNS = {
-    "isg": re.compile(
-        r"#\s*[A-Z]{2,}|\$(?:IF|ELSE|FOR|WHILE|DO|REPEAT|SWITCH|GOTO)\b"
-        r"|\bV\.[A-Z]+\.|^\s*%L\s",
-        re.M | re.I,
-    ),
-    "iso": re.compile(
-        r"\A[\s%]*O\s*\d+\s*?$|#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])"
-        r"|(?<![A-Z\d.])G(?:59|9[012]|28|30|61|43)\.[1-9]",
-        re.M | re.I,
-    ),
-    "isons": re.compile(
-        r"^\s*(?:END_IF|END_LOOP|END_PROGRAM|USER_ZERO|USER_OFFSET|GOSUB"
-        r"|MARKER|DIM)\b|^\s*@\w+\s*$"
-        r"|\$(?!IF\b)[A-Z_]\w*\s*=|[A-Z]\s*\[[^\]\n]*\$",
-        re.M | re.I,
-    ),
+    dialect: [re.compile(sign, re.M) for sign in signs]
+    for dialect, signs in {
+        "isg": (
+            r"#\s*[A-Z]{2,}",
+            r"\$(?:IF|ELSE|FOR|WHILE|DO|REPEAT|SWITCH|GOTO)\b",
+            r"V(?<!\wV)\.[A-Z]+\.",
+            r"^\s*%L\s",
+        ),
+        "iso": (
+            r"\A[\s%]*O\s*\d+\s*?$",
+            r"#<",
+            r"#\s*\d+\s*=",
+            r"G(?<![A-Z\d.]G)4[39](?![\d=])",
+            r"G(?<![A-Z\d.]G)(?:59|9[012]|28|30|61|43)\.[1-9]",
+        ),
+        "isons": (
+            r"^\s*(?:END_IF|END_LOOP|END_PROGRAM|USER_ZERO|USER_OFFSET|GOSUB"
+            r"|MARKER|DIM)\b",
+            r"^\s*@\w+\s*$",
+            r"\$(?!IF\b)[A-Z_]\w*\s*=",
+            r"[A-Z]\s*\[[^\]\n]*\$",
+        ),
+    }.items()
 }
 
 
@@ -69,11 +78,15 @@ def detect(path: Path) -> str:
         return by_name
     try:
         with open_regular(path) as file:
-            text = file.read(SNIFFED_BYTES).decode("latin-1")
+            text = file.read(SNIFFED_BYTES).upper().decode("latin-1")
     except (CncError, OSError):
         return by_name  # the reader reports it
     if _HSM.search(text):
         return "osai"
     text = _COMMENT.sub(" ", text)
-    found = [dialect for dialect, sign in _SIGNS.items() if sign.search(text)]
+    found = [
+        dialect
+        for dialect, signs in _SIGNS.items()
+        if any(sign.search(text) for sign in signs)
+    ]
     return found[0] if len(found) == 1 else by_name

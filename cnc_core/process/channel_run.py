@@ -231,11 +231,12 @@ class ChannelRun:
             self.signals.begins()
         if self.jobs:
             self.jobs.begins()
-        port = self._port(path)
+        dialect = self._found_dialect(path)
+        port = self._port(path, dialect)
         self.preparation = Preparation(
             path,
             self.cell,
-            self.dialect,
+            dialect,
             self.engine,
             port,
             lenient=options.run.lenient,
@@ -259,10 +260,9 @@ class ChannelRun:
         if realtime and not held:
             self.engine.start()
 
-    def _port(self, path: Path) -> LivePort:
+    def _port(self, path: Path, dialect: str) -> LivePort:
         """What a program asks the channel through."""
-        found = self._found_dialect(path)
-        sizes = self.cell.external_bytes(found)
+        sizes = self.cell.external_bytes(dialect)
         port = LivePort(
             self.cell.axis_values("start_mm"),
             {
@@ -275,7 +275,7 @@ class ChannelRun:
             self._retained,
             self.shared.operator,
         )
-        shown = self.cell.command_slots(found)
+        shown = self.cell.command_slots(dialect)
         if shown:
             block, slots = shown
             self.engine.show_commands(block * BLOCK_BYTES, slots)
@@ -309,8 +309,8 @@ class ChannelRun:
         return Restart.of(*self.options.run.place) if first else None
 
     def _found_dialect(self, path: Path) -> str:
-        """Dialect of a program; what is wrong with its file is told where it is
-        read.
+        """Dialect of a program; empty: what is wrong with its file is told where
+        it is read.
         """
         try:
             return self.dialect or frontend.detect(path)

@@ -143,20 +143,19 @@ class _Levels(FunctionBlock):
         self._levels = {name: LevelUnit(unit) for name, unit in units.items()}
         self._memory = stretch_of(*units.values())
         self._head = area_around(next(iter(units.values())))._c.head
-        self._settled: tuple[Any, ...] | None = None
+        self._given: tuple[Any, ...] | None = None
+        self._settled = b""  # the memory, where a call changed nothing
         self.state = LevelState.RELEASED
 
     def _run(self, enable: bool, **values: Any) -> None:
-        found = (
-            self._memory.tobytes(),
-            self._head.plc_present_w,
-            enable,
-            *values.values(),
-        )
-        if found == self._settled:
+        given = enable, values, self._head.plc_present_w
+        before = self._memory.tobytes() if given == self._given else b""
+        if before and before == self._settled:
             return
         self._command(enable, values)
-        self._settled = found if self._memory.tobytes() == found[0] else None
+        self._given = given
+        settled = bool(before) and self._memory.tobytes() == before
+        self._settled = before if settled else b""
 
     def _command(self, enable: bool, values: dict[str, Any]) -> None:
         states, error_id = set(), 0
@@ -186,7 +185,7 @@ class _Levels(FunctionBlock):
             LevelState.ERROR,
         )
         self.done = self.busy = False
-        self._settled = None
+        self._given = None
 
     def release(self) -> None:
         """Give the units back to the operator's values."""
@@ -194,7 +193,7 @@ class _Levels(FunctionBlock):
             level.release()
         self.done = self.busy = False
         self.state = LevelState.RELEASED
-        self._settled = None
+        self._given = None
 
 
 class FeedHold(_Levels):
@@ -256,7 +255,7 @@ class Override(_Levels):
     ) -> None:
         """One scan; a value outside 0..200 (or NaN) is error 1 and changes nothing."""
         tenths, rapid_tenths = _tenths(path), _tenths(rapid)
-        if tenths == _UNUSABLE or rapid_tenths == _UNUSABLE:
+        if _UNUSABLE in (tenths, rapid_tenths):
             self._refuse()
             return
         self._run(

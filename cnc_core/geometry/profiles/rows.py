@@ -115,15 +115,12 @@ def rows_of(
         else 0
     )
     pool = np.empty(int(size.sum()))
-    for d in np.unique(degree):
-        which = np.flatnonzero(degree == d)
+    for order in range(1, coef.shape[2] + 1):
+        which = np.flatnonzero(degree == order - 1)
         at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(
-            axes * (int(d) + 1)
+            axes * order
         )
-        pool[at] = coef[which, :, : int(d) + 1].reshape(
-            len(which),
-            -1,
-        )
+        pool[at] = coef[which, :, :order].reshape(len(which), axes * order)
     for name, value in fields.items():
         rows[name] = value
     return BlockBatch(rows, pool)
