@@ -12,6 +12,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cnc_core import Cell
@@ -50,6 +51,35 @@ PLC = {
 }
 
 
+WAVE = f"import math\n{HEAD}" + (
+    "class Task:\n"
+    "    def setup(self, hli):\n"
+    "        self.override, self.t = Override(hli.gpCh[0]), 0.0\n"
+    "    def cyclic(self):\n"
+    "        self.t += 0.001\n"
+    "        self.override(path=60.0 + 40.0 * math.sin(9.0 * self.t))\n"
+)
+"""Another override in every scan."""
+
+
+def contour(folder: Path, points: int) -> Path:
+    """A wavy contour whose points are smoothed within 0.01 mm, F6000."""
+    angle = 2 * np.pi * np.arange(points) / 2500
+    radius = 40 + 8 * np.sin(7 * angle) + 2 * np.sin(31 * angle)
+    lines = [
+        f"X{r * np.cos(a):.4f} Y{r * np.sin(a):.4f}"
+        for a, r in zip(angle, radius, strict=True)
+    ]
+    path = folder / "contour.nc"
+    head = [
+        f"G90 G00 {lines[0]}",
+        "#HSC ON [BSPLINE PATH_DEV=0.01]",
+        "G01 F6000",
+    ]
+    path.write_text("\n".join([*head, *lines[1:], "#HSC OFF", "M30", ""]))
+    return path
+
+
 def part(folder: Path, minutes: float) -> Path:
     """Lines of 100 mm at 100 mm/s."""
     path = folder / "part.nc"
@@ -86,6 +116,26 @@ def test_pair(benchmark: Any, tmp_path: Path, name: str) -> None:
         realtime_factor=result.realtime_factor,
         cycles=result.cycles,
         mean_scan_us=scans,
+    )
+
+
+@pytest.mark.parametrize("name", ["none", "empty", "wave"])
+def test_contour(benchmark: Any, tmp_path: Path, name: str) -> None:
+    """4000 smoothed points in lockstep: times real time, and what a cycle takes
+    of the wall's time.  ``wave``: another override in every scan.
+    """
+    program, plc = contour(tmp_path, 4000), tmp_path / "plc.py"
+    plc.write_text(WAVE if name == "wave" else PLC["empty"])
+
+    def run() -> Any:
+        with Cell() as cell:
+            return cell.run(program, "none" if name == "none" else plc)
+
+    result = benchmark.pedantic(run, rounds=3, warmup_rounds=1)
+    assert result.end == "completed"
+    benchmark.extra_info.update(
+        realtime_factor=result.realtime_factor,
+        us_per_cycle=1e6 * result.wall_time_s / result.cycles,
     )
 
 
