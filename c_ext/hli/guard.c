@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <sys/mman.h>
 
-#define GUARDS 64
+#define GUARDS 1024
 
 static struct guard {
     uintptr_t base;

@@ -208,38 +208,117 @@ static void plan_x(const plan *pl,
     }
 }
 
+/* What the state at the start of a stage and its inputs make of an axis' jerk,
+ * over its limit and sqrt(x). */
+typedef struct form {
+    double x, accel, input[2];
+} form;
+
+/* The n-th jerk row of stage k, at its start or its end. */
+static struct form jerk_form(const struct problem *problem,
+                             int k,
+                             int end,
+                             int n) {
+    int first = (2 * (k / LANES) + end) * problem->axes;
+    const two_sided *row = &problem->jerk[first + n];
+    double q3 = row->coef[0][k % LANES];
+    double q2 = row->coef[1][k % LANES];
+    double q1 = row->coef[2][k % LANES];
+    struct form form = {q3, q2, {0.0, 0.0}};
+    if (end > 0) {
+        double length = problem->lengths[k];
+        double third = THIRD * length * length;
+        form.accel += 2.0 * length * q3;
+        form.input[0] = 2.0 * third * q3 + 0.5 * length * q2;
+        form.input[1] = third * q3 + 0.5 * length * q2;
+    }
+    form.input[end] += q1;
+    return form;
+}
+
+/* Adds a row's square to the cost of stage k. */
+static void add_jerk_cost(struct stage_cost *cost,
+                          int k,
+                          const struct form *form,
+                          double weight) {
+    double wx = weight * form->x;
+    double wu = weight * form->accel;
+    cost->xx[k] += wx * form->x;
+    cost->xu[k] += wx * form->accel;
+    cost->uu[k] += wu * form->accel;
+    for (int i = 0; i < 2; i++) {
+        cost->xc[i][k] += wx * form->input[i];
+        cost->uc[i][k] += wu * form->input[i];
+        cost->cc[2 * i][k] += weight * form->input[i] * form->input[i];
+    }
+    cost->cc[1][k] += weight * form->input[0] * form->input[1];
+}
+
+/* Cost of x off the guess, of acceleration and of the axes' jerks. */
+static void guess_cost(const jerk_planner *planner,
+                       struct problem *problem,
+                       const struct grid *grid,
+                       double stiffness) {
+    struct stage_cost *cost = &problem->cost;
+    for (int k = 0; k < problem->blocks * LANES; k++) {
+        cost->xx[k] = 0.0;
+        cost->xu[k] = 0.0;
+        cost->uu[k] = 0.0;
+        cost->cc[1][k] = 0.0;
+        for (int i = 0; i < 2; i++) {
+            cost->xc[i][k] = 0.0;
+            cost->uc[i][k] = 0.0;
+            problem->grad.input[i][k] = 0.0;
+        }
+        problem->grad.x[k] = 0.0;
+        problem->grad.accel[k] = 0.0;
+    }
+    for (int k = problem->first; k < problem->count; k++) {
+        double acc, jerk;
+        double xk = fmax(problem->guess[k], TINY);
+        path_limits(planner, &grid->seg[k], &acc, &jerk);
+        cost->xx[k] = 1.0 / (xk * xk);
+        cost->uu[k] = stiffness / (acc * acc);
+        cost->cc[0][k] = cost->cc[2][k] = GUESS_LEAST_COST * problem->convex;
+        bool has_rows = k < problem->count - 1;
+        int rows = has_rows ? problem->used[k / LANES].jerk : 0;
+        for (int n = 0; n < 2 * rows; n++) {
+            struct form form = jerk_form(problem, k, n % 2, n / 2);
+            add_jerk_cost(cost, k, &form, 0.5 * stiffness * xk);
+        }
+    }
+}
+
+/* Slope of that cost at the present x, u and inputs. */
+static void guess_slope(struct problem *problem) {
+    const struct stage_cost *cost = &problem->cost;
+    for (int k = problem->first; k < problem->count; k++) {
+        double x = problem->x[k];
+        double accel = problem->accel[k];
+        double c0 = problem->input[0][k];
+        double c1 = problem->input[1][k];
+        double xk = fmax(problem->guess[k], TINY);
+        double by_x = cost->xx[k] * x + cost->xu[k] * accel;
+        by_x += cost->xc[0][k] * c0 + cost->xc[1][k] * c1;
+        problem->grad.x[k] = by_x - problem->guess[k] / (xk * xk);
+        double by_accel = cost->xu[k] * x + cost->uu[k] * accel;
+        by_accel += cost->uc[0][k] * c0 + cost->uc[1][k] * c1;
+        problem->grad.accel[k] = by_accel;
+        for (int i = 0; i < 2; i++) {
+            double by_state = cost->xc[i][k] * x + cost->uc[i][k] * accel;
+            problem->grad.input[i][k] =
+                by_state + cost->cc[i][k] * c0 + cost->cc[i + 1][k] * c1;
+        }
+    }
+}
+
 /* The nearest profile that meets the dynamics: least squares of x against the
  * guess and of the axis jerks. */
 static bool project(jerk_planner *planner,
                     const struct grid *grid,
                     double stiffness) {
     struct problem *problem = &planner->prob;
-    for (int k = 0; k < problem->blocks * LANES; k++) {
-        problem->cost.xx[k] = 0.0;
-        problem->cost.xu[k] = 0.0;
-        problem->cost.uu[k] = 0.0;
-        problem->cost.xc[0][k] = 0.0;
-        problem->cost.xc[1][k] = 0.0;
-        problem->cost.uc[0][k] = 0.0;
-        problem->cost.uc[1][k] = 0.0;
-    }
-    for (int k = 0; k < problem->blocks * LANES; k++) {
-        problem->cost.cc[1][k] = 0.0;
-        problem->grad.x[k] = 0.0;
-        problem->grad.accel[k] = 0.0;
-        problem->grad.input[0][k] = 0.0;
-        problem->grad.input[1][k] = 0.0;
-    }
-    for (int k = problem->first; k < problem->count; k++) {
-        double acc, jerk;
-        double xk = fmax(problem->guess[k], TINY);
-        path_limits(planner, &grid->seg[k], &acc, &jerk);
-        problem->cost.xx[k] = 1.0 / (xk * xk);
-        problem->cost.uu[k] = stiffness / (acc * acc);
-        problem->cost.cc[0][k] = problem->cost.cc[2][k] =
-            0.5 * stiffness * xk / (jerk * jerk)
-            + GUESS_LEAST_COST * problem->convex;
-    }
+    guess_cost(planner, problem, grid, stiffness);
     if (!riccati_factor(problem)) {
         return false;
     }
@@ -268,15 +347,7 @@ static bool project(jerk_planner *planner,
         x += 2.0 * length * accel + length * length * input;
         accel += length * input;
     }
-    for (int k = problem->first; k < problem->count; k++) {
-        problem->grad.x[k] =
-            problem->cost.xx[k] * (problem->x[k] - problem->guess[k]);
-        problem->grad.accel[k] = problem->cost.uu[k] * problem->accel[k];
-        for (int i = 0; i < 2; i++) {
-            problem->grad.input[i][k] =
-                problem->cost.cc[2 * i][k] * problem->input[i][k];
-        }
-    }
+    guess_slope(problem);
     riccati_solve(problem, &problem->grad);
     for (int k = problem->first; k < problem->count; k++) {
         problem->x[k] += problem->dx[k];

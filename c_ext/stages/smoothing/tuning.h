@@ -213,7 +213,7 @@
 
 /* Knot spans of a coarse window. Unit: factor on their wanted length. Evidence:
  * bench/tube_oracle.py. */
-#define COARSE_SIZE 0.67
+#define COARSE_SIZE 0.5
 
 /* Run-out of a curve at a kink, of machines with limited jerk. Unit: tolerances
  * over the turn. Evidence: bench/tube_oracle.py. */
@@ -252,14 +252,14 @@
 
 /* Speed at which a section leaves its standstill. Unit: that which the jerk
  * gives over a span. Evidence: as above. */
-#define LAW_REST 0.5
+#define LAW_REST 1.0
 
 /* Weight of places without jerk. Unit: square of the jerk's limit. Evidence: as
  * above. */
 #define LAW_FLOOR 0.05
 
 /* Solutions of a refinement at the most. Unit: count. Evidence: as above. */
-#define REFINE 16
+#define REFINE 30
 
 /* Gain of one below which no more are worth it. Unit: share of the cost.
  * Evidence: as above. */
@@ -271,14 +271,14 @@
 
 /* Its change from one solution to the next. Unit: factor. Evidence: as above.
  */
-#define WALL_NEXT 0.6
+#define WALL_NEXT 0.7
 
 /* The same at the end. Unit: share. Evidence: as above. */
 #define WALL_LAST 1e-5
 
 /* Where the walls stand: humps lie between points. Unit: share of the
  * tolerance. Evidence: as above. */
-#define WALL 0.994
+#define WALL 0.998
 
 /* The same around the place where the next window goes on, which needs room.
  * Unit: share of the tolerance. Evidence: as above. */

@@ -15,7 +15,7 @@ from typing import Any
 
 import posix_ipc
 import pytest
-from hli._sync import lib
+from hli._sync import ffi, lib
 
 import hli
 from hli import segment
@@ -47,6 +47,14 @@ def drafts(pid: int | None = None) -> set[str]:
     """
     begin = f".hli-new-{pid or os.getpid()}-"
     return {n for n in os.listdir(SHM) if n.startswith(begin)}
+
+
+def test_many_segments_of_a_process_are_guarded() -> None:
+    """Views keep a segment mapped: more than a few may be there at a time."""
+    memory = [ffi.new("char[4096]") for _ in range(200)]
+    assert all(lib.hs_guard(each, 4096) == 0 for each in memory)
+    for each in memory:
+        lib.hs_unguard(each)
 
 
 @pytest.mark.ci
