@@ -26,7 +26,7 @@ OTHER_KINDS = (
 SNIFFED_BYTES = 65536
 _COMMENT = re.compile(r"\([^()\n]*\)|;[^\n]*")
 # Signs of one dialect that a program of the other cannot contain, in capitals.
-# Each begins with a letter: what stands ahead of it is looked at behind it, for
+# Those that begin with a letter look behind it at what stands ahead of it:
 # ``re`` finds a letter twenty times as fast.
 _SIGNS = {
     dialect: [re.compile(sign, re.M) for sign in signs]
@@ -78,12 +78,12 @@ def detect(path: Path) -> str:
         return by_name
     try:
         with open_regular(path) as file:
-            text = file.read(SNIFFED_BYTES).upper().decode("latin-1")
+            begin = file.read(SNIFFED_BYTES)
     except (CncError, OSError):
         return by_name  # the reader reports it
-    if _HSM.search(text):
+    if _HSM.search(begin.decode("latin-1")):
         return "osai"
-    text = _COMMENT.sub(" ", text)
+    text = _COMMENT.sub(" ", begin.upper().decode("latin-1"))
     found = [
         dialect
         for dialect, signs in _SIGNS.items()

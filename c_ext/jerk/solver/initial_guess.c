@@ -474,7 +474,7 @@ bool guess_from(jerk_planner *planner,
     }
     problem->guess[grid->count] = 0.0;
     bound_rows(planner, grid);
-    return project(planner, grid, 0.2 * STIFFNESS);
+    return project(planner, grid, CLOSE_STIFFNESS);
 }
 
 /* A stop from the present state over the whole grid. */
@@ -497,7 +497,7 @@ bool guess_stop(jerk_planner *planner, const struct grid *grid) {
     }
     problem->guess[grid->count] = 0.0;
     bound_rows(planner, grid);
-    return project(planner, grid, STIFFNESS);
+    return project(planner, grid, CLOSE_STIFFNESS);
 }
 
 /* A stop as the plan's over another length: its speeds at the same share of the
@@ -520,5 +520,5 @@ bool guess_stop_like(jerk_planner *planner,
     }
     problem->guess[grid->count] = 0.0;
     bound_rows(planner, grid);
-    return project(planner, grid, STIFFNESS);
+    return project(planner, grid, CLOSE_STIFFNESS);
 }

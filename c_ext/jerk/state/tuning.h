@@ -744,6 +744,11 @@
  * Evidence: bench/planner_parts.py, test_planner_optimum. */
 #define STIFFNESS 0.05
 
+/* The same for profiles that a solution may be near to: stops, and what was
+ * solved for before. Unit: share. Evidence: test_feed_hold_distance,
+ * bench/planner_parts.py. */
+#define CLOSE_STIFFNESS 0.01
+
 /* ---- The interior-point method ---- */
 
 /* Of the guess: tangents are not taken below it. Any lower costs 6 % on the
