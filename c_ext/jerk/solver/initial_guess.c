@@ -228,9 +228,10 @@ static struct form jerk_form(const struct problem *problem,
     if (end > 0) {
         double length = problem->lengths[k];
         double third = THIRD * length * length;
+        double half = 0.5 * length;
         form.accel += 2.0 * length * q3;
-        form.input[0] = 2.0 * third * q3 + 0.5 * length * q2;
-        form.input[1] = third * q3 + 0.5 * length * q2;
+        form.input[0] = 2.0 * third * q3 + half * q2;
+        form.input[1] = third * q3 + half * q2;
     }
     form.input[end] += q1;
     return form;
@@ -247,11 +248,14 @@ static void add_jerk_cost(struct stage_cost *cost,
     cost->xu[k] += wx * form->accel;
     cost->uu[k] += wu * form->accel;
     for (int i = 0; i < 2; i++) {
-        cost->xc[i][k] += wx * form->input[i];
-        cost->uc[i][k] += wu * form->input[i];
-        cost->cc[2 * i][k] += weight * form->input[i] * form->input[i];
+        double input = form->input[i];
+        cost->xc[i][k] += wx * input;
+        cost->uc[i][k] += wu * input;
+        double wc = weight * input;
+        cost->cc[2 * i][k] += wc * input;
     }
-    cost->cc[1][k] += weight * form->input[0] * form->input[1];
+    double both = form->input[0] * form->input[1];
+    cost->cc[1][k] += weight * both;
 }
 
 /* Cost of x off the guess, of acceleration and of the axes' jerks. */
@@ -299,15 +303,19 @@ static void guess_slope(struct problem *problem) {
         double c1 = problem->input[1][k];
         double xk = fmax(problem->guess[k], TINY);
         double by_x = cost->xx[k] * x + cost->xu[k] * accel;
-        by_x += cost->xc[0][k] * c0 + cost->xc[1][k] * c1;
+        by_x += cost->xc[0][k] * c0;
+        by_x += cost->xc[1][k] * c1;
         problem->grad.x[k] = by_x - problem->guess[k] / (xk * xk);
         double by_accel = cost->xu[k] * x + cost->uu[k] * accel;
-        by_accel += cost->uc[0][k] * c0 + cost->uc[1][k] * c1;
+        by_accel += cost->uc[0][k] * c0;
+        by_accel += cost->uc[1][k] * c1;
         problem->grad.accel[k] = by_accel;
         for (int i = 0; i < 2; i++) {
-            double by_state = cost->xc[i][k] * x + cost->uc[i][k] * accel;
-            problem->grad.input[i][k] =
-                by_state + cost->cc[i][k] * c0 + cost->cc[i + 1][k] * c1;
+            double by_input = cost->xc[i][k] * x;
+            by_input += cost->uc[i][k] * accel;
+            by_input += cost->cc[i][k] * c0;
+            by_input += cost->cc[i + 1][k] * c1;
+            problem->grad.input[i][k] = by_input;
         }
     }
 }
