@@ -91,9 +91,8 @@ class Scanner:
         self._counters: Any = hli.plc._c
         self._plc = hli.plc
         self._image = InputImage(hli)
-        self._now = (
-            self._image.now
-        )  # cycle, cell time and phase as they were latched
+        # cycle, cell time and phase as they were latched
+        self._now = self._image.now
         self._live_ns = lambda: int(self._now.cell_time_ns)
         self.symbols = SymbolTable(hli, self.programs)
         self.inputs = Inputs(hli, self.symbols, inputs)
@@ -229,7 +228,7 @@ class Scanner:
         if self.orders.waiting:
             self.orders.serve(self._online)
         self._latch()
-        self._scan()
+        self.scan_latched()
 
     @property
     def now(self) -> Any:
@@ -237,11 +236,7 @@ class Scanner:
         return self._now
 
     def scan_latched(self) -> None:
-        """The same of an image that somebody else has latched (see ``now``)."""
-        self._scan()
-
-    def _scan(self) -> None:
-        """The scan of the image that is latched."""
+        """The scan of the image that is latched, here or by somebody else."""
         record = self.watch.to
         if record is not None:
             record.scan += 1

@@ -43,11 +43,11 @@ class ScanLoop:
         self, hli: Hli, image: InputImage, programs: Sequence[Program]
     ) -> None:
         self._programs = programs
-        self._errors: dict[int, BaseException] = {}
+        self._error: BaseException | None = None
         self._rows = ffi.new("hs_task[]", len(programs))
         self._calls: list[Any] = []  # kept alive here
-        for number, program in enumerate(programs):
-            self._enter(number, program)
+        for row, program in zip(self._rows, programs, strict=True):
+            self._enter(row, program)
         self._scans = ffi.new("hs_scans *")
         scans, plc = self._scans, layout.HLI_SIDE_PLC
         scans.image = image.now
@@ -59,8 +59,9 @@ class ScanLoop:
         scans.slice_ns = SLICE_OF_SCANS_NS
         scans.spin_ns, scans.timeout_ns = SPIN_NS, SLICE_NS
 
-    def _enter(self, number: int, program: Program) -> None:
-        row, native = self._rows[number], entry_of(program)
+    def _enter(self, row: Any, program: Program) -> None:
+        """How C calls a task."""
+        native = entry_of(program)
         if native is not None:
             row.guarded = ffi.cast(_CALL, native[0])
             row.entry = ffi.cast(_ENTRY, native[1])
@@ -72,7 +73,7 @@ class ScanLoop:
             return 0
 
         def failed(_kind: Any, error: BaseException, _trace: Any) -> None:
-            self._errors[number] = error
+            self._error = error
 
         callback = ffi.callback(_CALL, call, error=1, onerror=failed)
         self._calls.append(callback)
@@ -103,10 +104,9 @@ class ScanLoop:
 
         Raises the error.
         """
+        if self._error is not None:
+            raise self._error
         number: int = self._scans.trapped
-        error = self._errors.pop(number, None)
-        if error is not None:
-            raise error
         self._programs[number].call("trapped")
 
 

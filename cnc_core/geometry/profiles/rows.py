@@ -115,12 +115,12 @@ def rows_of(
         else 0
     )
     pool = np.empty(int(size.sum()))
-    for order in range(1, coef.shape[2] + 1):
-        which = np.flatnonzero(degree == order - 1)
+    for terms in range(1, order + 1):
+        which = np.flatnonzero(degree == terms - 1)
         at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(
-            axes * order
+            axes * terms
         )
-        pool[at] = coef[which, :, :order].reshape(len(which), axes * order)
+        pool[at] = coef[which, :, :terms].reshape(len(which), axes * terms)
     for name, value in fields.items():
         rows[name] = value
     return BlockBatch(rows, pool)
