@@ -36,6 +36,9 @@ _LINE_MAX = 1 << 24  # the list of a large program's symbols
 _SOCKETS = "/proc/net/unix"
 _LISTENS = 0x10000  # __SO_ACCEPTCON of Linux
 _BIND_TRIES, _BIND_PAUSE_S = 10, 0.05  # the process before may just be leaving
+# connections that nobody has accepted yet: all tries of one that wants the name
+# fit, for where the queue is full nobody seems to listen
+_BACKLOG = 64
 
 Order = dict[str, Any]
 
@@ -138,7 +141,7 @@ class Orders:
         token = f"{time.monotonic_ns():020}-{secrets.token_hex(8)}"
         try:
             listening.bind(f"\0{prefix(name, self.side)}{token}")
-            listening.listen(8)
+            listening.listen(_BACKLOG)
         except OSError as error:
             listening.close()
             raise HliError(

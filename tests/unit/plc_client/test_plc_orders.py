@@ -267,6 +267,23 @@ def test_nobody_there_and_the_name_taken(
     second.close()
 
 
+def test_a_name_is_taken_although_its_process_has_no_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Who wants the name asks several times; none is accepted meanwhile."""
+    monkeypatch.setattr(orders, "_BIND_PAUSE_S", 0.0)
+    monkeypatch.setattr(Orders, "_listen", lambda *_: None)
+    name = unique_name()
+    first, second = Orders(), Orders()
+    first.open(name)
+    try:
+        for _ in range(2):
+            with pytest.raises(HliError, match="cannot be taken"):
+                second.open(name)
+    finally:
+        first.close()
+
+
 @pytest.mark.usefixtures("leftovers")
 @pytest.mark.ci
 def test_another_terminal_forces_a_task_that_keeps_it_over_cnc_and_plc_restarts(
