@@ -15,10 +15,11 @@ typedef struct part {
     double allowed;
 } part;
 
-/* Largest deviation of the hull, and whether the curve goes forward; squares.
- */
+/* Square of the largest deviation of the hull; where it is, 0..1; and whether
+ * the curve goes forward. */
 static double hull(const nc_smooth *smooth,
                    const struct part *part,
+                   double *t,
                    bool *forward) {
     pair off[2][PAIRS] = {{{0.0}}};
     pair step[PAIRS] = {{0.0}};
@@ -26,6 +27,7 @@ static double hull(const nc_smooth *smooth,
     double most = 0.0;
     double least = INFINITY;
     double all = 0.0;
+    int place = 0;
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         const double *hull_axis = part->hull[axis];
         double from = part->from[axis];
@@ -52,16 +54,16 @@ static double hull(const nc_smooth *smooth,
         double linear = off[0][j / 2][j % 2];
         double rotary = off[1][j / 2][j % 2];
         all += linear + rotary;
-        if (linear > most) {
-            most = linear;
-        }
-        if (rotary > most) {
-            most = rotary;
+        double more = linear > rotary ? linear : rotary;
+        if (more > most) {
+            most = more;
+            place = j;
         }
         if (j < 5 && step[j / 2][j % 2] < least) {
             least = step[j / 2][j % 2];
         }
     }
+    *t = 0.2 * place;
     *forward = least * 5.0 >= FORWARD * length2;
     return isfinite(all) ? most : INFINITY;
 }
@@ -88,8 +90,7 @@ static double part_deviation(const nc_smooth *smooth,
                              int depth,
                              double *t) {
     bool forward;
-    double most = sqrt(hull(smooth, part, &forward));
-    *t = 0.5;
+    double most = sqrt(hull(smooth, part, t, &forward));
     if (most <= part->allowed && forward) {
         return most / part->allowed;
     }

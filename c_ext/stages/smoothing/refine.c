@@ -244,10 +244,10 @@ void refine_window(nc_smooth *smooth, int end, int join, double *deviation) {
     memcpy(best.law, window->law, sizeof best.law);
     memcpy(best.deviation, deviation, sizeof best.deviation);
     best.cost = law_cost(smooth);
-    double weight = WALL_FIRST * best.cost;
-    double least = WALL_LAST * best.cost;
+    double share = WALL_FIRST;
     for (int i = 0; i < REFINE; i++) {
         double before = best.cost;
+        double weight = share * before;
         law_roughness(smooth);
         set_walls(smooth, join, weight);
         best.walls = walls(smooth);
@@ -255,10 +255,10 @@ void refine_window(nc_smooth *smooth, int end, int join, double *deviation) {
         smooth->stats.solves++;
         take_step(smooth, &best, end, weight);
         take_law(smooth, &best);
-        if (weight == least && before - best.cost < REFINE_GAIN * before) {
+        if (share == WALL_LAST && before - best.cost < REFINE_GAIN * before) {
             break;
         }
-        weight = fmax(least, WALL_NEXT * weight);
+        share = fmax(WALL_LAST, WALL_NEXT * share);
     }
     memcpy(deviation,
            best.deviation,

@@ -48,8 +48,12 @@ static bool main_turns_back(const nc_smooth *smooth,
 }
 
 /* How much a turn is a corner, 0..1: where lines meet at a large angle a short
- * blend is faster than a long curve, which is slow over all of its way. */
-static double sharpness(double turn) {
+ * blend is faster than a long curve, which is slow over all of its way. A curve
+ * that is made faster for limited jerk is not. */
+static double sharpness(const nc_smooth *smooth, double turn) {
+    if (smooth->cfg.jerk > 0.0) {
+        return 0.0;
+    }
     return fmin(1.0, fmax(0.0, (turn - SHARP_FROM) / (SHARP_TO - SHARP_FROM)));
 }
 
@@ -80,7 +84,7 @@ static double run_out(const nc_smooth *this_smooth,
     double kink = this_smooth->cfg.jerk > 0.0 ? KINK_JERK : KINK;
     double bend = fmax(fmin(smooth, kink * this_smooth->tol / turn),
                        10.0 * this_smooth->tol);
-    return fmax(corner, bend + sharpness(turn) * (corner - bend));
+    return fmax(corner, bend + sharpness(this_smooth, turn) * (corner - bend));
 }
 
 static struct node between(const nc_smooth *smooth,
@@ -117,8 +121,8 @@ void section_split(nc_smooth *smooth, int i, double beside_next) {
     }
     double left = run_out(smooth, &node, node.len);
     double right = run_out(smooth, &behind, beside_next);
-    double corner_a = sharpness(node.turn);
-    double corner_b = sharpness(behind.turn);
+    double corner_a = sharpness(smooth, node.turn);
+    double corner_b = sharpness(smooth, behind.turn);
     if (fmin(corner_a, corner_b) > 0.9 && own < left + right
         && own > CROWDED * (left + right)) {
         left = right = 0.45 * own; /* smaller blends */
@@ -186,6 +190,13 @@ static int vertices(const nc_smooth *smooth, int end) {
     return count;
 }
 
+/* One vertex between lines: without limits of jerk a blend is as good as a
+ * curve, and cheaper. */
+static bool is_corner(const nc_smooth *smooth, int end) {
+    return !smooth->keep.valid && smooth->cfg.jerk <= 0.0
+           && vertices(smooth, end) == 1;
+}
+
 /* Everything up to nodes[end] where a section ends. */
 static void finish_section(nc_smooth *smooth, int end) {
     if (end == 1 && !smooth->keep.valid) {
@@ -195,7 +206,7 @@ static void finish_section(nc_smooth *smooth, int end) {
                   smooth->out_t,
                   smooth->nodes[1].t);
         drop_nodes(smooth, 1);
-    } else if (vertices(smooth, end) == 1 && !smooth->keep.valid) {
+    } else if (is_corner(smooth, end)) {
         corner_path(smooth, end);
         drop_nodes(smooth, end);
     } else {

@@ -71,8 +71,8 @@
  * bench/test_bench_smoothing.py. */
 #define FAST_LEAST 0.5
 
-/* Turns below it are blended by curves. Unit: rad. Evidence:
- * bench/test_bench_smoothing.py. */
+/* Turns below it are blended by curves; with limited jerk all are. Unit: rad.
+ * Evidence: bench/test_bench_smoothing.py. */
 #define SHARP_FROM 1.2
 
 /* Turns above it are blended as corners. Unit: rad. Evidence:
@@ -209,7 +209,7 @@
 /* A window whose knots are that many for each point is coarse, and worth it.
  * Unit: factor. Evidence: bench/tube_oracle.py, bench/test_bench_smoothing.py.
  */
-#define COARSE 1.5
+#define COARSE 1.2
 
 /* Knot spans of a coarse window. Unit: factor on their wanted length. Evidence:
  * bench/tube_oracle.py. */
@@ -278,7 +278,7 @@
 
 /* Where the walls stand: humps lie between points. Unit: share of the
  * tolerance. Evidence: as above. */
-#define WALL 0.998
+#define WALL 0.9995
 
 /* The same around the place where the next window goes on, which needs room.
  * Unit: share of the tolerance. Evidence: as above. */
