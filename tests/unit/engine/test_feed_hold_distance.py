@@ -330,22 +330,17 @@ def test_a_hold_that_is_let_go_just_before_rest_comes_to_rest(
     assert planner.take()["time"].sum() > 0.1
 
 
-LONGER = pytest.mark.xfail(
-    reason="1.09 to 1.13: the shorter stop is missed by halving the distance"
-    " (docs/explanation/planner.md, Limits)"
-)
-
-
 @pytest.mark.ci_cases
 @pytest.mark.parametrize(
     "seconds",
     [
         0.3,
-        pytest.param(0.45, marks=LONGER),
+        0.45,
         0.6,
         0.75,
         0.9,
         1.05,
+        1.2,
         1.35,
         1.5,
         1.65,
