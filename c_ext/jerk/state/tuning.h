@@ -359,7 +359,7 @@
 
 /* So many are tried. Unit: count. Evidence: test_feed_hold_distance (circle).
  */
-#define STOPS_SHORTER 12
+#define STOPS_SHORTER 10
 
 /* Of the distance: halving ends there. Unit: share. Evidence:
  * test_feed_hold_distance. */
