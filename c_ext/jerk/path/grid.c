@@ -325,6 +325,7 @@ static bool grid_fill(jerk_planner *planner,
     grid->from_standstill = planner->at_standstill;
     grid->stands = extent->stands;
     grid->sinks = false;
+    grid->usable = JERK_USABLE;
     grid->finest = extent->length / 24.0;
     if (count > grid->max) {
         return false;
@@ -459,6 +460,7 @@ bool grid_of_plan(jerk_planner *planner,
     grid->from_standstill = false;
     grid->stands = pl->stands;
     grid->sinks = false;
+    grid->usable = JERK_USABLE;
     grid->finer = 1.0;
     states->x[0] = planner->x;
     states->accel[0] = planner->accel;

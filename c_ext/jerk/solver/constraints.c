@@ -126,6 +126,7 @@ static int most_of(int one, int other) {
 static void jerk_rows(const jerk_planner *planner,
                       struct problem *problem,
                       const struct segment *segment,
+                      double usable,
                       int k) {
     double f3 = planner->scale * planner->scale * planner->scale;
     const jerk_interval *interval = segment->interval;
@@ -134,10 +135,10 @@ static void jerk_rows(const jerk_planner *planner,
         struct forms forms = {.count = 0};
         for (int i = 0; i < problem->axes; i++) {
             int axis = problem->axis[i];
-            double weight = f3
-                            / (segment->share * JERK_USABLE
-                               * jerk_max(planner, interval, axis)
-                               * entry_slack(problem, k));
+            double weight =
+                f3
+                / (segment->share * usable * jerk_max(planner, interval, axis)
+                   * entry_slack(problem, k));
             add_form(&forms,
                      weight * interval->d3[end][axis],
                      weight * 3.0 * interval->d2[end][axis],
@@ -312,7 +313,7 @@ void problem_from_grid(jerk_planner *planner,
         if (k < problem->first || k > grid->count - 2) {
             continue;
         }
-        jerk_rows(planner, problem, &grid->seg[k], k);
+        jerk_rows(planner, problem, &grid->seg[k], grid->usable, k);
         mid_rows(planner, problem, &grid->seg[k], k);
         problem->on[k] = 1.0;
     }

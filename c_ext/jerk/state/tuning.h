@@ -348,6 +348,19 @@
  * `bench planner` (live). */
 #define STOP_GROWS 2.0
 
+/* Share of the jerk limits that shorter stops are planned with where limits are
+ * very unequal: with JERK_USABLE the circle misses 1.05. Unit: share. Evidence:
+ * test_feed_hold_distance (circle). */
+#define STOP_USABLE 1.006
+
+/* Of the stop that was found: the next one is so much shorter, half of it where
+ * there is none. Unit: share. Evidence: test_feed_hold_distance (circle). */
+#define STOP_SHORTER 0.04
+
+/* So many are tried. Unit: count. Evidence: test_feed_hold_distance (circle).
+ */
+#define STOPS_SHORTER 10
+
 /* Of the distance: halving ends there. Unit: share. Evidence:
  * test_feed_hold_distance. */
 #define CLOSE_ENOUGH 0.01

@@ -76,6 +76,18 @@ static void halve(jerk_planner *planner, double low, int tries) {
     }
 }
 
+/* From the stop that is the plan to shorter ones, each with the last one as
+ * guess.  How far a slow axis goes depends much on the last percent of its jerk
+ * where it is about to turn. */
+static void shorten(jerk_planner *planner) {
+    double less = STOP_SHORTER;
+    for (int i = 0; i < STOPS_SHORTER && less >= CLOSE_ENOUGH; i++) {
+        if (!try_shorter(planner, 1.0 - less)) {
+            less *= 0.5;
+        }
+    }
+}
+
 /* A first stop: from the likely distance on, a little longer each time.
  * Returns the longest one that is none, `tail` if all are. */
 static double longest_failure(jerk_planner *planner,
@@ -130,6 +142,7 @@ bool shortest_stop(jerk_planner *planner, int hopeless) {
     double low = longest_failure(planner, tail, likely, hopeless);
     if (low < tail) {
         halve(planner, low, MAX_HALVINGS);
+        shorten(planner);
     }
     return low < tail || tail <= NEAR_ENOUGH * way_down_to(planner, 0.0);
 }

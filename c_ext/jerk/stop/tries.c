@@ -40,6 +40,25 @@ bool try_stop(jerk_planner *planner, double distance, double found) {
     return plan_accept(planner, grid, true);
 }
 
+bool try_shorter(jerk_planner *planner, double share) {
+    struct grid *grid = &planner->grid;
+    double found = planner->plan.remaining;
+    if (!grid_to(planner, grid, share * found) || grid->count < 2) {
+        return false;
+    }
+    allow_present(planner, grid, INFINITY, INFINITY);
+    planner->stats.hold_solves++;
+    grid->usable = STOP_USABLE;
+    problem_from_grid(planner, grid, planner->x, planner->accel);
+    if (!guess_stop_like(planner, grid, found)
+        || !solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS)) {
+        give_back(grid);
+        return false;
+    }
+    grid->stands = false;
+    return plan_accept(planner, grid, true);
+}
+
 bool take_brake(jerk_planner *planner, const brake_path *brake) {
     struct grid *grid = &planner->grid;
     if (!grid_to(planner, grid, brake->s[brake->count]) || grid->count < 2) {

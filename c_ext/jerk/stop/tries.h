@@ -8,6 +8,10 @@
  * longer stop of that length; 0: it is none. False: there is no such stop. */
 bool try_stop(jerk_planner *planner, double distance, double found);
 
+/* The same with nearly all of the jerk that the checker allows, over `share` of
+ * the way of the stop that is the plan. */
+bool try_shorter(jerk_planner *planner, double share);
+
 /* The brake becomes the plan, on a grid that ends where it does. */
 bool take_brake(jerk_planner *planner, const brake_path *brake);
 #endif
