@@ -136,9 +136,45 @@ static void wall_at(nc_smooth *smooth, int span, double t, int chord) {
     add_wall(smooth, chord, t, span);
 }
 
-/* Is the curve within the tolerance? Spans that fail get a wall where they do.
- */
-static bool certified(nc_smooth *smooth, int end, double *deviation) {
+/* A part of the step is taken around a span that stops it. */
+static void hold_back(double share[CONTROLS], int span, int spans) {
+    for (int k = span - BESIDE; k < span + ORDER + BESIDE; k++) {
+        if (k >= 0 && k < spans + 5) {
+            bool own = k >= span && k < span + ORDER;
+            share[k] *= own ? TRY_NEXT : TRY_BESIDE;
+        }
+    }
+}
+
+static void hold_back_all(double share[CONTROLS]) {
+    for (int k = 0; k < CONTROLS; k++) {
+        share[k] *= TRY_NEXT;
+    }
+}
+
+/* Is the curve ahead of all walls? The step is held back where it is not. */
+static bool inside_walls(const nc_smooth *smooth, double share[CONTROLS]) {
+    const struct window *window = &smooth->window;
+    double position[NC_AXES], off[2];
+    int last = -1;
+    for (int k = 0; k < window->sites_n; k++) {
+        const struct site *site = &window->sites[k];
+        look(smooth, site, position, off);
+        if (fmax(off[0], off[1]) < square(site->target) || site->span == last) {
+            continue;
+        }
+        last = site->span;
+        hold_back(share, last, window->spans);
+    }
+    return last < 0;
+}
+
+/* Is the curve within the tolerance? Spans that fail get a wall where they do,
+ * and less of the step. */
+static bool certified(nc_smooth *smooth,
+                      int end,
+                      double *deviation,
+                      double share[CONTROLS]) {
     const struct window *window = &smooth->window;
     contour path = {smooth->nodes, end + 1};
     int chord = 0;
@@ -155,22 +191,23 @@ static bool certified(nc_smooth *smooth, int end, double *deviation) {
         deviation[k] = verdict.distance;
         if (!(verdict.worst <= 1.0)) {
             wall_at(smooth, k, verdict.t, chord);
+            hold_back(share, k, window->spans);
             good = false;
         }
     }
     return good;
 }
 
-/* A share of the way from the best curve to another one. */
+/* Shares of the way from the best curve to another one. */
 static void part_way(struct window *window,
                      const struct best *best,
                      double full[CONTROLS][AXES_EVEN],
-                     double share) {
+                     const double share[CONTROLS]) {
     for (int k = 0; k < window->spans + 5; k++) {
         for (int i = 0; i < window->moving_n; i++) {
             int axis = window->moving[i];
             double from = best->control[k][axis];
-            window->control[k][axis] = from + share * (full[k][axis] - from);
+            window->control[k][axis] = from + share[k] * (full[k][axis] - from);
         }
     }
 }
@@ -179,27 +216,30 @@ static void back(struct window *window, const struct best *best) {
     memcpy(window->control, best->control, sizeof best->control);
 }
 
-/* The largest share of a step that is faster and certified. */
+/* As much of a step as is faster and certified. */
 static bool take_step(nc_smooth *smooth,
                       struct best *best,
                       int end,
                       double weight) {
     struct window *window = &smooth->window;
-    double full[CONTROLS][AXES_EVEN], deviation[SPANS_ROOM];
-    double share = 1.0;
+    double full[CONTROLS][AXES_EVEN], deviation[SPANS_ROOM], share[CONTROLS];
     memcpy(full, window->control, sizeof full);
-    for (int i = 0; i < TRIES; i++, share *= TRY_NEXT) {
+    for (int k = 0; k < CONTROLS; k++) {
+        share[k] = 1.0;
+    }
+    for (int i = 0; i < TRIES; i++) {
         int known = window->sites_n;
         part_way(window, best, full, share);
-        double close = walls(smooth);
-        if (!isfinite(close)) {
+        if (!inside_walls(smooth, share)) {
             continue;
         }
         double cost = law_cost(smooth);
-        if (!(cost + weight * close < best->cost + weight * best->walls)) {
+        if (!(cost + weight * walls(smooth)
+              < best->cost + weight * best->walls)) {
+            hold_back_all(share);
             continue;
         }
-        if (certified(smooth, end, deviation)) {
+        if (certified(smooth, end, deviation, share)) {
             memcpy(best->control, window->control, sizeof best->control);
             memcpy(best->deviation, deviation, sizeof deviation);
             best->cost = cost;
