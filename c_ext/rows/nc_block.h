@@ -112,10 +112,16 @@
  * `plane` 17, 18, 19; `pool` how it is selected and deselected: 138, 139, 237,
  * 239 or 5; `degree` outer corners: 25 lines, 26 arcs; `flags` NC_CONTOUR_FEED.
  */
-/* An NC_SMOOTHING row says how the contour is smoothed from here on: `code` 0
- * exactly, 1 within `value` mm (0: as configured) and `radius` degrees of the
- * rotary axes (0: as configured); turns over `angle` rad (0: as configured)
- * stay corners, motions longer than `length` mm (0: no limit) stay exact. */
+/* An NC_SMOOTHING row says how the contour is smoothed from here on: `code`
+ * NC_SMOOTH_OFF exactly, others within `value` mm (0: as configured) and
+ * `radius` degrees of the rotary axes (0: as configured); turns over `angle`
+ * rad (0: as configured) stay corners, motions longer than `length` mm (0: no
+ * limit) stay exact. With NC_SMOOTH_CUT a corner is cut by one curve, also
+ * where swinging out to one side of it were faster. */
+#define NC_SMOOTH_OFF 0
+#define NC_SMOOTH_ON 1
+#define NC_SMOOTH_CUT 2
+
 /* An NC_COORDINATES row says what lies between programmed and axis positions
  * from here on. `end`: where the channel stands in the new programmed
  * coordinates. Frame: p = origin + R p_programmed over the three main axes; R

@@ -110,6 +110,8 @@ EVENT_COMMAND, EVENT_OVERRIDE, EVENT_RT_LOOP = 5, 6, 7
 EVENT_ESA_TIME, ESA_TIMES = 8, 3  # code of the first time, how many there are
 EVENT_RT_COUNT = 11
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
+# code of a smoothing row: corners are driven as fast as may be, or cut
+SMOOTH_ON, SMOOTH_CUT = 1, 2
 CHAMFER, EDGE, ROUND = 1, 2, 3  # code of a corner row
 MARKER_NAMES = {
     MARKER_ON: "on",

@@ -48,10 +48,10 @@ static bool main_turns_back(const nc_smooth *smooth,
 }
 
 /* How much a turn is a corner, 0..1: where lines meet at a large angle a short
- * blend is faster than a long curve, which is slow over all of its way. A curve
- * that is made faster for limited jerk is not. */
+ * blend is faster than a long curve, which is slow over all of its way. Not if
+ * the curve may swing out to one side first. */
 static double sharpness(const nc_smooth *smooth, double turn) {
-    if (smooth->cfg.jerk > 0.0) {
+    if (!smooth->cuts) {
         return 0.0;
     }
     return fmin(1.0, fmax(0.0, (turn - SHARP_FROM) / (SHARP_TO - SHARP_FROM)));
@@ -190,11 +190,9 @@ static int vertices(const nc_smooth *smooth, int end) {
     return count;
 }
 
-/* One vertex between lines: without limits of jerk a blend is as good as a
- * curve, and cheaper. */
+/* One vertex between lines: where corners are cut a blend does it. */
 static bool is_corner(const nc_smooth *smooth, int end) {
-    return !smooth->keep.valid && smooth->cfg.jerk <= 0.0
-           && vertices(smooth, end) == 1;
+    return !smooth->keep.valid && smooth->cuts && vertices(smooth, end) == 1;
 }
 
 /* Everything up to nodes[end] where a section ends. */

@@ -369,7 +369,8 @@ static void set_mode(nc_smooth *smooth, const nc_block *row) {
     double tol = row->value > 0.0 ? row->value : smooth->cfg.tolerance;
     double rotary =
         row->radius > 0.0 ? row->radius : smooth->cfg.rotary_tolerance;
-    smooth->tol = row->code ? tol : 0.0;
+    smooth->tol = row->code != NC_SMOOTH_OFF ? tol : 0.0;
+    smooth->cuts = row->code == NC_SMOOTH_CUT || !(smooth->cfg.jerk > 0.0);
     smooth->degrees = smooth->cfg.rotary ? rotary / tol : 0.0;
     smooth->cfg.turn_max =
         row->angle > 0.0 ? row->angle : smooth->turn_configured;

@@ -129,6 +129,7 @@ struct nc_smooth {
     uint16_t main_mask;
     /* commands of the path act at their programmed place */
     bool exact_commands;
+    bool cuts;      /* corners are cut, also where swinging out is faster */
     double tol;     /* of all groups, in scaled coordinates; 0: off */
     double degrees; /* of the rotary axes for 1 in scaled coordinates; 0: there
                        are none */

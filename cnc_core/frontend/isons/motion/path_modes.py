@@ -15,7 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from cnc_core.blocks import FILTER, HAS_VALUE, NC_AXES, PATH_MODE, SMOOTHING
+from cnc_core.blocks import (
+    FILTER,
+    HAS_VALUE,
+    NC_AXES,
+    PATH_MODE,
+    SMOOTH_CUT,
+    SMOOTH_ON,
+    SMOOTHING,
+)
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.machine import ProgramMachine
 
@@ -262,15 +270,17 @@ class PathModes:
 
     def _mild_rows(self, n: int) -> list[Row]:
         """A first-order lag of TAU * 1000 / MILD cuts corners by what depends
-        on the feed; so does the smoothing.
+        on the feed; so does the smoothing. A lag never swings out.
 
         The largest of the tolerances holds. Those of G60 and of the filters
         only say how the axes may drive: the PLC sees the programmed motions.
         """
         tolerance = self._mild_tolerance() if self.mild_on else 0.0
         driven, longest = max(self._driven(), self._without_stops())
+        cuts = 0.0 < tolerance >= driven
+        code = SMOOTH_CUT if cuts else SMOOTH_ON
         row = self._modal.row(
-            SMOOTHING, n, code=1, value=max(tolerance, driven)
+            SMOOTHING, n, code=code, value=max(tolerance, driven)
         )
         if driven > tolerance:
             row["flags"], row["length"] = HAS_VALUE, longest
