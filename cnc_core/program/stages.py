@@ -5,6 +5,7 @@ from __future__ import annotations
 from cnc_core._engine import lib
 
 from ..config import SYNCH, CellConfig, synch_value
+from ..config.axes import AxisConfig
 from ..geometry.filters.feed_control import FeedControl
 from ..geometry.filters.low_pass import LowPass
 from ..geometry.filters.noise import FineNoise, Noise
@@ -28,23 +29,34 @@ FILTERS: tuple[type[RunFilter], ...] = (
 )
 
 
+# of coarse chords: over as much of a bend acceleration A allows the jerk
+# A^1.5 / CHORD_MM^0.5
+CHORD_MM = 2.0
+
+
 def smoothing_machine(cell: CellConfig) -> SmoothingMachine:
     rotary = [axis.kind == "rotary" for axis in cell.axes.values()]
     linear = [
         axis for axis in cell.axes.values() if axis.kind == "linear"
     ] or list(cell.axes.values())
     seen = lib.ENGINE_JERK_SEEN / cell.cycle_s
-    jerks = [
-        min(axis.j_max_mm_s3, seen * axis.a_max_mm_s2)
-        for axis in linear
-        if axis.j_max_mm_s3 > 0.0
-    ]
+
+    def jerk(axis: AxisConfig) -> float:
+        return min(axis.j_max_mm_s3, float(seen * axis.a_max_mm_s2))
+
+    def in_chords(axis: AxisConfig) -> float:
+        if axis.kind == "rotary":
+            return jerk(axis)
+        return min(jerk(axis), float(axis.a_max_mm_s2**1.5 / CHORD_MM**0.5))
+
+    jerks = [jerk(axis) for axis in linear if axis.j_max_mm_s3 > 0.0]
     return SmoothingMachine(
         main=cell.main_axes,
         rotary=sum(1 << i for i, is_rotary in enumerate(rotary) if is_rotary),
         accel=min(axis.a_max_mm_s2 for axis in linear),
         feed=min(axis.v_max_mm_s for axis in linear),
         jerk=min(jerks, default=0.0),
+        axis_jerk=tuple(in_chords(axis) for axis in cell.axes.values()),
     )
 
 

@@ -159,6 +159,36 @@ def test_the_motion_is_close_to_the_fastest_of_any_kind(reason: str) -> None:
     assert check.ratio["jerk"] <= 1.02
 
 
+@pytest.mark.parametrize(("feed", "blends"), [(5.0, 1), (50.0, 1), (200.0, 0)])
+def test_a_corner_is_cut_where_the_blend_passes_at_the_feed(
+    feed: float, blends: int
+) -> None:
+    """Then nothing is faster than the shorter way; at more feed it swings out."""
+    points = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0]])
+    rows = line_rows(points, feed)
+    machine = replace(FAST, feed=300.0)
+    batch, report = smooth(rows, points[0], 1.0, machine=machine)
+    judge(rows, points[0], 1.0, batch)
+    assert report.corners == blends
+
+
+def test_an_axis_with_more_jerk_takes_more_of_the_curve() -> None:
+    """The same zigzag where Y may jerk ten times as much as X: another curve,
+    still within the tolerance.
+    """
+    points = np.array([[2.0 * i, 0.8 * (i % 2), 0.0] for i in range(12)])
+    rows = line_rows(points, 200.0)
+    ends = []
+    for quick in (1.0, 10.0):
+        axis_jerk = (FAST.jerk, quick * FAST.jerk, FAST.jerk)
+        machine = replace(FAST, axis_jerk=axis_jerk)
+        batch, report = smooth(rows, points[0], 0.02, machine=machine)
+        judge(rows, points[0], 0.02, batch)
+        assert report.deviation <= 0.02 * (1 + 1e-9)
+        ends.append(batch.pool.copy())
+    assert ends[0].shape != ends[1].shape or not np.allclose(*ends)
+
+
 @pytest.mark.ci_cases(4)
 @pytest.mark.parametrize("seed", range(24))
 def test_every_coarse_path_stays_within_the_tolerance(seed: int) -> None:

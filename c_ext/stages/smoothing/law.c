@@ -19,7 +19,7 @@
 typedef struct motion {
     double y, y1, y2; /* and derivatives by t */
     double q1[NC_AXES], q2[NC_AXES], q3[NC_AXES];
-    double jerk[NC_AXES]; /* over the limit */
+    double jerk[NC_AXES]; /* over the limit of each axis */
     double sum;           /* of the fourth powers of these */
     double bend;          /* y'' + 2 y'^2 */
     double cube;          /* e^3y over the limit */
@@ -102,7 +102,8 @@ static void axes_at(const nc_smooth *smooth,
         out->q1[k] = q1;
         out->q2[k] = q2;
         out->q3[k] = q3;
-        out->jerk[k] = out->cube * (q3 + 3.0 * out->y1 * q2 + out->bend * q1);
+        double jerk = out->cube * (q3 + 3.0 * out->y1 * q2 + out->bend * q1);
+        out->jerk[k] = jerk * smooth->slowness[axis];
         out->sum += square(square(out->jerk[k]));
     }
 }
@@ -150,10 +151,12 @@ typedef struct law_system {
 /* How the jerk of a moving axis changes with the control points of y. */
 static void jerk_along(const struct motion *at,
                        int axis,
+                       double slowness,
                        const basis_row *basis,
                        double *out) {
-    double q1 = at->cube * at->q1[axis];
-    double first = 3.0 * at->cube * at->q2[axis] + 4.0 * at->y1 * q1;
+    double cube = slowness * at->cube;
+    double q1 = cube * at->q1[axis];
+    double first = 3.0 * cube * at->q2[axis] + 4.0 * at->y1 * q1;
     for (int j = 0; j < ORDER; j++) {
         out[j] = 3.0 * at->jerk[axis] * basis[0][j] + first * basis[1][j]
                  + q1 * basis[2][j];
@@ -188,7 +191,8 @@ static void add_place(const nc_smooth *smooth,
     double all[ORDER] = {0.0};
     for (int k = 0; k < window->moving_n; k++) {
         double heavy = 4.0 * LAW_JERK * square(at.jerk[k]);
-        jerk_along(&at, k, basis, along);
+        double slowness = smooth->slowness[window->moving[k]];
+        jerk_along(&at, k, slowness, basis, along);
         add_product(band, 3.0 * heavy * at.weight, along, along);
         for (int j = 0; j < ORDER; j++) {
             all[j] += heavy * at.jerk[k] * along[j];
@@ -271,7 +275,6 @@ static void roughness_at(nc_smooth *smooth, int span, int place) {
     double *row = window->row[span][place];
     struct motion at;
     motion_at(smooth, span, place, &at);
-    double weight = 12.0 * LAW_JERK * at.weight * square(at.cube);
     for (int j = 0; j < ORDER; j++) {
         row[j] =
             basis[3][j] + 3.0 * at.y1 * basis[2][j] + at.bend * basis[1][j];
@@ -281,7 +284,9 @@ static void roughness_at(nc_smooth *smooth, int span, int place) {
         double jerk = at.jerk[k];
         double heavy = square(jerk) + LAW_FLOOR;
         double aim = jerk - jerk * square(jerk) / (3.0 * heavy);
-        double pull = weight * heavy * aim / at.cube;
+        double cube = smooth->slowness[axis] * at.cube;
+        double weight = 12.0 * LAW_JERK * at.weight * square(cube);
+        double pull = weight * heavy * aim / cube;
         window->heavy[span][place][axis] = weight * heavy;
         for (int j = 0; j < ORDER; j++) {
             window->pull[span + j][axis] += pull * row[j];
@@ -308,7 +313,10 @@ static double speed_of(const nc_smooth *smooth, int span) {
         struct motion at;
         motion_at(smooth, span, place, &at);
         second = fmax(second, dot(at.q2, at.q2, window->moving_n));
-        third += place_weight[place] * dot(at.q3, at.q3, window->moving_n);
+        for (int k = 0; k < window->moving_n; k++) {
+            double slowness = smooth->slowness[window->moving[k]];
+            third += place_weight[place] * square(slowness * at.q3[k]);
+        }
     }
     double v = plain_exp(window->law_top[span]);
     v = fmin(v, sqrt(smooth->cfg.accel / (sqrt(second) + 1e-9)));

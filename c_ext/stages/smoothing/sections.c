@@ -182,17 +182,34 @@ static int section_end(const nc_smooth *smooth, int known) {
     return 0;
 }
 
-static int vertices(const nc_smooth *smooth, int end) {
-    int count = 0;
+/* The vertex of a section that has one only, NULL. */
+static const struct node *only_vertex(const nc_smooth *smooth, int end) {
+    const struct node *found = NULL;
     for (int i = 1; i < end; i++) {
-        count += smooth->nodes[i].kind == NODE_VERTEX;
+        const struct node *node = &smooth->nodes[i];
+        if (node->kind == NODE_VERTEX && found) {
+            return NULL;
+        }
+        found = node->kind == NODE_VERTEX ? node : found;
     }
-    return count;
+    return found;
 }
 
-/* One vertex between lines: where corners are cut a blend does it. */
+/* A blend passes the vertex at the feed: nothing is faster than a way cut
+ * short.
+ */
+static bool passes_at_feed(const nc_smooth *smooth, const struct node *node) {
+    double feed = smooth->cfg.feed;
+    feed = node->feed > 0.0 ? fmin(node->feed, feed) : feed;
+    double way = corner_distance(smooth, node->turn);
+    return smooth->cfg.jerk * way * way > BLEND_JERK * feed * feed * feed;
+}
+
+/* One vertex between lines that is cut by a blend. */
 static bool is_corner(const nc_smooth *smooth, int end) {
-    return !smooth->keep.valid && smooth->cuts && vertices(smooth, end) == 1;
+    const struct node *node = only_vertex(smooth, end);
+    return !smooth->keep.valid && node
+           && (smooth->cuts || passes_at_feed(smooth, node));
 }
 
 /* Everything up to nodes[end] where a section ends. */

@@ -360,6 +360,14 @@ static void take_motion(nc_smooth *smooth,
     stop_here(smooth);
 }
 
+/* How slow the axis is, where the slowest linear one has 1. */
+static double slowness(const nc_smooth *smooth, int axis) {
+    double jerk = smooth->cfg.axis_jerk[axis] * smooth->scale[axis];
+    double slow = jerk > 0.0 ? smooth->cfg.jerk / jerk : 0.0;
+    bool rotary = smooth->cfg.rotary >> axis & 1;
+    return fmax(QUICKEST, rotary ? slow : fmin(1.0, slow));
+}
+
 static void set_mode(nc_smooth *smooth, const nc_block *row) {
     close_section(smooth);
     double old[NC_AXES];
@@ -381,6 +389,7 @@ static void set_mode(nc_smooth *smooth, const nc_block *row) {
         smooth->scale[axis] =
             smooth->tol > 0.0 && smooth->cfg.rotary >> axis & 1 ? tol / rotary
                                                                 : 1.0;
+        smooth->slowness[axis] = slowness(smooth, axis);
     }
     nc_smooth_resync(smooth, old);
 }

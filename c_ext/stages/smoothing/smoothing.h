@@ -30,7 +30,10 @@ typedef struct nc_smooth_config {
     uint32_t rotary;    /* bit i: axis i is a rotary axis */
     double accel, feed; /* mm/s2, mm/s: what limits speed in curves and what is
                            fast; shapes the fairness only */
-    double jerk; /* mm/s3, of the axes; shapes coarse curves; 0: no limit */
+    double jerk; /* mm/s3, of the slowest axis; shapes coarse curves; 0: no
+                    limit */
+    double axis_jerk[9]; /* mm/s3 or degrees/s3; 0: as quick as any that counts
+                          */
     double tolerance; /* mm; 0: rows pass unchanged until an NC_SMOOTHING row */
     double rotary_tolerance; /* degrees */
     double turn_max;         /* rad; a larger turn stays an exact corner */

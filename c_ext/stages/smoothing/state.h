@@ -125,7 +125,9 @@ struct nc_smooth {
     nc_smooth_config cfg;
     double turn_configured,
         longest; /* rad as configured; mm: longer motions stay exact, 0: none */
-    double scale[NC_AXES]; /* scaled = scale * axis value */
+    double scale[NC_AXES];    /* scaled = scale * axis value */
+    double slowness[NC_AXES]; /* least limit of jerk over that of the axis, both
+                                 scaled */
     uint16_t main_mask;
     /* commands of the path act at their programmed place */
     bool exact_commands;

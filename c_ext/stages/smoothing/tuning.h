@@ -254,6 +254,14 @@
  * gives over a span. Evidence: as above. */
 #define LAW_REST 1.0
 
+/* Jerk of a blend: cube of the speed over the square of its run-out. Unit: 1.
+ * Evidence: test_smoothing_for_time. */
+#define BLEND_JERK 12.0
+
+/* Slowest jerk over that of an axis: quicker ones count as this. Unit: share.
+ * Evidence: test_smoothing_for_time. */
+#define QUICKEST 0.01
+
 /* Weight of places without jerk. Unit: square of the jerk's limit. Evidence: as
  * above. */
 #define LAW_FLOOR 0.05

@@ -20,6 +20,7 @@ import numpy as np
 from cnc_core._engine import ffi, lib
 from cnc_core.blocks import (
     HAS_VALUE,
+    NC_AXES,
     NC_BLOCK,
     POLYNOMIAL,
     SMOOTHING,
@@ -35,7 +36,8 @@ CARRIED_SHARE = 0.1
 @dataclass(frozen=True)
 class SmoothingMachine:
     """What the stage has to know of the machine: main axes by channel index,
-    mask of rotary axes, mm/s2, mm/s, mm/s3 (0: no limit).
+    mask of rotary axes, mm/s2, mm/s, mm/s3 (0: no limit); the jerk of each axis,
+    mm/s3 or degrees/s3 (0: no limit; none given: all as `jerk`).
     """
 
     main: tuple[int, int, int]
@@ -43,6 +45,7 @@ class SmoothingMachine:
     accel: float
     feed: float
     jerk: float = 0.0
+    axis_jerk: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,8 @@ class Smoothing:
         config.rotary = machine.rotary
         config.accel, config.feed = machine.accel, machine.feed
         config.jerk = machine.jerk
+        each = machine.axis_jerk or (machine.jerk,) * len(start)
+        config.axis_jerk = [*each, *[0.0] * (NC_AXES - len(each))]
         self._carried = carried
         # what is left to them now: less from the first tolerance on that has no
         # room for it
