@@ -20,6 +20,7 @@ import numpy as np
 from hli._sync import lib
 
 from hli import layout
+from hli.errors import HliTimeout
 from hli.orders import Orders
 
 from . import advice, clock, stats
@@ -129,7 +130,9 @@ class Scanner:
         return value
 
     def run(self) -> Ending:
-        """Setup, presence, scans.  Raises PlcError when the user's code fails."""
+        """Setup, presence, scans.  Raises PlcError when the user's code fails,
+        HliTimeout when a CNC that lives stays in the middle of a write.
+        """
         try:
             self.start()
             while True:
@@ -138,6 +141,10 @@ class Scanner:
                 ending = self._wait_next()
                 if ending is not None:
                     return ending
+        except HliTimeout:
+            if self._hli.alive():
+                raise
+            return Ending.CNC_GONE  # it died in the middle of a write
         # the watchdog bit just when the call had returned after all
         except TaskOverrun as error:
             raise PlcError("task watchdog: a task took too long") from error

@@ -29,8 +29,8 @@ FILTERS: tuple[type[RunFilter], ...] = (
 )
 
 
-# of coarse chords: over as much of a bend acceleration A allows the jerk
-# A^1.5 / CHORD_MM^0.5
+# length of a coarse chord: in a bend of that length an acceleration A allows no
+# more jerk than A^1.5 / CHORD_MM^0.5
 CHORD_MM = 2.0
 
 

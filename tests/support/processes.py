@@ -35,6 +35,14 @@ def _started_process(
     return process
 
 
+def wait_for_scans(
+    connection: Any, count: int, plc: subprocess.Popen[str]
+) -> None:
+    """Until the PLC process has done so many; AssertionError when it ends."""
+    while connection.plc.scans < count:
+        assert plc.poll() is None, plc.communicate()[1]
+
+
 def start_plc(name: str, *arguments: str) -> subprocess.Popen[str]:
     """The PLC process."""
     command = [

@@ -36,6 +36,7 @@ def begin_of_stop(q: FloatArray, dt: float, jerk: FloatArray) -> FloatArray:
 
     The third differences see the jerk of three intervals, by 1/6, 2/3 and 1/6:
     the stop has only the last one of the first, and the last two of the second.
+    The jerk of those is taken to be that of the third difference behind them.
     ``q``: the motion that goes on, from the same first sample (6 or more, axes).
     """
     on = np.diff(q, n=3, axis=0) / (jerk * dt**3)

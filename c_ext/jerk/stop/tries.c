@@ -7,56 +7,62 @@
 #include "jerk/stop/tries.h"
 #include "jerk/window/window.h"
 
-/* Solve for a stop over the grid: from a profile of constant limits, and where
- * that fails closely from the stop that is there, which was found over `found`
- * mm (0: none was). */
-static bool solve_stop(jerk_planner *planner, struct grid *grid, double found) {
+/* The rows of a stop over the grid, from the stop that is there, which was
+ * found over `found` mm. */
+static bool solve_like(jerk_planner *planner, struct grid *grid, double found) {
     problem_from_grid(planner, grid, planner->x, planner->accel);
-    bool legal = guess_stop(planner, grid)
-                 && solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS);
-    if (!legal && found > 0.0 && planner->prob.missed < NEARLY_MET) {
-        give_back(grid);
-        problem_from_grid(planner, grid, planner->x, planner->accel);
-        legal = guess_stop_like(planner, grid, found)
-                && solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS);
-    }
-    if (!legal) {
-        give_back(grid);
-    }
-    return legal;
+    return guess_stop_like(planner, grid, found)
+           && solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS);
 }
 
-bool try_stop(jerk_planner *planner, double distance, double found) {
+/* Solve for a stop over the grid: from a profile of constant limits, and where
+ * that fails closely from the stop that is there (`found` 0: none is). */
+static bool solve_stop(jerk_planner *planner, struct grid *grid, double found) {
+    problem_from_grid(planner, grid, planner->x, planner->accel);
+    if (guess_stop(planner, grid)
+        && solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS)) {
+        return true;
+    }
+    if (!(found > 0.0) || !(planner->prob.missed < NEARLY_MET)) {
+        return false;
+    }
+    give_back(grid);
+    return solve_like(planner, grid, found);
+}
+
+/* The grid of a stop; false: there is none. */
+static bool lay_stop(jerk_planner *planner, double distance) {
     struct grid *grid = &planner->grid;
     if (!grid_to(planner, grid, distance) || grid->count < 2) {
         return false;
     }
     allow_present(planner, grid, INFINITY, INFINITY);
     planner->stats.hold_solves++;
-    if (!solve_stop(planner, grid, found)) {
+    return true;
+}
+
+static bool take_stop(jerk_planner *planner, bool legal) {
+    struct grid *grid = &planner->grid;
+    if (!legal) {
+        give_back(grid);
         return false;
     }
     grid->stands = false;
     return plan_accept(planner, grid, true);
 }
 
+bool try_stop(jerk_planner *planner, double distance, double found) {
+    return lay_stop(planner, distance)
+           && take_stop(planner, solve_stop(planner, &planner->grid, found));
+}
+
 bool try_shorter(jerk_planner *planner, double share) {
-    struct grid *grid = &planner->grid;
     double found = planner->plan.remaining;
-    if (!grid_to(planner, grid, share * found) || grid->count < 2) {
+    if (!lay_stop(planner, share * found)) {
         return false;
     }
-    allow_present(planner, grid, INFINITY, INFINITY);
-    planner->stats.hold_solves++;
-    grid->usable = STOP_USABLE;
-    problem_from_grid(planner, grid, planner->x, planner->accel);
-    if (!guess_stop_like(planner, grid, found)
-        || !solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS)) {
-        give_back(grid);
-        return false;
-    }
-    grid->stands = false;
-    return plan_accept(planner, grid, true);
+    planner->grid.usable = STOP_USABLE;
+    return take_stop(planner, solve_like(planner, &planner->grid, found));
 }
 
 bool take_brake(jerk_planner *planner, const brake_path *brake) {

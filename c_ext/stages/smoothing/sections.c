@@ -195,8 +195,7 @@ static const struct node *only_vertex(const nc_smooth *smooth, int end) {
     return found;
 }
 
-/* A blend passes the vertex at the feed: nothing is faster than a way cut
- * short.
+/* A blend passes the vertex at the feed: then the shortest way is the fastest.
  */
 static bool passes_at_feed(const nc_smooth *smooth, const struct node *node) {
     double feed = smooth->cfg.feed;

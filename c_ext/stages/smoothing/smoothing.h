@@ -32,8 +32,7 @@ typedef struct nc_smooth_config {
                            fast; shapes the fairness only */
     double jerk; /* mm/s3, of the slowest axis; shapes coarse curves; 0: no
                     limit */
-    double axis_jerk[9]; /* mm/s3 or degrees/s3; 0: as quick as any that counts
-                          */
+    double axis_jerk[9]; /* NC_AXES; mm/s3 or degrees/s3; 0: no limit */
     double tolerance; /* mm; 0: rows pass unchanged until an NC_SMOOTHING row */
     double rotary_tolerance; /* degrees */
     double turn_max;         /* rad; a larger turn stays an exact corner */

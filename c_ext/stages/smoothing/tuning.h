@@ -219,7 +219,14 @@
  * over the turn. Evidence: bench/tube_oracle.py. */
 #define KINK_JERK 120.0
 
-/* Places of a span that are looked at. Unit: count. Evidence: as above. */
+/* Jerk of a blend: cube of the speed over the square of its run-out. Unit: 1.
+ * Evidence:
+ * test_smoothing_for_time. */
+#define BLEND_JERK 12.0
+
+/* Places of a span that are looked at. Unit: count. Evidence:
+ * bench/tube_oracle.py.
+ */
 #define LAW_PLACES 3
 
 /* Cost of the fourth power of the jerk over its limit, beside the time. Unit:
@@ -254,12 +261,8 @@
  * gives over a span. Evidence: as above. */
 #define LAW_REST 1.0
 
-/* Jerk of a blend: cube of the speed over the square of its run-out. Unit: 1.
- * Evidence: test_smoothing_for_time. */
-#define BLEND_JERK 12.0
-
 /* Slowest jerk over that of an axis: quicker ones count as this. Unit: share.
- * Evidence: test_smoothing_for_time. */
+ * Evidence: as above. */
 #define QUICKEST 0.01
 
 /* Weight of places without jerk. Unit: square of the jerk's limit. Evidence: as

@@ -29,7 +29,7 @@ from plc_client.online import Watch
 from plc_client.runner import PlcRunner
 from plc_client.scan import plain
 from support.fake_cnc import unique_name
-from support.processes import end, start_cnc, start_plc
+from support.processes import end, start_cnc, start_plc, wait_for_scans
 
 OVERRIDE = "HLI_Global_Variables.gpCh[0]^.bahn_mc_control.override.command_w"
 
@@ -301,8 +301,7 @@ def test_another_terminal_forces_a_task_that_keeps_it_over_cnc_and_plc_restarts(
     cnc = start_cnc(name, lengths=[1e9])
     process = start_plc(name, "--file", str(file))
     with connect(name, role="reader", wait_s=10.0) as reader:
-        while reader.plc.scans < 5:
-            pass
+        wait_for_scans(reader, 5, process)
     assert cli("force", "T.gain=2.5", "--name", name, "--json").json == {
         "forced": {"T.gain": 2.5}
     }
@@ -311,8 +310,7 @@ def test_another_terminal_forces_a_task_that_keeps_it_over_cnc_and_plc_restarts(
     end(cnc)
     cnc = start_cnc(name, lengths=[1e9])
     with connect(name, role="reader", wait_s=10.0) as reader:
-        while reader.plc.scans < 5:
-            pass
+        wait_for_scans(reader, 5, process)
     assert send(name, {"do": "read", "symbols": ["T.seen"]})["values"] == {
         "T.seen": 2.5
     }

@@ -18,7 +18,13 @@ from plc_client.mock import MockCnc, line
 from plc_client.scan import Ending, Program, Scanner
 from plc_client.task import PlcError, load_tasks
 from support.fake_cnc import FakeCnc, elements, unique_name
-from support.processes import end, run_plc, start_cnc, start_plc
+from support.processes import (
+    end,
+    run_plc,
+    start_cnc,
+    start_plc,
+    wait_for_scans,
+)
 
 pytestmark = pytest.mark.usefixtures("leftovers")
 
@@ -203,8 +209,7 @@ def test_plc_ends_with_an_error_when_the_cnc_dies(tmp_path: Path) -> None:
         name, "--builtin", "acknowledge", "--once", "--report", str(report)
     )
     with connect(name, role="reader") as reader:
-        while reader.plc.scans < 20:
-            pass
+        wait_for_scans(reader, 20, plc)
         end(cnc)
         _, text = plc.communicate(timeout=60)
     assert plc.returncode == 1
@@ -238,8 +243,7 @@ def test_plc_attaches_again_to_the_next_cnc(tmp_path: Path) -> None:
     for _ in range(2):
         cnc = start_cnc(name, lengths=[1e9])
         with connect(name, role="reader") as reader:
-            while reader.plc.scans < 5:
-                pass
+            wait_for_scans(reader, 5, plc)
         end(cnc)
     plc.send_signal(signal.SIGTERM)
     plc.communicate(timeout=60)
@@ -257,8 +261,7 @@ def test_interrupt_ends_with_130_and_gives_the_place_back(
     cnc = start_cnc(name, lengths=[1e9])
     plc = start_plc(name, "--builtin", "acknowledge", "--once")
     with connect(name, role="reader") as reader:
-        while reader.plc.scans < 5:
-            pass
+        wait_for_scans(reader, 5, plc)
         plc.send_signal(signal.SIGINT)
         _, text = plc.communicate(timeout=60)
         assert (plc.returncode, text) == (130, "")
@@ -435,6 +438,30 @@ def test_second_interrupt_ends_a_scan_that_never_returns(
     assert report.exists()
     end(cnc)
     hli.sweep()
+
+
+@pytest.mark.parametrize("lives", [False, True])
+def test_a_cnc_that_died_in_the_middle_of_a_write_is_gone(
+    monkeypatch: pytest.MonkeyPatch, lives: bool
+) -> None:
+    """The PLC process attaches to the next one; if it lives, that is an error."""
+    monkeypatch.setattr(image, "_LIMIT_S", 0.0)
+
+    @task(interval=0.001)
+    class Interrupted:
+        def cyclic(self) -> None:
+            cnc.areas.sidecar.channel_seq.word |= 1
+            if not lives:
+                plc.cnc.generation += 1
+
+    with MockCnc([line(10)]) as cnc, connect(cnc.name) as plc:
+        pacer = ManualPacer([1, 1])
+        scanner = Scanner(plc, [Program.of(Interrupted)], pacer)
+        if lives:
+            with pytest.raises(HliTimeout, match="no undisturbed copy"):
+                scanner.run()
+        else:
+            assert scanner.run() is Ending.CNC_GONE
 
 
 def test_the_image_waits_for_a_cnc_that_lost_its_core(

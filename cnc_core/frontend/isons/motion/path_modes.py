@@ -277,7 +277,7 @@ class PathModes:
         """
         tolerance = self._mild_tolerance() if self.mild_on else 0.0
         driven, longest = max(self._driven(), self._without_stops())
-        cuts = 0.0 < tolerance >= driven
+        cuts = tolerance > 0.0 and tolerance >= driven
         code = SMOOTH_CUT if cuts else SMOOTH_ON
         row = self._modal.row(
             SMOOTHING, n, code=code, value=max(tolerance, driven)
