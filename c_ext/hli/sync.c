@@ -479,6 +479,15 @@ int hs_techno_next(const void *units, uint32_t count, uint32_t from) {
     return -1;
 }
 
+int hs_techno_any(const hs_units *tables, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        if (hs_techno_next(tables[i].units, tables[i].count, 0) >= 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 void hs_techno_fetch(void *unit, void *copy) {
     TECHNO_UNIT_CH *this_unit = unit;
     memcpy(copy, this_unit, sizeof *this_unit);

@@ -289,6 +289,12 @@ void hs_ahead_answer(void *area, void *answer, uint32_t slot);
  * next unit of the array with please_rw TRUE, or -1; copy one unit (48 bytes)
  * and set please_rw FALSE (fetched); set done_w TRUE (acknowledged). */
 int hs_techno_next(const void *units, uint32_t count, uint32_t from);
+/* Whether a unit of any of the arrays has please_rw TRUE. */
+typedef struct hs_units {
+    void *units;
+    uint32_t count;
+} hs_units;
+int hs_techno_any(const hs_units *tables, uint32_t count);
 void hs_techno_fetch(void *unit, void *copy);
 void hs_techno_done(void *unit);
 /* Fetched and acknowledged at once: copy, done_w TRUE, please_rw FALSE. A unit

@@ -115,9 +115,6 @@ class LevelUnit(FunctionBlock):
         self(False, 0)
 
 
-_ALL_EFFECTIVE = {_EFFECTIVE}
-
-
 def stretch_of(*units: Any) -> memoryview:
     """The bytes of one channel or axis from the first of these units to the end
     of the last one.
@@ -135,64 +132,92 @@ class _Levels(FunctionBlock):
     outputs are those of all.
 
     A call that finds inputs and memory as they were in the last call, which
-    changed nothing, is done at once.
+    changed nothing, is done at once.  Scans run this every millisecond: what
+    they look at are the structures themselves.
     """
 
-    def __init__(self, **units: Any) -> None:
+    def __init__(self, *units: Any) -> None:
         super().__init__()
-        self._levels = {name: LevelUnit(unit) for name, unit in units.items()}
-        self._memory = stretch_of(*units.values())
-        self._head = area_around(next(iter(units.values())))._c.head
+        self._units = units
+        self._structures = [unit._c for unit in units]
+        self._enabled = [False] * len(units)  # by this block
+        self._memory = stretch_of(*units)
+        self._head = area_around(units[0])._c.head
         self._given: tuple[Any, ...] | None = None
         self._settled = b""  # the memory, where a call changed nothing
         self.state = LevelState.RELEASED
 
-    def _run(self, enable: bool, **values: Any) -> None:
+    def _run(self, enable: bool, *values: Any) -> bool:
+        """Command the units, in the order in which they were given; None: the
+        operator's value counts.
+
+        False: inputs and memory are as the last call left them.
+        """
         given = enable, values, self._head.plc_present_w
         before = self._memory.tobytes() if given == self._given else b""
         if before and before == self._settled:
-            return
-        self._command(enable, values)
+            return False
+        if enable:
+            self._command(values)
+        else:
+            self.release()
+            self.error, self.error_id = False, 0
         self._given = given
         settled = bool(before) and self._memory.tobytes() == before
         self._settled = before if settled else b""
+        return True
 
-    def _command(self, enable: bool, values: dict[str, Any]) -> None:
-        states, error_id = set(), 0
-        for name, level in self._levels.items():
-            value = values[name]
-            if value is not None:
-                level(enable, value)
-                states.add(level.state)
-                error_id = error_id or level.error_id
-            elif level.enabled:
-                level.release()
+    def _command(self, values: tuple[Any, ...]) -> None:
+        absent = 0 if self._head.plc_present_w else ERROR_NOT_PRESENT
+        error_id = effective = waiting = 0
+        for i, value in enumerate(values):
+            if value is None:
+                self._release_one(i)
+                continue
+            wrong = self._command_one(i, value) or absent
+            structure = self._structures[i]
+            if wrong:
+                error_id = error_id or wrong
+            elif structure.state_r == structure.command_w:
+                effective += 1
+            else:
+                waiting += 1
         self.error, self.error_id = error_id != 0, error_id
-        self.busy = _COMMANDED in states
-        self.done = states == _ALL_EFFECTIVE
+        self.busy = waiting > 0
+        self.done = effective > 0 and not (waiting or error_id)
         self.state = (
             _ERROR if error_id else
             _EFFECTIVE if self.done else
             _COMMANDED if self.busy else _RELEASED
         )  # fmt: skip
 
+    def _command_one(self, i: int, value: Any) -> int:
+        """The error number."""
+        try:
+            command(self._units[i], value)
+        except (OverflowError, TypeError):
+            return ERROR_INPUT
+        self._enabled[i] = True
+        return 0
+
+    def _release_one(self, i: int) -> None:
+        """Only once: the unit may be another block's by now."""
+        if self._enabled[i]:
+            self._units[i].enable_w = self._enabled[i] = False
+
     def _refuse(self) -> None:
         """An input is not usable: error 1, the units keep what they have."""
         self.refused += 1
-        self.error, self.error_id, self.state = (
-            True,
-            ERROR_INPUT,
-            LevelState.ERROR,
-        )
+        self.error, self.error_id, self.state = True, ERROR_INPUT, _ERROR
         self.done = self.busy = False
         self._given = None
 
     def release(self) -> None:
         """Give the units back to the operator's values."""
-        for level in self._levels.values():
-            level.release()
+        for i in range(len(self._units)):
+            self._release_one(i)
         self.done = self.busy = False
-        self.state = LevelState.RELEASED
+        self.state = _RELEASED
         self._given = None
 
 
@@ -205,13 +230,13 @@ class FeedHold(_Levels):
 
     def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT) -> None:
         ch = channel_of(self, ch, "bahn_mc_control.feedhold")
-        super().__init__(feedhold=ch.bahn_mc_control.feedhold)
+        super().__init__(ch.bahn_mc_control.feedhold)
         self._status = ch.bahn_state
         self.standing = False
 
     def __call__(self, hold: bool, enable: bool = True) -> bool:
         """One scan; returns ``standing``."""
-        self._run(enable, feedhold=hold)
+        self._run(enable, hold)
         self.standing = (
             bool(self._status.feedhold_active_r)
             and self._status.active_feed_r == 0
@@ -237,14 +262,13 @@ class Override(_Levels):
         )
         c = ch.bahn_mc_control
         super().__init__(
-            override=c.override, override_valid=c.override_valid,
-            rapid=c.rapid_override, rapid_valid=c.rapid_override_valid,
-        )  # fmt: skip
-        self._status, self._path, self._rapid = (
-            ch.bahn_state,
             c.override,
+            c.override_valid,
             c.rapid_override,
+            c.rapid_override_valid,
         )
+        self._status = ch.bahn_state._c
+        self._path, _, self._rapid, _ = self._structures
         self.path = self.rapid = self.effective = 100.0
 
     def __call__(
@@ -258,13 +282,11 @@ class Override(_Levels):
         if _UNUSABLE in (tenths, rapid_tenths):
             self._refuse()
             return
-        self._run(
-            enable,
-            override=tenths, override_valid=None if path is None else True,
-            rapid=rapid_tenths, rapid_valid=None if rapid is None else True,
-        )  # fmt: skip
-        self.path = self._path.state_r / 10.0
-        self.rapid = self._rapid.state_r / 10.0
+        valid = None if path is None else True
+        rapid_valid = None if rapid is None else True
+        if self._run(enable, tenths, valid, rapid_tenths, rapid_valid):
+            self.path = self._path.state_r / 10.0
+            self.rapid = self._rapid.state_r / 10.0
         self.effective = self._status.override_r / 10.0
 
     def _commanded(self) -> float:
@@ -292,11 +314,11 @@ class OptionalStop(_Levels):
 
     def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT) -> None:
         ch = channel_of(self, ch, "bahn_mc_control.m01_stop_enable")
-        super().__init__(stop=ch.bahn_mc_control.m01_stop_enable)
+        super().__init__(ch.bahn_mc_control.m01_stop_enable)
 
     def __call__(self, stop: bool, enable: bool = True) -> None:
         """One scan."""
-        self._run(enable, stop=stop)
+        self._run(enable, stop)
 
 
 class RtLoop(_Levels):
@@ -306,11 +328,11 @@ class RtLoop(_Levels):
 
     def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_BOOL_UNIT) -> None:
         ch = channel_of(self, ch, "bahn_mc_control.rt_loop_enable")
-        super().__init__(loop=ch.bahn_mc_control.rt_loop_enable)
+        super().__init__(ch.bahn_mc_control.rt_loop_enable)
 
     def __call__(self, loop: bool, enable: bool = True) -> None:
         """One scan."""
-        self._run(enable, loop=loop)
+        self._run(enable, loop)
 
 
 SKIP_LEVELS = 10
@@ -326,7 +348,7 @@ class SkipLevels(_Levels):
 
     def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_UNS32_UNIT) -> None:
         ch = channel_of(self, ch, "decoder_mc_control.program_block_ignore")
-        super().__init__(mask=ch.decoder_mc_control.program_block_ignore)
+        super().__init__(ch.decoder_mc_control.program_block_ignore)
 
     def __call__(
         self, levels: tuple[int, ...] = (), enable: bool = True
@@ -335,7 +357,7 @@ class SkipLevels(_Levels):
         if any(not 1 <= level <= SKIP_LEVELS for level in levels):
             self._refuse()
             return
-        self._run(enable, mask=sum({1 << (level - 1) for level in levels}))
+        self._run(enable, sum({1 << (level - 1) for level in levels}))
 
 
 class PathDirection(_Levels):
@@ -356,9 +378,7 @@ class PathDirection(_Levels):
         )
         c = ch.bahn_mc_control
         super().__init__(
-            backward=c.backward_motion,
-            simulate=c.simulate_motion,
-            storage_off=c.backward_storage_off,
+            c.backward_motion, c.simulate_motion, c.backward_storage_off
         )
         self._status = ch.bahn_state
         self.backward_active = False
@@ -375,12 +395,7 @@ class PathDirection(_Levels):
         if backward and simulate:
             self._refuse()
             return
-        self._run(
-            enable,
-            backward=backward,
-            simulate=simulate,
-            storage_off=clear_storage,
-        )
+        self._run(enable, backward, simulate, clear_storage)
         self.backward_active = bool(self._status.backward_active_r)
         self.distance = float(self._status.dist_prog_start)
 
@@ -393,13 +408,11 @@ class ExternalSpeed(_Levels):
     def __init__(self, ch: HLI_CHANNEL | MC_CONTROL_SGN32_UNIT) -> None:
         ch = channel_of(self, ch, "bahn_mc_control.ext_command_speed")
         c = ch.bahn_mc_control
-        super().__init__(
-            speed=c.ext_command_speed, valid=c.ext_command_speed_valid
-        )
+        super().__init__(c.ext_command_speed, c.ext_command_speed_valid)
 
     def __call__(self, speed: int, enable: bool = True) -> None:
         """One scan."""
-        self._run(enable, speed=speed, valid=True)
+        self._run(enable, speed, True)
 
 
 class AxisControl(_Levels):
@@ -415,9 +428,13 @@ class AxisControl(_Levels):
         ax = axis_of(self, ax)
         lr, ipo = ax.lr_mc_control, ax.ipo_mc_control
         super().__init__(
-            release=lr.release_feedhold, drive_on=lr.drive_on, torque=lr.torque_permission,
-            feedhold=ipo.feedhold, override=ipo.override, override_valid=ipo.override_valid,
-        )  # fmt: skip
+            lr.release_feedhold,
+            lr.drive_on,
+            lr.torque_permission,
+            ipo.feedhold,
+            ipo.override,
+            ipo.override_valid,
+        )
 
     def __call__(
         self,
@@ -433,7 +450,6 @@ class AxisControl(_Levels):
         if tenths == _UNUSABLE:
             self._refuse()
             return
-        self._run(
-            enable, release=release, drive_on=drive_on, torque=torque_permission, feedhold=feedhold,
-            override=tenths, override_valid=None if override is None else True,
-        )  # fmt: skip
+        valid = None if override is None else True
+        levels = release, drive_on, torque_permission, feedhold
+        self._run(enable, *levels, tenths, valid)

@@ -41,10 +41,18 @@ class AutoContinue:
         ch = channel_of(self, ch, "bahn_mc_control.continue_machining")
         self._state = ch.bahn_state
         self._unit = ch.bahn_mc_control.continue_machining
+        # reading the structures themselves is quick: most scans end there
+        self._shown, self._commanded = self._state._c, self._unit._c
         self.count = 0
 
     def __call__(self) -> None:
         """One scan."""
+        if (
+            not self._shown.wait_continue_r
+            and self._commanded.enable_w
+            and not self._commanded.command_w
+        ):
+            return  # nothing waits, and nothing is commanded
         waiting = (
             self._state.wait_continue_r
             and not self._state.wait_axes_in_position_r
@@ -196,6 +204,7 @@ class TechnoArea:
         std, late = area.techno_unit_std_sync, area.techno_unit_late_sync
         self._first = std[0]._pointer()
         self._count = len(std) + len(late)
+        self.units = (self._first, self._count)  # hs_units
         assert late[0]._address - std[0]._address == len(std) * ctypes.sizeof(
             layout.TECHNO_UNIT_CH
         )
@@ -249,11 +258,16 @@ class AcknowledgeAll:
         on_function: Callable[[TechnoFunction], None] | None = None,
     ) -> None:
         self._areas = techno_areas(areas_of(self, hli))
+        self._table = ffi.new(
+            "hs_units[]", [area.units for area in self._areas]
+        )
         self._on_function = on_function
 
     def __call__(self) -> list[TechnoFunction]:
         """One scan."""
         functions: list[TechnoFunction] = []
+        if not lib.hs_techno_any(self._table, len(self._areas)):
+            return functions
         for area in self._areas:
             for array, index, function in area.fetch_all():
                 if self._on_function is not None:

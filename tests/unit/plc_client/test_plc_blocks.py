@@ -93,6 +93,19 @@ def test_auto_continue_waits_for_the_axes(areas: Areas) -> None:
     assert ch.bahn_mc_control.continue_machining.command_w
 
 
+def test_auto_continue_takes_back_what_others_command(areas: Areas) -> None:
+    """Without a stop the unit is commanded FALSE, whoever wrote it."""
+    ch = areas.gpCh[0]
+    flow, unit = AutoContinue(ch), ch.bahn_mc_control.continue_machining
+    flow()
+    unit.command_w = True
+    flow()
+    assert not unit.command_w
+    unit.enable_w = False
+    flow()
+    assert unit.enable_w
+
+
 def offer(unit: Any, code: int, number: int) -> None:
     """The CNC's side of the two-flag protocol."""
     payload = {3: layout.HLI_S_PROZESS, 4: layout.HLI_T_PROZESS}.get(
@@ -133,6 +146,20 @@ def test_all_functions_are_fetched_and_acknowledged(areas: Areas) -> None:
     ):
         assert (unit.please_rw, unit.done_w) == (False, True)
     assert not ch.techno_unit_late_sync[12].done_w
+
+
+def test_a_function_in_any_unit_is_found(areas: Areas) -> None:
+    """Alone in the first or last unit of each array of each area."""
+    acknowledge = AcknowledgeAll(areas)
+    assert acknowledge() == []
+    for area in (*areas.gpCh, *areas.gpAx):
+        if area is None:
+            continue
+        for units in (area.techno_unit_std_sync, area.techno_unit_late_sync):
+            for unit in (units[0], units[len(units) - 1]):
+                offer(unit, 1, 17)
+                assert [f.number for f in acknowledge()] == [17]
+                assert acknowledge() == []
 
 
 def test_function_is_fetched_before_and_acknowledged_after_its_handler(
