@@ -54,6 +54,8 @@ static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
                         &problem->dc[0],
                         &problem->dc[1],
                         &problem->guess,
+                        &problem->cap,
+                        &problem->brake,
                         &problem->weight,
                         &problem->pull,
                         &problem->root[0],

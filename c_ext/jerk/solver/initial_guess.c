@@ -1,9 +1,10 @@
 /* Where the solver starts: a speed profile over the grid, then the nearest one
- * that meets the dynamics. */
+ * that meets the dynamics (projection.c). */
 #include <math.h>
 #include "jerk/solver/constraints.h"
+#include "jerk/solver/faster_guess.h"
 #include "jerk/solver/initial_guess.h"
-#include "jerk/solver/riccati.h"
+#include "jerk/solver/projection.h"
 #include "jerk/state/state.h"
 
 /* What curvature alone allows on a segment. */
@@ -93,16 +94,17 @@ static double feed_at(const struct grid *grid, int k) {
 }
 
 /* Caps of feed, machine and curvature, less a margin. */
-static void easy_caps(const jerk_planner *planner,
+static void easy_caps(jerk_planner *planner,
                       const struct grid *grid,
                       double *x) {
+    double *cap = planner->prob.cap;
     double curve = curve_cap(planner, &grid->seg[0]);
     for (int k = 1; k < grid->count; k++) {
         double before = curve;
         double soft = feed_at(grid, k);
         curve = curve_cap(planner, &grid->seg[k]);
-        x[k] = fmin(EASY_SPEED * fmin(soft, grid->knot_cap[k]),
-                    fmin(before, curve));
+        cap[k] = EASY_SPEED * fmin(soft, grid->knot_cap[k]);
+        x[k] = fmin(cap[k], fmin(before, curve));
     }
 }
 
@@ -208,169 +210,17 @@ static void plan_x(const plan *pl,
     }
 }
 
-/* What the state at the start of a stage and its inputs make of an axis' jerk,
- * over its limit and sqrt(x). */
-typedef struct form {
-    double x, accel, input[2];
-} form;
-
-/* The n-th jerk row of stage k, at its start or its end. */
-static struct form jerk_form(const struct problem *problem,
-                             int k,
-                             int end,
-                             int n) {
-    int first = (2 * (k / LANES) + end) * problem->axes;
-    const two_sided *row = &problem->jerk[first + n];
-    double q3 = row->coef[0][k % LANES];
-    double q2 = row->coef[1][k % LANES];
-    double q1 = row->coef[2][k % LANES];
-    struct form form = {q3, q2, {0.0, 0.0}};
-    if (end > 0) {
-        double length = problem->lengths[k];
-        double third = THIRD * length * length;
-        double half = 0.5 * length;
-        form.accel += 2.0 * length * q3;
-        form.input[0] = 2.0 * third * q3 + half * q2;
-        form.input[1] = third * q3 + half * q2;
-    }
-    form.input[end] += q1;
-    return form;
-}
-
-/* Adds a row's square to the cost of stage k. */
-static void add_jerk_cost(struct stage_cost *cost,
-                          int k,
-                          const struct form *form,
-                          double weight) {
-    double wx = weight * form->x;
-    double wu = weight * form->accel;
-    cost->xx[k] += wx * form->x;
-    cost->xu[k] += wx * form->accel;
-    cost->uu[k] += wu * form->accel;
-    for (int i = 0; i < 2; i++) {
-        double input = form->input[i];
-        cost->xc[i][k] += wx * input;
-        cost->uc[i][k] += wu * input;
-        double wc = weight * input;
-        cost->cc[2 * i][k] += wc * input;
-    }
-    double both = form->input[0] * form->input[1];
-    cost->cc[1][k] += weight * both;
-}
-
-/* Cost of x off the guess, of acceleration and of the axes' jerks. */
-static void guess_cost(const jerk_planner *planner,
-                       struct problem *problem,
-                       const struct grid *grid,
-                       double stiffness) {
-    struct stage_cost *cost = &problem->cost;
-    for (int k = 0; k < problem->blocks * LANES; k++) {
-        cost->xx[k] = 0.0;
-        cost->xu[k] = 0.0;
-        cost->uu[k] = 0.0;
-        cost->cc[1][k] = 0.0;
-        for (int i = 0; i < 2; i++) {
-            cost->xc[i][k] = 0.0;
-            cost->uc[i][k] = 0.0;
-            problem->grad.input[i][k] = 0.0;
-        }
-        problem->grad.x[k] = 0.0;
-        problem->grad.accel[k] = 0.0;
-    }
-    for (int k = problem->first; k < problem->count; k++) {
-        double acc, jerk;
-        double xk = fmax(problem->guess[k], TINY);
-        path_limits(planner, &grid->seg[k], &acc, &jerk);
-        cost->xx[k] = 1.0 / (xk * xk);
-        cost->uu[k] = stiffness / (acc * acc);
-        cost->cc[0][k] = cost->cc[2][k] = GUESS_LEAST_COST * problem->convex;
-        bool has_rows = k < problem->count - 1;
-        int rows = has_rows ? problem->used[k / LANES].jerk : 0;
-        for (int n = 0; n < 2 * rows; n++) {
-            struct form form = jerk_form(problem, k, n % 2, n / 2);
-            add_jerk_cost(cost, k, &form, 0.5 * stiffness * xk);
-        }
-    }
-}
-
-/* Slope of that cost at the present x, u and inputs. */
-static void guess_slope(struct problem *problem) {
-    const struct stage_cost *cost = &problem->cost;
-    for (int k = problem->first; k < problem->count; k++) {
-        double x = problem->x[k];
-        double accel = problem->accel[k];
-        double c0 = problem->input[0][k];
-        double c1 = problem->input[1][k];
-        double xk = fmax(problem->guess[k], TINY);
-        double by_x = cost->xx[k] * x + cost->xu[k] * accel;
-        by_x += cost->xc[0][k] * c0;
-        by_x += cost->xc[1][k] * c1;
-        problem->grad.x[k] = by_x - problem->guess[k] / (xk * xk);
-        double by_accel = cost->xu[k] * x + cost->uu[k] * accel;
-        by_accel += cost->uc[0][k] * c0;
-        by_accel += cost->uc[1][k] * c1;
-        problem->grad.accel[k] = by_accel;
-        for (int i = 0; i < 2; i++) {
-            double by_input = cost->xc[i][k] * x;
-            by_input += cost->uc[i][k] * accel;
-            by_input += cost->cc[i][k] * c0;
-            by_input += cost->cc[i + 1][k] * c1;
-            problem->grad.input[i][k] = by_input;
-        }
-    }
-}
-
-/* The nearest profile that meets the dynamics: least squares of x against the
- * guess and of the axis jerks. */
+/* The nearest profile to the guess that meets the dynamics. */
 static bool project(jerk_planner *planner,
                     const struct grid *grid,
                     double stiffness) {
     struct problem *problem = &planner->prob;
-    guess_cost(planner, problem, grid, stiffness);
-    if (!riccati_factor(problem)) {
-        return false;
-    }
-    /* the problem is homogeneous in the deviation from a start trajectory: a
-     * first rollout with no input */
-    double x = problem->x0;
-    double accel = problem->u0;
-    if (problem->from_standstill) {
-        x = 0.0;
-        accel = 0.0;
-    }
-    int last = problem->count - 1;
-    for (int k = problem->first; k <= last; k++) {
-        problem->x[k] = x;
-        problem->accel[k] = accel;
-        double length = problem->lengths[k];
-        double input = 0.0;
-        if (k == last - 1) {
-            const struct gain *gain = &problem->gain[k];
-            input = gain->kx[0] * x + gain->ku[0] * accel;
-        }
-        problem->input[0][k] = problem->input[1][k] = input;
-        if (k == last) {
-            break;
-        }
-        x += 2.0 * length * accel + length * length * input;
-        accel += length * input;
-    }
-    guess_slope(problem);
-    riccati_solve(problem, &problem->grad);
     for (int k = problem->first; k < problem->count; k++) {
-        problem->x[k] += problem->dx[k];
-        problem->accel[k] += problem->du[k];
-        for (int i = 0; i < 2; i++) {
-            problem->input[i][k] += problem->dc[i][k];
-        }
+        double acc, jerk;
+        path_limits(planner, &grid->seg[k], &acc, &jerk);
+        problem->brake[k] = 1.0 / (acc * acc);
     }
-    if (problem->from_standstill) {
-        problem->x[0] = 0.0;
-        problem->accel[0] = 0.0;
-        problem->input[0][0] = 0.0;
-        problem->input[1][0] = 0.0;
-    }
-    return true;
+    return nearest_profile(problem, stiffness);
 }
 
 /* A window that starts while it brakes: from there the speed cannot be above
@@ -440,6 +290,12 @@ bool guess_window(jerk_planner *planner,
     keep_reachable(planner, grid, problem->guess);
     for (int k = 1; k < grid->count; k++) {
         problem->guess[k] *= shrink;
+    }
+    bool grows = !grid->sinks && shrink == 1.0;
+    if (grows
+        && !(project(planner, grid, STIFFNESS)
+             && faster_guess(problem, planner->scratch))) {
+        return false;
     }
     bound_rows(planner, grid);
     return project(planner, grid, STIFFNESS);

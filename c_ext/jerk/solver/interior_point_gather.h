@@ -5,45 +5,6 @@
 #include "jerk/solver/interior_point_stage.h"
 #include "jerk/state/tuning.h"
 
-/* Rows of block i: of jerk at one end of the stages, of acceleration, of
- * acceleration in the middle, and caps and floors. */
-static inline two_sided *jerk_rows_of(const struct problem *problem,
-                                      int i,
-                                      int end) {
-    int first = i * 2 * problem->axes;
-    return &problem->jerk[first + end * problem->axes];
-}
-static inline two_sided *acc_rows_of(const struct problem *problem, int i) {
-    return &problem->acc[i * 2 * problem->axes];
-}
-static inline two_sided *mid_rows_of(const struct problem *problem, int i) {
-    return &problem->mid[i * problem->axes];
-}
-static inline struct one_sided *one_rows_of(const struct problem *problem,
-                                            int i) {
-    return &problem->one[i * ONE_SIDED_ROWS];
-}
-
-/* Linear forms of the rows. */
-static inline vec acc_value(const two_sided *row, vec x, vec accel) {
-    return row->coef[0] * x + row->coef[1] * accel;
-}
-static inline vec jerk_value(const two_sided *row,
-                             vec x,
-                             vec accel,
-                             vec input) {
-    const vec *coef = row->coef;
-    return coef[0] * x + coef[1] * accel + coef[2] * input;
-}
-static inline vec one_value(const struct one_sided *row,
-                            vec x,
-                            vec accel,
-                            const vec input[2]) {
-    const vec *coef = row->coef;
-    vec by_state = coef[0] * x + coef[1] * accel;
-    return by_state + coef[2] * input[0] + coef[3] * input[1];
-}
-
 static inline void block_at(const struct problem *problem,
                             int i,
                             struct block *out) {
@@ -71,18 +32,6 @@ static inline void block_at(const struct problem *problem,
         block.bound[end] = 1.5 * block.root[end] * t;
     }
     *out = block;
-}
-
-static inline void add_square(struct sums *sums, vec weight, const vec *coef) {
-    vec wx = weight * coef[0];
-    vec wu = weight * coef[1];
-    vec wc = weight * coef[2];
-    sums->xx += wx * coef[0];
-    sums->xu += wx * coef[1];
-    sums->uu += wu * coef[1];
-    sums->xc += wx * coef[2];
-    sums->uc += wu * coef[2];
-    sums->cc += wc * coef[2];
 }
 
 /* Start of an iteration for one side of a row: residual, 1/slack; returns the

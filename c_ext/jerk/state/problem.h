@@ -86,6 +86,9 @@ typedef struct problem {
     double *lengths, *x, *accel, *input[2]; /* stages */
     double *dx, *du, *dc[2];
     double *guess;       /* knots: x the floors refer to */
+    double *cap;         /* knots: x of a guess by feed, machine and joints */
+    double *brake;       /* 1 over the square of the acceleration that all axes
+                            can follow */
     double *weight;      /* objective: minus the gradient by x */
     double *pull;        /* objective: towards x = weight / pull; 0: none */
     double *root[2];     /* scale of the jerk rows at both ends */

@@ -762,6 +762,29 @@
  * bench/planner_parts.py. */
 #define CLOSE_STIFFNESS 0.01
 
+/* A guess is made faster so often. Unit: count. Evidence: `bench planner`. */
+#define GROW_ROUNDS 5
+
+/* Of the limits, that it then uses. Unit: share. Evidence: `bench planner`
+ * (0.6 to 1.0 take the same work). */
+#define GROW_GOAL 0.75
+
+/* Its squared speed grows at most so much at a time. Unit: factor. Evidence:
+ * `bench planner`. */
+#define GROW_MOST 3.0
+
+/* Such growths differ so much from knot to knot. Unit: factor. Evidence: `bench
+ * planner`. */
+#define GROW_STEP 1.3
+
+/* Where the nearest profile is below so much of it, a guess stays. Unit:
+ * share. Evidence: `bench planner`. */
+#define GROW_LEAST 0.3
+
+/* Growth below it is none. Unit: share, in the mean. Evidence: `bench planner`.
+ */
+#define GROWN 0.03
+
 /* ---- The interior-point method ---- */
 
 /* Of the guess: tangents are not taken below it. Any lower costs 6 % on the
