@@ -13,17 +13,29 @@
 #include "jerk/stop/way.h"
 #include "jerk/window/window.h"
 
+/* The speed asked for on an interval, and possible there, mm/s. */
+static double possible_speed(const jerk_planner *planner,
+                             const jerk_interval *interval) {
+    double most = fmin(asked_speed(planner, interval), 10.0 * planner->scale);
+    for (int i = 0; i < planner->cfg.axes; i++) {
+        double along = larger(interval->d1[0][i], interval->d1[1][i]);
+        if (along > 0.0) {
+            most = fmin(most, planner->cfg.v_max[i] / along);
+        }
+    }
+    return most;
+}
+
 /* Speed that the path may come to before the next plan, mm/s. */
 static double highest_speed(const jerk_planner *planner,
                             const jerk_interval *interval) {
     double now = planner->scale * sqrt(planner->x);
-    double most = fmin(asked_speed(planner, interval), 10.0 * planner->scale);
+    double most = possible_speed(planner, interval);
     for (int i = 0; i < planner->cfg.axes; i++) {
         double along = larger(interval->d1[0][i], interval->d1[1][i]);
         if (along > 0.0) {
             double gain = NEAR_S * acc_max(planner, interval, i) / along;
             most = fmin(most, now + gain);
-            most = fmin(most, planner->cfg.v_max[i] / along);
         }
     }
     return fmax(most, now);
@@ -35,6 +47,21 @@ static double near_reach(const jerk_planner *planner) {
     double most = highest_speed(planner, interval);
     double way = NEAR_WAYS * way_from(planner, interval, most) + NEAR_S * most;
     return fmax(way, NEAR_WAYS * jerk_stop_distance(planner));
+}
+
+double reach_behind_change(const jerk_planner *planner) {
+    double most = planner->scale * sqrt(planner->x);
+    double reach = 0.0;
+    double enough = INFINITY;
+    for (uint64_t i = planner->head; i != planner->tail && reach < enough;
+         i++) {
+        const jerk_interval *interval = ring_at(planner, i);
+        most = fmax(most, possible_speed(planner, interval));
+        reach += interval->length;
+        enough =
+            CHANGE_WAYS * way_from(planner, interval, most) + CHANGE_S * most;
+    }
+    return reach < enough ? INFINITY : enough;
 }
 
 bool plan_is_faster(const jerk_planner *planner, const struct grid *grid) {

@@ -263,6 +263,9 @@ bool plan_window(jerk_planner *planner) {
                       ? fmax(0.0, planner->plan.remaining)
                       : 0.0;
     double ahead = fmax(planner->reach, TAIL_MORE * left);
+    if (planner->changed) {
+        ahead = fmin(ahead, reach_behind_change(planner));
+    }
     grid_window(planner, grid, ahead);
     if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return true;

@@ -433,6 +433,15 @@
  * Evidence: `bench planner` (live). */
 #define NEAR_S 0.03
 
+/* Of the way to rest from the speed asked for: a window behind a change of
+ * speeds is so long, and ... Over the whole look-ahead it takes up to twice the
+ * work of planning. Unit: ways. Evidence: `bench planner` (live). */
+#define CHANGE_WAYS 3.0
+
+/* ... so much longer, for what is told of the path ahead. Unit: s. Evidence:
+ * test_lookahead_epochs. */
+#define CHANGE_S 0.2
+
 /* Times such a window: the plan that follows it reaches so far, for what is
  * told of the path ahead. Unit: factor. Evidence: test_lookahead_epochs. */
 #define REFILL_WAYS 6.0
