@@ -84,6 +84,10 @@ double jerk_speed(const jerk_planner *planner) {
     return planner->at_standstill ? 0.0 : planner->scale * sqrt(planner->x);
 }
 
+void jerk_read_plan(jerk_planner *planner, int read) {
+    planner->is_read = read != 0;
+}
+
 void jerk_command_speed(jerk_planner *planner, double speed) {
     if (!isfinite(speed) || speed == planner->command_speed
         || (speed < 0.0 && planner->command_speed < 0.0)) {

@@ -263,7 +263,7 @@ bool plan_window(jerk_planner *planner) {
                       ? fmax(0.0, planner->plan.remaining)
                       : 0.0;
     double ahead = fmax(planner->reach, TAIL_MORE * left);
-    if (planner->changed) {
+    if (planner->changed && !planner->is_read) {
         ahead = fmin(ahead, reach_behind_change(planner));
     }
     grid_window(planner, grid, ahead);

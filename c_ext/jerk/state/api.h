@@ -126,6 +126,9 @@ void jerk_finish(jerk_planner *planner, int finished);
 void jerk_override(jerk_planner *planner, double feed, double rapid);
 void jerk_hold(jerk_planner *planner, int hold);
 
+/* Somebody reads the plan: windows cover the whole look-ahead behind a change
+ * of speeds too. */
+void jerk_read_plan(jerk_planner *planner, int read);
 /* mm/s in place of feed and override; < 0: no longer. */
 void jerk_command_speed(jerk_planner *planner, double speed);
 

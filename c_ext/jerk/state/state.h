@@ -41,6 +41,7 @@ struct jerk_planner {
         *gone; /* no plan is accepted once bit 0 is set; NULL: always */
     double feed_factor, rapid_factor;
     double command_speed; /* mm/s; < 0: none */
+    bool is_read;         /* somebody reads the plan */
     struct speeds was;    /* under which the present plan was made */
     int capacity;         /* segments a grid can hold */
     double behind_mm,

@@ -438,9 +438,8 @@
  * work of planning. Unit: ways. Evidence: `bench planner` (live). */
 #define CHANGE_WAYS 3.0
 
-/* ... so much longer, for what is told of the path ahead. Unit: s. Evidence:
- * test_lookahead_epochs. */
-#define CHANGE_S 0.2
+/* ... so much longer. Unit: s. Evidence: `bench planner` (live). */
+#define CHANGE_S 0.1
 
 /* Times such a window: the plan that follows it reaches so far, for what is
  * told of the path ahead. Unit: factor. Evidence: test_lookahead_epochs. */
