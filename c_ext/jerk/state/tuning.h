@@ -771,7 +771,7 @@
 #define CLOSE_STIFFNESS 0.01
 
 /* A guess is made faster so often. Unit: count. Evidence: `bench planner`. */
-#define GROW_ROUNDS 5
+#define GROW_ROUNDS 4
 
 /* Of the limits, that it then uses. Unit: share. Evidence: `bench planner`
  * (0.6 to 1.0 take the same work). */
@@ -779,11 +779,11 @@
 
 /* Its squared speed grows at most so much at a time. Unit: factor. Evidence:
  * `bench planner`. */
-#define GROW_MOST 3.0
+#define GROW_MOST 2.0
 
 /* Such growths differ so much from knot to knot. Unit: factor. Evidence: `bench
  * planner`. */
-#define GROW_STEP 1.3
+#define GROW_STEP 1.25
 
 /* Where the nearest profile is below so much of it, a guess stays. Unit:
  * share. Evidence: `bench planner`. */
