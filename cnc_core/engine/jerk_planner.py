@@ -161,6 +161,10 @@ class JerkPlanner:
         """Factors on the feed of feed and rapid intervals, from the next law on."""
         lib.jerk_override(self._handle, feed, rapid)
 
+    def read_plan(self, read: bool = True) -> None:
+        """Whether somebody reads the plan (``jerk_read_plan``)."""
+        lib.jerk_read_plan(self._handle, read)
+
     def hold(self, hold: bool) -> None:
         """Feed hold: stop in the shortest legal distance, stand until released."""
         lib.jerk_hold(self._handle, hold)

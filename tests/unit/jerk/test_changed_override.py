@@ -5,6 +5,7 @@ follows.
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from cnc_core.benchmarks.jerk_paths import contour
 from cnc_core.engine.jerk_planner import JerkPlanner, Limits, sample
@@ -65,3 +66,28 @@ def test_the_speed_follows_a_falling_override() -> None:
     speed = sample(laws, 0.001)[:, 1]
     assert speed.min() > 0.0
     assert speed.max() <= 1.3 * share * 100.0
+
+
+def _planned_mm(override: float, read: bool) -> float:
+    """Length of the plan behind a change from 60 percent at 100 mm/s."""
+    planner = JerkPlanner(LIMITS, window=400, knots=1000)
+    planner.push(contour(600, 2, per_block=2).intervals(100.0))
+    planner.finish()
+    planner.read_plan(read)
+    planner.override(0.6)
+    planner.take(0.3)
+    planner.override(override)
+    planner.take(COMMIT_S)
+    return float(planner.tail()["length"].sum())
+
+
+@pytest.mark.parametrize("override", [0.2, 1.0])
+def test_behind_a_change_the_plan_is_short_unless_it_is_read(
+    override: float,
+) -> None:
+    """Three ways to rest and a tenth of a second, as the next change may come
+    soon.  A PLC that reads the plan sees all that is known.
+    """
+    short, whole = _planned_mm(override, False), _planned_mm(override, True)
+    assert 5.0 < short < 25.0
+    assert whole > 30.0

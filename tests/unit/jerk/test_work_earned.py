@@ -45,3 +45,16 @@ def test_windows_take_no_more_work_than_motion_earns() -> None:
     time_s = float(laws["time"].sum())
     assert abs(float(laws["length"].sum()) - path.length) < 1e-6
     assert planner.stats["spent"] <= WORK_PER_S * (time_s + BEGINNING_S)
+
+
+def test_a_guess_near_the_limits_finds_its_solution() -> None:
+    """Jerk limits ten times apart on that wave: every window is solved.  From a
+    guess that knew nothing of the path jerk three of twenty were not.
+    """
+    limits = Limits([300.0, 300.0], [3000.0, 3000.0], [2e5, 2e4])
+    planner = JerkPlanner(limits, window=120, knots=360)
+    path = _wave(20)
+    laws = run(planner, path.intervals(100.0))
+    assert abs(float(laws["length"].sum()) - path.length) < 1e-6
+    assert planner.stats["solves"] > 5
+    assert planner.stats["failed"] == 0
