@@ -108,7 +108,7 @@ static double grow(struct problem *problem, double *growth) {
 
 bool faster_guess(struct problem *problem, double *growth) {
     for (int i = 0; i < GROW_ROUNDS && grow(problem, growth) > GROWN; i++) {
-        if (!nearer_profile(problem, STIFFNESS)) {
+        if (!nearest_profile(problem, STIFFNESS, true)) {
             return false;
         }
     }

@@ -220,7 +220,7 @@ static bool project(jerk_planner *planner,
         path_limits(planner, &grid->seg[k], &acc, &jerk);
         problem->brake[k] = 1.0 / (acc * acc);
     }
-    return nearest_profile(problem, stiffness);
+    return nearest_profile(problem, stiffness, false);
 }
 
 /* A window that starts while it brakes: from there the speed cannot be above

@@ -120,20 +120,13 @@ static void step(struct problem *problem) {
     }
 }
 
-bool nearest_profile(struct problem *problem, double stiffness) {
+bool nearest_profile(struct problem *problem, double stiffness, bool goes_on) {
     stage_costs(problem, stiffness);
     if (!riccati_factor(problem)) {
         return false;
     }
-    roll_out(problem);
-    step(problem);
-    return true;
-}
-
-bool nearer_profile(struct problem *problem, double stiffness) {
-    stage_costs(problem, stiffness);
-    if (!riccati_factor(problem)) {
-        return false;
+    if (!goes_on) {
+        roll_out(problem);
     }
     step(problem);
     return true;
