@@ -181,7 +181,7 @@ static bool conditions_change(struct engine *engine) {
 static void set_speeds(struct engine *engine) {
     jerk_planner *planner = engine->jerk_adapter.planner;
     jerk_hold(planner, engine->plan.hold);
-    jerk_read_plan(planner, (int)ATOMIC_GET(engine->orders.timetable));
+    jerk_read_plan(planner, plan_is_read(engine));
     jerk_command_speed(planner,
                        engine->plan.ext_speed < NEVER ? engine->plan.ext_speed
                                                       : -1.0);

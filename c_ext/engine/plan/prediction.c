@@ -24,9 +24,6 @@
 #define NONE 3u
 #define SECOND_US 1e6
 #define SAME 1e-6
-#define FORESEES                                                               \
-    (ENGINE_FCT_CALC_TIME | ENGINE_FCT_CALC_POS_V_0                            \
-     | ENGINE_FCT_CALC_STATE_AT_T)
 
 struct prediction {
     struct forecast of[BUFFERS];
@@ -41,13 +38,8 @@ struct prediction {
 };
 
 /* Planner: made when something is first wanted of it. */
-static bool is_wanted(const struct engine *engine) {
-    return engine->cfg.functions & FORESEES
-           || ATOMIC_GET(engine->orders.timetable);
-}
-
 bool prediction_new(struct engine *engine) {
-    if (!is_wanted(engine)) {
+    if (!plan_is_read(engine)) {
         return true;
     }
     struct prediction *prediction = calloc(1, sizeof *prediction);
@@ -317,12 +309,12 @@ static bool stands_at_end(struct engine *engine, const struct forecast *to) {
 void prediction_plan(struct engine *engine, bool pumped) {
     struct prediction *prediction = engine->prediction;
     if (!prediction) {
-        if (!is_wanted(engine) || !prediction_new(engine)) {
+        if (!plan_is_read(engine) || !prediction_new(engine)) {
             return;
         }
         prediction = engine->prediction;
     }
-    if (!is_wanted(engine)) {
+    if (!plan_is_read(engine)) {
         return;
     }
     if (!pumped && prediction->latest != NONE

@@ -100,6 +100,18 @@ static inline bool all_ended(const struct engine_group *group) {
     return ended;
 }
 
+/* Functions (P-CHAN-00650) that tell of the plan. */
+#define FORESEES                                                               \
+    (ENGINE_FCT_CALC_TIME | ENGINE_FCT_CALC_POS_V_0                            \
+     | ENGINE_FCT_CALC_STATE_AT_T)
+
+/* Whether anybody is told of the plan: by those, or by the PLC's
+ * `plan_enable_w`. */
+static inline bool plan_is_read(const struct engine *engine) {
+    return (engine->cfg.functions & FORESEES) != 0
+           || ATOMIC_GET(engine->orders.timetable);
+}
+
 static inline struct piece *piece_at(const struct run_ring *run, uint64_t i) {
     return &run->pieces[i & run->mask];
 }
