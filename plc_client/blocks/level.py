@@ -147,16 +147,14 @@ class _Levels(FunctionBlock):
         self._settled = b""  # the memory, where a call changed nothing
         self.state = LevelState.RELEASED
 
-    def _run(self, enable: bool, *values: Any) -> bool:
+    def _run(self, enable: bool, *values: Any) -> None:
         """Command the units, in the order in which they were given; None: the
         operator's value counts.
-
-        False: inputs and memory are as the last call left them.
         """
         given = enable, values, self._head.plc_present_w
         before = self._memory.tobytes() if given == self._given else b""
         if before and before == self._settled:
-            return False
+            return
         if enable:
             self._command(values)
         else:
@@ -165,7 +163,6 @@ class _Levels(FunctionBlock):
         self._given = given
         settled = bool(before) and self._memory.tobytes() == before
         self._settled = before if settled else b""
-        return True
 
     def _command(self, values: tuple[Any, ...]) -> None:
         absent = 0 if self._head.plc_present_w else ERROR_NOT_PRESENT
@@ -284,9 +281,9 @@ class Override(_Levels):
             return
         valid = None if path is None else True
         rapid_valid = None if rapid is None else True
-        if self._run(enable, tenths, valid, rapid_tenths, rapid_valid):
-            self.path = self._path.state_r / 10.0
-            self.rapid = self._rapid.state_r / 10.0
+        self._run(enable, tenths, valid, rapid_tenths, rapid_valid)
+        self.path = self._path.state_r / 10.0
+        self.rapid = self._rapid.state_r / 10.0
         self.effective = self._status.override_r / 10.0
 
     def _commanded(self) -> float:

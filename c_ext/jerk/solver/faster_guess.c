@@ -2,8 +2,8 @@
  *
  * Caps from the derivatives at a place know nothing of the path jerk that
  * cancels what a bend asks for.  So they are several times too low where jerk
- * decides: in the squared speed 2 to 5 times at corners, up to 100 times
- * between axes of unequal limits.  From there the solver needs many short
+ * decides: in the squared speed twice at corners, up to 100 times at single
+ * knots between axes of unequal limits.  From there the solver needs many short
  * steps, since the tangents of its jerk rows hold near the iterate only.
  *
  * Here each knot is made faster by what the jerks and accelerations beside it
