@@ -49,10 +49,13 @@ def running(cnc: MockCnc) -> Iterator[None]:
         turn = word_pointer(cnc.areas.root, "plc_turn")
         while not done.is_set():
             wanted = (cnc.cycles + 1) & 0xFFFFFFFF
-            if lib.hs_word_wait(turn, wanted, 20_000, 20_000_000) == lib.HS_OK:
-                cnc.cycle()
+            waited = lib.hs_word_wait(turn, wanted, 20_000, 20_000_000)
+            # ahead of the cycle that the PLC scans next: behind it the PLC
+            # might scan once more, or not
             if cnc.areas.sidecar.plc.finished:
                 cnc.areas.sidecar.cnc.phase = layout.HLI_PHASE_SHUTDOWN
+            if waited == lib.HS_OK:
+                cnc.cycle()
 
     thread = threading.Thread(target=cycles)
     thread.start()
