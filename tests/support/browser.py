@@ -25,7 +25,9 @@ class Tab:
     def __init__(self, address: str) -> None:
         self._opened = ExitStack()
         self._socket: ClientConnection = self._opened.enter_context(
-            connect(address, max_size=None, proxy=None)
+            # no pings: while nobody reads, events fill the queue and the pong
+            # waits behind them.  Each answer has its time limit.
+            connect(address, max_size=None, proxy=None, ping_interval=None)
         )
         self._numbers = itertools.count(1)
         self.said: list[str] = []  # errors on the console of this page
