@@ -17,10 +17,6 @@
 #include "jerk/solver/projection.h"
 #include "jerk/state/tuning.h"
 
-static inline vec size_of(vec v) {
-    return vmax(v, -v);
-}
-
 /* Largest jerk of an axis at the ends of the stages of block i, over its limit.
  */
 static vec largest_jerk(const struct problem *problem, int i) {

@@ -5,7 +5,6 @@
     "-Wpsabi" /* vectors are passed between static functions only */
 #endif
 #define IPM_SOLVE ipm_solve_base
-#define LEAVE_VECTORS()
 #include "jerk/solver/interior_point.h"
 #include "jerk/solver/interior_point_core.h"
 

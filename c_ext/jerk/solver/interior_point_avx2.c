@@ -6,9 +6,5 @@
 #pragma GCC target("avx2")
 #endif
 #define IPM_SOLVE ipm_solve_avx2
-/* The Riccati recursion is built for any processor.  Its instructions take
- * three times as long while the upper halves of registers are in use; GCC
- * clears them around calls, but not behind gather(). */
-#define LEAVE_VECTORS __builtin_ia32_vzeroupper
 #include "jerk/solver/interior_point_core.h"
 #endif

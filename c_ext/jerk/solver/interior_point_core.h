@@ -1,6 +1,6 @@
 /* Interior-point solver of the window (Mehrotra's predictor and corrector),
  * LANES stages at a time: the code, included once per instruction set
- * (IPM_SOLVE names the function, LEAVE_VECTORS ends the use of its registers).  Every lane does the same operations in the
+ * (IPM_SOLVE names the function).  Every lane does the same operations in the
  * same order, so the results do not depend on the instruction set.
  *
  * Maximise sum weight x under the rows of constraints.c.  The one nonlinear
@@ -45,8 +45,7 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
     }
     problem->paused = false;
     for (; problem->iterations < max_iterations; problem->iterations++) {
-        gather(problem, set1(least));
-        LEAVE_VECTORS();
+        gather(problem, least);
         if (!riccati_factor(problem)) {
             return false;
         }

@@ -241,7 +241,8 @@ static inline void gather_one(const struct problem *problem,
 }
 
 /* Hessian and the gradient of the predictor (no centring). */
-static void gather(struct problem *problem, vec least) {
+static void gather(struct problem *problem, double floor) {
+    vec least = set1(floor);
     for (int i = 0; i < problem->blocks; i++) {
         int k = i * LANES;
         struct block bl;

@@ -3,37 +3,8 @@
  * Hessians and gradients by the former written over the latter. */
 #ifndef JERK_IPM_STAGE_H
 #define JERK_IPM_STAGE_H
-#include <math.h>
+#include "jerk/solver/vectors.h"
 #include "jerk/state/problem.h"
-
-static inline vec set1(double v) {
-    return (vec){v, v, v, v};
-}
-static inline vec load(const double *from) {
-    return *(const vec *)from;
-}
-static inline void store(double *to, vec v) {
-    *(vec *)to = v;
-}
-static inline vec vmax(vec a, vec other) {
-    ivec mask = a > other;
-    return (vec)((mask & (ivec)a) | (~mask & (ivec)other));
-}
-static inline double top(vec v) {
-    double front = fmax(v[0], v[1]);
-    return fmax(front, fmax(v[2], v[3]));
-}
-static inline double sum(vec v) {
-    return (v[0] + v[1]) + (v[2] + v[3]);
-}
-
-static inline vec root_of(vec x) {
-    vec out;
-    for (int lane = 0; lane < LANES; lane++) {
-        out[lane] = sqrt(x[lane]);
-    }
-    return out;
-}
 
 /* Rows of block i: of jerk at one end of the stages, of acceleration, of
  * acceleration in the middle, and caps and floors. */

@@ -10,6 +10,9 @@
 #include <stdbool.h>
 #include "jerk/state/api.h"
 
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define JERK_AVX2 /* some code is also built for AVX2 */
+#endif
 #define LANES 4
 #define THIRD (1.0 / 3.0) /* in loops: a division takes longer */
 typedef double vec __attribute__((vector_size(32)));

@@ -3,18 +3,21 @@
 #define JERK_VERIFY_H
 #include "jerk/state/state.h"
 
+typedef double plan_checker(const jerk_planner *planner,
+                            struct grid *grid,
+                            struct problem *problem);
+typedef double bend_checker(const jerk_planner *planner,
+                            const struct segment *segment,
+                            double x,
+                            double accel,
+                            const double input[2],
+                            double *more);
+
 /* Largest ratio of anything to its limit over the problem as a plan; infinite:
  * it is none.  x and accel are replaced by what the inputs integrate to. */
-double plan_check(const jerk_planner *planner,
-                  struct grid *grid,
-                  struct problem *problem);
+plan_checker plan_check, plan_check_base, plan_check_avx2;
 
 /* Largest ratio inside one segment; `more`: by what it exceeds that at the
  * ends. */
-double bend_inside(const jerk_planner *planner,
-                   const struct segment *segment,
-                   double x,
-                   double accel,
-                   const double input[2],
-                   double *more);
+bend_checker bend_inside, bend_inside_base, bend_inside_avx2;
 #endif

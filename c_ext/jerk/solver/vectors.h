@@ -1,0 +1,48 @@
+/* LANES numbers at a time. */
+#ifndef JERK_VECTORS_H
+#define JERK_VECTORS_H
+#include <math.h>
+#include "jerk/state/problem.h"
+
+static inline vec set1(double v) {
+    return (vec){v, v, v, v};
+}
+static inline vec load(const double *from) {
+    return *(const vec *)from;
+}
+static inline void store(double *to, vec v) {
+    *(vec *)to = v;
+}
+static inline vec vmax(vec a, vec other) {
+    ivec mask = a > other;
+    return (vec)((mask & (ivec)a) | (~mask & (ivec)other));
+}
+static inline vec size_of(vec v) {
+    return vmax(v, -v);
+}
+/* Its lanes hold both numbers in turn. */
+static inline vec in_turn(double one, double other) {
+    return (vec){one, other, one, other};
+}
+static inline double top(vec v) {
+    double front = fmax(v[0], v[1]);
+    return fmax(front, fmax(v[2], v[3]));
+}
+/* The same of numbers none of which is NAN. */
+static inline double largest(vec v) {
+    double front = v[0] > v[1] ? v[0] : v[1];
+    double back = v[2] > v[3] ? v[2] : v[3];
+    return front > back ? front : back;
+}
+static inline double sum(vec v) {
+    return (v[0] + v[1]) + (v[2] + v[3]);
+}
+
+static inline vec root_of(vec x) {
+    vec out;
+    for (int lane = 0; lane < LANES; lane++) {
+        out[lane] = sqrt(x[lane]);
+    }
+    return out;
+}
+#endif
