@@ -128,10 +128,7 @@ static void bends_inside(const view *view, const vec *at, bends *out) {
     }
 }
 
-static void bends_at_ends(const view *view,
-                          int one,
-                          int other,
-                          bends *out) {
+static void bends_at_ends(const view *view, int one, int other, bends *out) {
     const jerk_interval *interval = view->interval;
     for (int n = 0; n < view->count; n++) {
         int i = view->axis[n];
@@ -280,11 +277,11 @@ static double bulge(double most, double ends) {
 /* For the planner, ahead of a check: largest ratio of the interval; `*more`: by
  * what it is more than at the ends. */
 double CHECKER(bend_inside)(const jerk_planner *planner,
-                   const struct segment *segment,
-                   double x,
-                   double accel,
-                   const double input[2],
-                   double *more) {
+                            const struct segment *segment,
+                            double x,
+                            double accel,
+                            const double input[2],
+                            double *more) {
     const jerk_law law = law_of(segment->length, &x, &accel, input);
     const view view = view_of(planner, segment);
     double ends = ends_ratio(&view, &law);
@@ -465,8 +462,8 @@ static double last_input(const struct grid *grid, double x, double accel) {
  * all).  On the way x and u of the problem are replaced by what the inputs
  * integrate to. */
 double CHECKER(plan_check)(const jerk_planner *planner,
-                  struct grid *grid,
-                  struct problem *problem) {
+                           struct grid *grid,
+                           struct problem *problem) {
     double f2 = planner->scale * planner->scale;
     double worst = 0.0;
     double x = problem->x0 * f2;
