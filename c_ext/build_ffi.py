@@ -70,7 +70,7 @@ def compile_args(root: Path = ROOT) -> tuple[list[str], list[str]]:
     """(compiler, linker) arguments; ``root``: the folder that is built in.
 
     No -ffast-math and no contraction: distances must add up the same
-    everywhere.
+    everywhere.  Nobody reads errno or the exception flags behind a computation.
     """
     args = [
         "-std=gnu11",
@@ -80,6 +80,8 @@ def compile_args(root: Path = ROOT) -> tuple[list[str], list[str]]:
         "-Wextra",
         "-fno-fast-math",
         "-ffp-contract=off",
+        "-fno-math-errno",
+        "-fno-trapping-math",
     ]
     args += ["-Wno-psabi", "-pthread"]
     args += os.environ.get("HLI_COSIM_FLAGS", "").split()

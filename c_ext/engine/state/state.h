@@ -12,6 +12,7 @@
 #ifndef ENGINE_STATE_H
 #define ENGINE_STATE_H
 #include "engine/state/rooms.h"
+#include "maths/order.h"
 
 struct engine {
     /* constant from engine_new on */
@@ -139,16 +140,6 @@ static inline struct element *element_at(const struct piece_store *store,
 
 static inline bool is_motion(const struct piece *piece) {
     return piece->kind != PIECE_EVENT;
-}
-
-/* Of two numbers; without fmin's care for NaN, which the checks at the entry
- * keep away. */
-static inline double lesser(double a, double b) {
-    return a < b ? a : b;
-}
-
-static inline double greater(double a, double b) {
-    return a > b ? a : b;
 }
 
 static inline uint32_t spans_max(const engine_config *cfg) {

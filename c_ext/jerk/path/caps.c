@@ -5,6 +5,7 @@
 #include "jerk/path/joints.h"
 #include "jerk/path/ring.h"
 #include "jerk/state/state.h"
+#include "maths/order.h"
 
 /* Largest path jerk (scaled) over the rest interval s: at distance d from the
  * standstill x ~ d^(4/3), and every axis jerk is jerk * |q' +- 9 d q'' + 4.5
@@ -31,11 +32,11 @@ static double standstill_jerk(const jerk_planner *planner,
         double end = interval->d1[far][axis]
                      + sign * 9.0 * length * interval->d2[far][axis]
                      + 4.5 * length * length * interval->d3[far][axis];
-        double value = fmax(fabs(near), larger(mid, end));
-        most = fmax(most,
-                    value
-                        / (segment->share * JERK_USABLE
-                           * jerk_max(planner, interval, axis)));
+        double value = greater(fabs(near), larger(mid, end));
+        most = greater(most,
+                       value
+                           / (segment->share * JERK_USABLE
+                              * jerk_max(planner, interval, axis)));
     }
     return most > 0.0
                ? 1.0 / (most * planner->scale * planner->scale * planner->scale)
@@ -51,13 +52,13 @@ static double velocity_cap(const jerk_planner *planner,
             0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
             + 0.125 * length * (interval->d2[0][axis] - interval->d2[1][axis]);
         double most =
-            fmax(fabs(mid),
-                 larger(interval->d1[0][axis], interval->d1[1][axis]));
+            greater(fabs(mid),
+                    larger(interval->d1[0][axis], interval->d1[1][axis]));
         if (most * v > planner->cfg.v_max[axis]) {
             v = planner->cfg.v_max[axis] / most;
         }
     }
-    v = fmin(v * VEL_USABLE, 10.0 * planner->scale) / planner->scale;
+    v = lesser(v * VEL_USABLE, 10.0 * planner->scale) / planner->scale;
     return v * v;
 }
 
@@ -66,8 +67,8 @@ static double velocity_cap(const jerk_planner *planner,
 void segment_limits(const jerk_planner *planner, struct segment *segment) {
     const jerk_interval *interval = segment->interval;
     double feed =
-        fmin(1e15,
-             asked_speed(planner, interval) * VEL_USABLE / planner->scale);
+        lesser(1e15,
+               asked_speed(planner, interval) * VEL_USABLE / planner->scale);
     segment->length = interval->length;
     segment->jump = 1.0;
     segment->share = 1.0;
@@ -78,7 +79,7 @@ void segment_limits(const jerk_planner *planner, struct segment *segment) {
     segment->fast = 0.0;
     segment->leave = 0.0;
     segment->cap = velocity_cap(planner, interval);
-    segment->soft = fmin(segment->cap, feed * feed);
+    segment->soft = lesser(segment->cap, feed * feed);
     segment->asked = segment->soft;
     segment->slower = 1.0;
 }
@@ -96,9 +97,9 @@ static double jump_used(const jerk_planner *planner,
         double bend =
             STEP_SEEN * scale * scale * fabs(bend_of(left, right, axis));
         double corner = scale / dt * fabs(turn_of(left, right, axis));
-        used = fmax(used,
-                    (bend * x + corner * sqrt(x))
-                        / (least_jerk(planner, left, right, axis) * dt));
+        used = greater(used,
+                       (bend * x + corner * sqrt(x))
+                           / (least_jerk(planner, left, right, axis) * dt));
     }
     return used;
 }
@@ -122,7 +123,7 @@ double jump_cap(const jerk_planner *planner,
         if (corner * v > acc) {
             v = acc / corner;
         }
-        cap = fmin(cap, v * v); /* bend x + corner sqrt(x) <= room */
+        cap = lesser(cap, v * v); /* bend x + corner sqrt(x) <= room */
     }
     return cap;
 }
@@ -138,10 +139,10 @@ static double jump_reach(const jerk_planner *planner,
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         double behind = right->d1[0][axis];
         double along = larger(left->d1[1][axis], behind);
-        jerk = fmin(
-            jerk,
-            fmax(jerk_max(planner, left, axis), jerk_max(planner, right, axis))
-                / fmax(1e-9, along));
+        jerk = lesser(jerk,
+                      greater(jerk_max(planner, left, axis),
+                              jerk_max(planner, right, axis))
+                          / fmax(1e-9, along));
     }
     double v = sqrt(x) * planner->scale;
     return t * (v + jerk * t * t / 6.0) + 1e-9;
@@ -163,7 +164,7 @@ void jump_passed(jerk_planner *planner,
 
 /* Jumps within reach of each other add up in the samples. */
 static void take_share(struct segment *segment, double used) {
-    segment->jump = fmax(segment->jump - used, LEAST_SHARE);
+    segment->jump = greater(segment->jump - used, LEAST_SHARE);
 }
 
 /* Cap at knot k, and what is left of the jerk limit around it. */
@@ -196,7 +197,7 @@ void knot_caps(const jerk_planner *planner, struct grid *grid) {
     for (int k = 0; k <= grid->count; k++) {
         double left = k > 0 ? grid->seg[k - 1].cap : 1e30;
         double right = k < grid->count ? grid->seg[k].cap : 1e30;
-        grid->knot_cap[k] = fmin(left, right);
+        grid->knot_cap[k] = lesser(left, right);
         if (k < grid->count) {
             grid->from_start[k + 1] = grid->from_start[k] + grid->seg[k].length;
         }

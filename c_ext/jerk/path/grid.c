@@ -6,6 +6,7 @@
 #include "jerk/path/plan_law.h"
 #include "jerk/path/ring.h"
 #include "jerk/state/state.h"
+#include "maths/order.h"
 
 static bool straight(const jerk_planner *planner,
                      const jerk_interval *interval) {
@@ -81,7 +82,7 @@ static struct extent window_extent(const jerk_planner *planner) {
 static double finest_at(const jerk_planner *planner,
                         const struct grid *grid,
                         uint64_t i) {
-    return fmin(steps_at(planner, i)->finest, grid->finest);
+    return lesser(steps_at(planner, i)->finest, grid->finest);
 }
 
 /* Jerk along the path at the start of q that all axes can follow. */
@@ -89,9 +90,9 @@ static double path_jerk(const jerk_planner *planner,
                         const jerk_interval *interval) {
     double jerk = 1e30;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        jerk = fmin(jerk,
-                    jerk_max(planner, interval, axis)
-                        / fmax(1e-9, fabs(interval->d1[0][axis])));
+        jerk = lesser(jerk,
+                      jerk_max(planner, interval, axis)
+                          / fmax(1e-9, fabs(interval->d1[0][axis])));
     }
     return jerk;
 }
@@ -104,10 +105,10 @@ static double slow_length(const jerk_planner *planner,
                           uint64_t i,
                           double v,
                           double least) {
-    return fmin(
+    return lesser(
         steps_at(planner, i)->longest,
-        fmax(least * finest_at(planner, grid, i),
-             SLOW * v * sqrt(v / path_jerk(planner, ring_at(planner, i)))));
+        greater(least * finest_at(planner, grid, i),
+                SLOW * v * sqrt(v / path_jerk(planner, ring_at(planner, i)))));
 }
 
 /* Cap on x (scaled) over an interval by feed and machine. */
@@ -135,14 +136,14 @@ static double standstill_length(const jerk_planner *planner,
     const jerk_interval *interval = ring_at(planner, i);
     double finest = finest_at(planner, grid, i);
     double feed = feed_part(planner, interval);
-    double least = fmin(STANDSTILL_MOST * len,
-                        fmin(finest, fmax(SLOWEST_KNOT * finest, feed)));
+    double least = lesser(STANDSTILL_MOST * len,
+                          lesser(finest, greater(SLOWEST_KNOT * finest, feed)));
     if (!straight(planner, interval)) {
-        return fmin(least, steps_at(planner, i)->curve_standstill);
+        return lesser(least, steps_at(planner, i)->curve_standstill);
     }
-    return fmax(least,
-                fmin(steps_at(planner, i)->line_standstill,
-                     fmin(STANDSTILL_SHARE * len, feed)));
+    return greater(least,
+                   lesser(steps_at(planner, i)->line_standstill,
+                          lesser(STANDSTILL_SHARE * len, feed)));
 }
 
 /* Step at the knot ahead of interval i: fine where it must be passed slowly or
@@ -154,11 +155,11 @@ static double knot_step(const jerk_planner *planner,
     const jerk_interval *right = ring_at(planner, i);
     double before = feed_cap(planner, left);
     double after = feed_cap(planner, right);
-    double open = fmin(before, after);
+    double open = lesser(before, after);
     double cap = jump_cap(planner, left, right, open);
-    double longest =
-        fmax(steps_at(planner, i - 1)->longest, steps_at(planner, i)->longest);
-    if (cap > 0.8 * open && open > 0.6 * fmax(before, after)) {
+    double longest = greater(steps_at(planner, i - 1)->longest,
+                             steps_at(planner, i)->longest);
+    if (cap > 0.8 * open && open > 0.6 * greater(before, after)) {
         return longest;
     }
     return slow_length(planner,
@@ -177,7 +178,7 @@ static double bend_length(const jerk_planner *planner, uint64_t i, double v) {
     double part =
         times > BEND_DECIDES && steps->little ? BEND_FINER : BEND_STEP;
     return times < BEND_MATTERS ? steps->turn
-                                : fmin(steps->turn, part * steps->even);
+                                : lesser(steps->turn, part * steps->even);
 }
 
 /* Growth of the spacing over interval i, which begins `at` mm from a standstill
@@ -216,10 +217,10 @@ static void knot_steps(const jerk_planner *planner,
                               * SLOW_TAIL,
                           SLOWEST_STEP);
     for (int i = 1; i < count; i++) {
-        step[i] = fmin(knot_step(planner, grid, head + i),
-                       2.0
-                           * fmin(steps_at(planner, head + i - 1)->turn,
-                                  steps_at(planner, head + i)->turn));
+        step[i] = lesser(knot_step(planner, grid, head + i),
+                         2.0
+                             * lesser(steps_at(planner, head + i - 1)->turn,
+                                      steps_at(planner, head + i)->turn));
     }
     double at =
         planner->at_standstill && !straight(planner, ring_at(planner, head))
@@ -230,16 +231,16 @@ static void knot_steps(const jerk_planner *planner,
     for (int i = 1; i <= count;
          at += ring_at(planner, head + i - 1)->length, i++) {
         grid->grade[i - 1] = grading_at(planner, head + i - 1, at);
-        step[i] = fmin(step[i],
-                       step[i - 1]
-                           + grid->grade[i - 1]
-                                 * ring_at(planner, head + i - 1)->length);
+        step[i] = lesser(step[i],
+                         step[i - 1]
+                             + grid->grade[i - 1]
+                                   * ring_at(planner, head + i - 1)->length);
     }
     for (int i = count - 1; i >= 0;
          to += ring_at(planner, head + i)->length, i--) {
         grid->grade[i] =
-            fmin(grid->grade[i], grading_at(planner, head + i, to));
-        step[i] = fmin(
+            lesser(grid->grade[i], grading_at(planner, head + i, to));
+        step[i] = lesser(
             step[i],
             step[i + 1] + grid->grade[i] * ring_at(planner, head + i)->length);
     }
@@ -254,8 +255,8 @@ static double step_at(double longest,
                       double d1,
                       double s1) {
     double behind = s0 + grading * d0;
-    double ahead = fmax(s1, (s1 + grading * d1) / (1.0 + grading));
-    return fmin(longest, fmin(behind, ahead));
+    double ahead = greater(s1, (s1 + grading * d1) / (1.0 + grading));
+    return lesser(longest, lesser(behind, ahead));
 }
 
 static bool add_part(const jerk_planner *planner,
@@ -287,9 +288,9 @@ static bool fill_interval(jerk_planner *planner,
     const jerk_interval *interval = ring_at(planner, at);
     double v = planner->scale * sqrt(feed_cap(planner, interval));
     double slow =
-        fmax(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
-             fmin(steps_at(planner, at)->least, SLOW_TIME * v));
-    double turn = fmin(bend_length(planner, at, v), slow);
+        greater(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
+                lesser(steps_at(planner, at)->least, SLOW_TIME * v));
+    double turn = lesser(bend_length(planner, at, v), slow);
     double end = len - stand_to;
     if (stand_from > 0.0 && !add_part(planner, grid, at, 0.0, stand_from)) {
         return false;
@@ -297,13 +298,13 @@ static bool fill_interval(jerk_planner *planner,
     for (double done = stand_from; done < end;) {
         double left = end - done;
         double step = grid->finer
-                      * fmin(turn,
-                             step_at(steps_at(planner, at)->longest,
-                                     grid->grade[i],
-                                     done,
-                                     grid->step[i],
-                                     len - done,
-                                     grid->step[i + 1]));
+                      * lesser(turn,
+                               step_at(steps_at(planner, at)->longest,
+                                       grid->grade[i],
+                                       done,
+                                       grid->step[i],
+                                       len - done,
+                                       grid->step[i + 1]));
         double parts = ceil(left / step - 1e-6);
         double next = parts <= 1.0 ? end : done + left / parts;
         if (!add_part(planner, grid, at, done, next)) {
@@ -340,14 +341,14 @@ static bool grid_fill(jerk_planner *planner,
             planner,
             grid,
             planner->head,
-            fmin(to, ring_at(planner, planner->head)->length));
+            lesser(to, ring_at(planner, planner->head)->length));
     }
     if (count > 0 && extent->stands) {
         standstill[1] = standstill_length(
             planner,
             grid,
             extent->end - 1,
-            fmin(ahead, ring_at(planner, extent->end - 1)->length));
+            lesser(ahead, ring_at(planner, extent->end - 1)->length));
     }
     knot_steps(planner, grid, count, extent->stands, standstill);
     double at = 0.0;
@@ -373,7 +374,7 @@ static struct extent extent_to(const jerk_planner *planner, double distance) {
     while (extent.end != planner->tail && extent.length < distance) {
         extent.length += ring_at(planner, extent.end++)->length;
     }
-    extent.length = fmin(extent.length, distance);
+    extent.length = lesser(extent.length, distance);
     return extent;
 }
 

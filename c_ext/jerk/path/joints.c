@@ -10,6 +10,7 @@
 #include <math.h>
 #include "jerk/path/joints.h"
 #include "jerk/state/state.h"
+#include "maths/order.h"
 
 /* The direction behind a joint less that ahead of it; false: it goes straight
  * on. */
@@ -20,7 +21,7 @@ static bool turn_between(const jerk_planner *planner,
     double most = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         turn[axis] = turn_of(left, right, axis);
-        most = fmax(most, fabs(turn[axis]));
+        most = greater(most, fabs(turn[axis]));
     }
     return most > NO_TURN;
 }
@@ -76,11 +77,11 @@ static double rise_over(const jerk_planner *planner,
                         const struct segment *segment) {
     double acc = 1e30;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        acc = fmin(acc,
-                   acc_max(planner, segment->interval, axis)
-                       / fmax(1e-9,
-                              larger(segment->interval->d1[0][axis],
-                                     segment->interval->d1[1][axis])));
+        acc = lesser(acc,
+                     acc_max(planner, segment->interval, axis)
+                         / fmax(1e-9,
+                                larger(segment->interval->d1[0][axis],
+                                       segment->interval->d1[1][axis])));
     }
     return 2.0 * segment->length * acc / (planner->scale * planner->scale);
 }
@@ -95,11 +96,11 @@ static void top_speeds(const jerk_planner *planner, struct grid *grid) {
     x[0] = planner->at_standstill ? 0.0 : planner->x;
     for (int k = 1; k <= grid->count; k++) {
         double rise = rise_over(planner, &grid->seg[k - 1]);
-        x[k] = fmin(x[k], x[k - 1] + rise);
+        x[k] = lesser(x[k], x[k - 1] + rise);
     }
     for (int k = grid->count - 1; k > 0; k--) {
         double rise = rise_over(planner, &grid->seg[k]);
-        x[k] = fmin(x[k], x[k + 1] + rise);
+        x[k] = lesser(x[k], x[k + 1] + rise);
     }
 }
 
@@ -186,7 +187,7 @@ static double used_at(const jerk_planner *planner,
         used[axis] =
             fabs(sum[axis])
             / (planner->cfg.cycle_s * least_acc(planner, left, right, axis));
-        most = fmax(most, used[axis]);
+        most = greater(most, used[axis]);
     }
     return most;
 }
@@ -195,9 +196,9 @@ static void leave(const jerk_planner *planner,
                   struct segment *segment,
                   const double *used) {
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        segment->acc[axis] =
-            fmin(segment->acc[axis],
-                 fmax(JOINTS_LEAST, 1.0 - fmax(0.0, used[axis] - JOINTS_FREE)));
+        segment->acc[axis] = lesser(
+            segment->acc[axis],
+            greater(JOINTS_LEAST, 1.0 - fmax(0.0, used[axis] - JOINTS_FREE)));
     }
 }
 
@@ -214,7 +215,7 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
     }
     if (most > JOINTS_MOST && k > 0) {
         grid->knot_cap[k] =
-            fmin(grid->knot_cap[k], grid->top[k] * JOINTS_MOST / most);
+            lesser(grid->knot_cap[k], grid->top[k] * JOINTS_MOST / most);
     }
     const double *from = grid->from_start;
     for (int i = k - 1; i >= 0 && at - from[i + 1] < way; i--) {

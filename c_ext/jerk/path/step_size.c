@@ -3,6 +3,7 @@
 #include <math.h>
 #include "jerk/path/step_size.h"
 #include "jerk/state/state.h"
+#include "maths/order.h"
 
 typedef struct along {
     double v, a, j; /* limits of the path */
@@ -15,20 +16,21 @@ double reached_speed(double v, double a, double j) {
     double by_j3 = 4.5 * j * LONGEST_WAY * LONGEST_WAY;
     return v * v <= by_a2 && v * v * v <= by_j3
                ? v
-               : fmin(v, fmin(sqrt(by_a2), cbrt(by_j3)));
+               : lesser(v, lesser(sqrt(by_a2), cbrt(by_j3)));
 }
 
 /* The longest interval resolves the ramp to full acceleration, or the way to
  * rest where that ramp is very short. */
 static struct steps steps_for(struct along along) {
     along.v = reached_speed(along.v, along.a, along.j);
-    double a = fmin(along.a, sqrt(along.v * along.j));
+    double a = lesser(along.a, sqrt(along.v * along.j));
     double ramp = a * a * a / (6.0 * along.j * along.j);
     double stop = 0.5 * along.v * (along.v / a + a / along.j);
-    struct steps out = {.longest = fmax(ramp / RAMP_PARTS, stop / STOP_PARTS)};
+    struct steps out = {.longest =
+                            greater(ramp / RAMP_PARTS, stop / STOP_PARTS)};
     out.line_standstill = ramp / JOINED_PARTS;
-    out.finest = fmax(ramp / STANDSTILL_PARTS,
-                      fmin(0.5 * ramp, out.longest / FINEST_PARTS));
+    out.finest = greater(ramp / STANDSTILL_PARTS,
+                         lesser(0.5 * ramp, out.longest / FINEST_PARTS));
     return out;
 }
 
@@ -43,11 +45,11 @@ static double lean_rate(const jerk_planner *planner,
         double change = 0.0;
         for (int axis = 0; axis < planner->cfg.axes; axis++) {
             double jerk = jerk_max(planner, interval, axis);
-            most = fmax(most, fabs(interval->d1[end][axis]) / jerk);
-            change = fmax(change, fabs(interval->d2[end][axis]) / jerk);
+            most = greater(most, fabs(interval->d1[end][axis]) / jerk);
+            change = greater(change, fabs(interval->d2[end][axis]) / jerk);
         }
         if (most > 0.0) {
-            worst = fmax(worst, change / most);
+            worst = greater(worst, change / most);
         }
     }
     return worst;
@@ -60,8 +62,8 @@ static double lean_length(const jerk_planner *planner,
                           const jerk_interval *interval,
                           double bend) {
     double slow = cbrt(1.0 / fmax(1e-15, bend));
-    return fmax(LEAN_CYCLES * planner->cfg.cycle_s * slow,
-                LEAN / fmax(1e-15, lean_rate(planner, interval)));
+    return greater(LEAN_CYCLES * planner->cfg.cycle_s * slow,
+                   LEAN / fmax(1e-15, lean_rate(planner, interval)));
 }
 
 /* Longest interval at q: beyond a few degrees of turn the rows at both ends no
@@ -79,7 +81,7 @@ static double turn_length(const jerk_planner *planner,
         start += d0 * d0;
         end += d1 * d1;
     }
-    return MAX_TURN / sqrt(fmax(1e-30, fmax(start, end)));
+    return MAX_TURN / sqrt(fmax(1e-30, greater(start, end)));
 }
 
 /* Of the third derivatives by the jerk limits: the largest, and the length over
@@ -91,15 +93,15 @@ static void set_bend(const jerk_planner *planner,
     out->bend = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         double jerk = jerk_max(planner, interval, axis);
-        out->bend =
-            fmax(out->bend,
-                 larger(interval->d3[0][axis], interval->d3[1][axis]) / jerk);
+        out->bend = greater(out->bend,
+                            larger(interval->d3[0][axis], interval->d3[1][axis])
+                                / jerk);
         change =
-            fmax(change,
-                 fabs(interval->d3[1][axis] - interval->d3[0][axis]) / jerk);
+            greater(change,
+                    fabs(interval->d3[1][axis] - interval->d3[0][axis]) / jerk);
     }
     out->even = interval->length * out->bend / fmax(1e-30, change);
-    out->turn = fmin(out->turn, lean_length(planner, interval, out->bend));
+    out->turn = lesser(out->turn, lean_length(planner, interval, out->bend));
     out->little = out->turn > LITTLE_TURN * interval->length;
 }
 
@@ -120,28 +122,28 @@ struct steps interval_steps(const jerk_planner *planner,
                             acc_max(planner, interval, axis),
                             jerk_max(planner, interval, axis)};
         struct steps alone = steps_for(own);
-        least = fmin(least, fmin(SLOW_STEP, SLOW_TIME * own.v) / rate);
-        most = (struct steps){fmax(most.longest, alone.longest),
-                              fmax(most.finest, alone.finest),
+        least = lesser(least, lesser(SLOW_STEP, SLOW_TIME * own.v) / rate);
+        most = (struct steps){greater(most.longest, alone.longest),
+                              greater(most.finest, alone.finest),
                               .knots = 0.0};
-        along = (struct along){fmin(along.v, own.v / rate),
-                               fmin(along.a, own.a / rate),
-                               fmin(along.j, own.j / rate)};
+        along = (struct along){lesser(along.v, own.v / rate),
+                               lesser(along.a, own.a / rate),
+                               lesser(along.j, own.j / rate)};
     }
     struct steps out = steps_for(along);
     if (!(most.longest > 0.0)) {
         most = out; /* no axis moves here: a parameter runs on (profiles) */
     }
-    out.least = fmin(least, interval->length);
-    out.longest = fmax(fmin(out.longest, most.longest), out.least);
-    out.finest = fmin(out.finest, most.finest);
+    out.least = lesser(least, interval->length);
+    out.longest = greater(lesser(out.longest, most.longest), out.least);
+    out.finest = lesser(out.finest, most.finest);
     if (planner->cfg.spacing_mm > 0.0) {
         out.longest = planner->cfg.spacing_mm;
     }
     out.turn = turn_length(planner, interval);
     set_bend(planner, interval, &out);
     out.curve_standstill = STANDSTILL_TURN * out.turn;
-    out.shortest = fmin(out.turn, interval->length) / LEAST_PARTS;
+    out.shortest = lesser(out.turn, interval->length) / LEAST_PARTS;
     out.knots = ceil(interval->length / out.longest);
     return out;
 }
@@ -152,8 +154,8 @@ double jerk_stop_knots(const jerk_config *config) {
     for (int i = 0; i < config->axes; i++) {
         double v =
             reached_speed(config->v_max[i], config->a_max[i], config->j_max[i]);
-        double a = fmin(config->a_max[i], sqrt(v * config->j_max[i]));
-        most = fmax(
+        double a = lesser(config->a_max[i], sqrt(v * config->j_max[i]));
+        most = greater(
             most,
             0.5 * v * (v / a + a / config->j_max[i])
                 / steps_for(

@@ -5,6 +5,7 @@
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/implied_rows.h"
 #include "jerk/state/state.h"
+#include "maths/order.h"
 
 /* Index of a row's coefficient for stage k. */
 static inline double *lane(vec *v, int k) {
@@ -240,20 +241,20 @@ static void mid_rows(const jerk_planner *planner,
 static double cap_at(const jerk_planner *planner,
                      const struct grid *grid,
                      int k) {
-    double cap =
-        fmin(grid->knot_cap[k], fmin(grid->seg[k - 1].soft, grid->seg[k].soft));
+    double cap = lesser(grid->knot_cap[k],
+                        lesser(grid->seg[k - 1].soft, grid->seg[k].soft));
     (void)planner;
     if (k == 1 && grid->from_standstill) {
         double length = grid->seg[0].length;
         double accel =
             cbrt(6.0 * length * grid->seg[0].jerk_up * grid->seg[0].jerk_up);
-        cap = fmin(cap, 1.5 * length * accel);
+        cap = lesser(cap, 1.5 * length * accel);
     }
     if (k == grid->count - 1) {
         double length = grid->seg[k].length;
         double accel = cbrt(6.0 * length * grid->seg[k].jerk_down
                             * grid->seg[k].jerk_down);
-        cap = fmin(cap, 1.5 * length * accel);
+        cap = lesser(cap, 1.5 * length * accel);
     }
     return cap;
 }
@@ -280,9 +281,9 @@ static void one_row(struct problem *problem,
 static double convex_share(const jerk_planner *planner) {
     double least = ORDINARY;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        least = fmin(least,
-                     planner->scale * planner->scale * planner->scale
-                         / planner->cfg.j_max[axis]);
+        least = lesser(least,
+                       planner->scale * planner->scale * planner->scale
+                           / planner->cfg.j_max[axis]);
     }
     return least * least / (ORDINARY * ORDINARY);
 }
@@ -335,10 +336,10 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
     double sum = 0.0;
     double top = 0.0;
     for (int k = 1; k < grid->count; k++) {
-        top = fmax(top, problem->guess[k]);
+        top = greater(top, problem->guess[k]);
     }
     for (int k = 1; k < grid->count; k++) {
-        double x = fmax(problem->guess[k] / top, SLOWEST);
+        double x = greater(problem->guess[k] / top, SLOWEST);
         problem->weight[k] = 0.5
                              * (grid->seg[k - 1].length + grid->seg[k].length)
                              / (x * sqrt(x));
@@ -350,7 +351,7 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
         problem->weight[k] /= sum;
         one_row(problem, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
         double floor = GUESS_FLOOR * xf;
-        double asked = fmin(grid->seg[k - 1].asked, grid->seg[k].asked);
+        double asked = lesser(grid->seg[k - 1].asked, grid->seg[k].asked);
         if (grid->sinks && cap > ABOVE_ASKED * asked) {
             problem->weight[k] *= PULL;
             problem->pull[k] = problem->weight[k] / asked;
@@ -360,7 +361,8 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
     for (int k = problem->first; k <= grid->count - 2; k++) {
         double most = 0.0;
         for (int i = 0; i < problem->used[k / LANES].jerk; i++) {
-            most = fmax(most,
+            most =
+                greater(most,
                         fabs(*lane(&jerk_row(problem, k, 0, i)->coef[2], k)));
         }
         problem->calm[k] = 0.5 * CALM * problem->lengths[k] / sum * most * most
@@ -369,10 +371,10 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
     for (int k = problem->first; k <= grid->count - 2; k++) {
         double more = swell(problem->guess[k], problem->guess[k + 1]);
         if (more > SWELLS) {
-            tighten_rows(problem, k, SWELLS / fmin(more, SWELLS_MOST));
+            tighten_rows(problem, k, SWELLS / lesser(more, SWELLS_MOST));
         }
         double length = problem->lengths[k];
-        double xf = fmin(problem->guess[k], problem->guess[k + 1]);
+        double xf = lesser(problem->guess[k], problem->guess[k + 1]);
         double c0 = 5.0 / 24.0 * length * length;
         double c1 =
             length * length / 24.0; /* x in the middle: x + h u + c0 + c1 */
@@ -384,7 +386,7 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
                 -c0 / xf,
                 -c1 / xf,
                 -0.5 * GUESS_FLOOR);
-        double cap = fmin(grid->seg[k].soft, grid->seg[k].cap);
+        double cap = lesser(grid->seg[k].soft, grid->seg[k].cap);
         if (k > 0) {
             one_row(problem,
                     ROW_RISE,

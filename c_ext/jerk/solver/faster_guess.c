@@ -16,6 +16,7 @@
 #include "jerk/solver/interior_point_stage.h"
 #include "jerk/solver/projection.h"
 #include "jerk/state/tuning.h"
+#include "maths/order.h"
 
 /* Largest jerk of an axis at the ends of the stages of block i, over its limit.
  */
@@ -76,16 +77,16 @@ static void find_growth(const struct problem *problem, double *growth) {
         growth[0] = GROW_MOST;
     }
     for (int k = 1; k <= last; k++) {
-        growth[k] = fmin(growth[k], GROW_STEP * growth[k - 1]);
+        growth[k] = lesser(growth[k], GROW_STEP * growth[k - 1]);
     }
     for (int k = last - 1; k >= 0; k--) {
-        growth[k] = fmin(growth[k], GROW_STEP * growth[k + 1]);
+        growth[k] = lesser(growth[k], GROW_STEP * growth[k + 1]);
     }
 }
 
 /* The profile where it is not far below the guess. */
 static double start_of_growth(const struct problem *problem, int k) {
-    return fmax(problem->x[k], GROW_LEAST * problem->guess[k]);
+    return greater(problem->x[k], GROW_LEAST * problem->guess[k]);
 }
 
 /* One more round; returns the mean change. */
@@ -94,8 +95,8 @@ static double grow(struct problem *problem, double *growth) {
     find_growth(problem, growth);
     for (int k = 1; k < problem->count; k++) {
         double x = start_of_growth(problem, k);
-        double by = fmin(growth[k - 1], growth[k]);
-        double to = fmax(TINY, fmin(x * by, fmax(problem->cap[k], x)));
+        double by = lesser(growth[k - 1], growth[k]);
+        double to = greater(lesser(x * by, greater(problem->cap[k], x)), TINY);
         change += fabs(to / problem->guess[k] - 1.0);
         problem->guess[k] = to;
     }
@@ -109,7 +110,7 @@ bool faster_guess(struct problem *problem, double *growth) {
         }
     }
     for (int k = 1; k < problem->count; k++) {
-        problem->guess[k] = fmax(TINY, start_of_growth(problem, k));
+        problem->guess[k] = greater(start_of_growth(problem, k), TINY);
     }
     return true;
 }

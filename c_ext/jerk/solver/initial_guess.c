@@ -6,6 +6,7 @@
 #include "jerk/solver/initial_guess.h"
 #include "jerk/solver/projection.h"
 #include "jerk/state/state.h"
+#include "maths/order.h"
 
 /* What curvature alone allows on a segment. */
 static double curve_cap(const jerk_planner *planner,
@@ -14,18 +15,18 @@ static double curve_cap(const jerk_planner *planner,
     double bend = 0.0;
     double twist = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        bend = fmax(bend,
-                    larger(segment->interval->d2[0][axis],
-                           segment->interval->d2[1][axis])
-                        / acc_max(planner, segment->interval, axis));
-        twist = fmax(twist,
-                     larger(segment->interval->d3[0][axis],
-                            segment->interval->d3[1][axis])
-                         / jerk_max(planner, segment->interval, axis));
+        bend = greater(bend,
+                       larger(segment->interval->d2[0][axis],
+                              segment->interval->d2[1][axis])
+                           / acc_max(planner, segment->interval, axis));
+        twist = greater(twist,
+                        larger(segment->interval->d3[0][axis],
+                               segment->interval->d3[1][axis])
+                            / jerk_max(planner, segment->interval, axis));
     }
     double v = cbrt(EASY_BEND * segment->share
                     / fmax(1e-30, twist * scale * scale * scale));
-    return fmin(EASY_BEND / fmax(1e-30, bend * scale * scale), v * v);
+    return lesser(EASY_BEND / fmax(1e-30, bend * scale * scale), v * v);
 }
 
 static void path_limits(const jerk_planner *planner,
@@ -35,14 +36,15 @@ static void path_limits(const jerk_planner *planner,
     double scale = planner->scale;
     *acc = *jerk = 1e30;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double d1 = fmax(fabs(segment->interval->d1[0][axis]), 1e-9);
-        *acc =
-            fmin(*acc,
-                 segment->acc[axis] * acc_max(planner, segment->interval, axis)
-                     / (d1 * scale * scale));
-        *jerk = fmin(*jerk,
-                     segment->share * jerk_max(planner, segment->interval, axis)
-                         / (d1 * scale * scale * scale));
+        double d1 = greater(fabs(segment->interval->d1[0][axis]), 1e-9);
+        *acc = lesser(*acc,
+                      segment->acc[axis]
+                          * acc_max(planner, segment->interval, axis)
+                          / (d1 * scale * scale));
+        *jerk =
+            lesser(*jerk,
+                   segment->share * jerk_max(planner, segment->interval, axis)
+                       / (d1 * scale * scale * scale));
     }
 }
 
@@ -70,18 +72,18 @@ static void ramp(const jerk_planner *planner,
         double acc, jerk;
         path_limits(planner, segment, &acc, &jerk);
         double length = segment->length;
-        double rise = EASY_JERK * jerk / sqrt(fmax(x[k], 1e-12));
-        double next = fmin(EASY_ACC * acc, accel + length * rise);
+        double rise = EASY_JERK * jerk / sqrt(greater(x[k], 1e-12));
+        double next = lesser(EASY_ACC * acc, accel + length * rise);
         double reach = x[k] + length * (accel + next);
         if (reach < x[k + step]) {
-            x[k + step] = fmax(reach, 0.25 * x[k]);
+            x[k + step] = greater(reach, 0.25 * x[k]);
             accel = next;
         } else {
             accel = fmax(0.0,
-                         fmin(next,
-                              0.5 * (x[k + step] - x[k])
-                                  / length)); /* falling caps are the other
-                                                 pass's matter */
+                         lesser(next,
+                                0.5 * (x[k + step] - x[k])
+                                    / length)); /* falling caps are the other
+                                                   pass's matter */
         }
     }
 }
@@ -89,8 +91,8 @@ static void ramp(const jerk_planner *planner,
 /* Cap of the speed between two segments by feed and override. */
 static double feed_at(const struct grid *grid, int k) {
     const struct segment *segment = &grid->seg[k];
-    return grid->sinks ? fmin(segment[-1].asked, segment->asked)
-                       : fmin(segment[-1].soft, segment->soft);
+    return grid->sinks ? lesser(segment[-1].asked, segment->asked)
+                       : lesser(segment[-1].soft, segment->soft);
 }
 
 /* Caps of feed, machine and curvature, less a margin. */
@@ -103,8 +105,8 @@ static void easy_caps(jerk_planner *planner,
         double before = curve;
         double soft = feed_at(grid, k);
         curve = curve_cap(planner, &grid->seg[k]);
-        cap[k] = EASY_SPEED * fmin(soft, grid->knot_cap[k]);
-        x[k] = fmin(cap[k], fmin(before, curve));
+        cap[k] = EASY_SPEED * lesser(soft, grid->knot_cap[k]);
+        x[k] = lesser(cap[k], lesser(before, curve));
     }
 }
 
@@ -131,7 +133,7 @@ static void slow_profile(jerk_planner *planner,
     easy_caps(planner, grid, x);
     if (grid->from_standstill) {
         double most = standstill_end(planner, &grid->seg[0], &accel);
-        x[1] = fmin(x[1], most);
+        x[1] = lesser(x[1], most);
     }
     ramp(planner,
          grid,
@@ -140,18 +142,19 @@ static void slow_profile(jerk_planner *planner,
          count - 1,
          1,
          fmax(0.0, accel));
-    x[count - 1] = fmin(x[count - 1],
-                        standstill_end(planner, &grid->seg[count - 1], &accel));
+    x[count - 1] =
+        lesser(x[count - 1],
+               standstill_end(planner, &grid->seg[count - 1], &accel));
     ramp(planner, grid, x, count - 1, 1, -1, accel);
     for (int k = 1; k < count && !grid->from_standstill;
          k++) { /* from above the caps: down with the full acceleration */
         double acc, jerk;
         path_limits(planner, &grid->seg[k - 1], &acc, &jerk);
         double drop = 2.0 * acc * grid->seg[k - 1].length;
-        x[k] = fmax(x[k], x[k - 1] - drop);
+        x[k] = greater(x[k], x[k - 1] - drop);
     }
     for (int k = 1; k < count; k++) {
-        x[k] = fmax(x[k], TINY);
+        x[k] = greater(x[k], TINY);
     }
 }
 
@@ -237,7 +240,8 @@ static void keep_reachable(const jerk_planner *planner,
         double acc, jerk;
         double length = grid->seg[k].length;
         path_limits(planner, &grid->seg[k], &acc, &jerk);
-        double next = fmin(acc, accel + length * jerk / sqrt(fmax(at, TINY)));
+        double next =
+            lesser(acc, accel + length * jerk / sqrt(greater(at, TINY)));
         at = fmax(LEAST_KEPT * at, at + length * (accel + next));
         accel = next;
         if (at >= x[k + 1]) {
@@ -256,7 +260,8 @@ static void come_to_rest(const jerk_planner *planner,
     if (planner->plan.remaining <= grid->from_start[grid->count]) {
         return;
     }
-    x[last] = fmin(x[last], standstill_end(planner, &grid->seg[last], &accel));
+    x[last] =
+        lesser(x[last], standstill_end(planner, &grid->seg[last], &accel));
     ramp(planner, grid, x, last, 1, -1, accel);
 }
 
@@ -272,11 +277,11 @@ bool guess_window(jerk_planner *planner,
         for (int k = 1; k < grid->count; k++) {
             if (planner->scratch[k] > problem->guess[k]) {
                 problem->guess[k] =
-                    fmin(planner->scratch[k],
-                         fmax(problem->guess[k], feed_at(grid, k)));
+                    lesser(planner->scratch[k],
+                           greater(problem->guess[k], feed_at(grid, k)));
             }
             if (grid->sinks) {
-                double t = fmin(1.0, grid->from_start[k] / grid->ramp);
+                double t = lesser(1.0, grid->from_start[k] / grid->ramp);
                 double more = planner->scratch[k] - feed_at(grid, k);
                 if (more > 0.0) {
                     problem->guess[k] =
@@ -310,9 +315,9 @@ bool guess_bump(jerk_planner *planner, const struct grid *grid) {
     for (int k = 0; k < grid->count; k++) {
         double acc, j;
         path_limits(planner, &grid->seg[k], &acc, &j);
-        jerk = fmin(jerk, j);
+        jerk = lesser(jerk, j);
         if (k > 0) {
-            cap = fmin(cap, problem->guess[k]);
+            cap = lesser(cap, problem->guess[k]);
         }
     }
     for (int k = 1; k < grid->count; k++) {
@@ -334,7 +339,7 @@ bool guess_from(jerk_planner *planner,
                 const double *x) {
     struct problem *problem = &planner->prob;
     for (int k = 0; k <= grid->count; k++) {
-        problem->guess[k] = fmax(TINY, x[k]);
+        problem->guess[k] = greater(x[k], TINY);
     }
     problem->guess[grid->count] = 0.0;
     bound_rows(planner, grid);
@@ -345,19 +350,20 @@ bool guess_from(jerk_planner *planner,
 bool guess_stop(jerk_planner *planner, const struct grid *grid) {
     struct problem *problem = &planner->prob;
     double way = grid->from_start[grid->count];
-    double beta = fmin(
-        4.0,
-        fmax(0.0,
-             2.0 * planner->accel * way / fmax(planner->x, 1e-12) + 4.0 / 3.0));
+    double beta =
+        lesser(4.0,
+               fmax(0.0,
+                    2.0 * planner->accel * way / greater(planner->x, 1e-12)
+                        + 4.0 / 3.0));
     problem->guess[0] = planner->x;
     for (int k = 1; k < grid->count; k++) {
         double t = grid->from_start[k] / way;
-        double cap = fmin(grid->knot_cap[k],
-                          fmin(grid->seg[k - 1].soft, grid->seg[k].soft));
+        double cap = lesser(grid->knot_cap[k],
+                            lesser(grid->seg[k - 1].soft, grid->seg[k].soft));
         problem->guess[k] = fmax(
             TINY,
-            fmin(cap,
-                 planner->x * standstill_power(1.0 - t) * (1.0 + beta * t)));
+            lesser(cap,
+                   planner->x * standstill_power(1.0 - t) * (1.0 + beta * t)));
     }
     problem->guess[grid->count] = 0.0;
     bound_rows(planner, grid);
@@ -376,11 +382,11 @@ bool guess_stop_like(jerk_planner *planner,
            planner->scratch);
     problem->guess[0] = planner->x;
     for (int k = 1; k < grid->count; k++) {
-        problem->guess[k] =
-            fmax(TINY,
-                 fmin(planner->scratch[k],
-                      fmin(grid->knot_cap[k],
-                           fmin(grid->seg[k - 1].soft, grid->seg[k].soft))));
+        problem->guess[k] = fmax(
+            TINY,
+            lesser(planner->scratch[k],
+                   lesser(grid->knot_cap[k],
+                          lesser(grid->seg[k - 1].soft, grid->seg[k].soft))));
     }
     problem->guess[grid->count] = 0.0;
     bound_rows(planner, grid);

@@ -7,6 +7,7 @@
 #include "jerk/state/problem.h"
 #include "jerk/state/segments.h"
 #include "jerk/state/tuning.h"
+#include "maths/order.h"
 
 /* What operator and program ask for: mm/s in place of all feeds (< 0: none),
  * and the overrides. */
@@ -100,13 +101,14 @@ static inline double least_acc(const jerk_planner *planner,
                                const jerk_interval *left,
                                const jerk_interval *right,
                                int axis) {
-    return fmin(acc_max(planner, left, axis), acc_max(planner, right, axis));
+    return lesser(acc_max(planner, left, axis), acc_max(planner, right, axis));
 }
 static inline double least_jerk(const jerk_planner *planner,
                                 const jerk_interval *left,
                                 const jerk_interval *right,
                                 int axis) {
-    return fmin(jerk_max(planner, left, axis), jerk_max(planner, right, axis));
+    return lesser(jerk_max(planner, left, axis),
+                  jerk_max(planner, right, axis));
 }
 
 /* How the first and the second derivative of an axis jump between neighbours.
@@ -124,7 +126,7 @@ static inline double bend_of(const jerk_interval *left,
 
 /* The larger magnitude. */
 static inline double larger(double one, double other) {
-    return fmax(fabs(one), fabs(other));
+    return greater(fabs(one), fabs(other));
 }
 
 /* Speed that the operator and the program ask for over q, mm/s. */
