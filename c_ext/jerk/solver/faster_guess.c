@@ -67,10 +67,7 @@ static vec may_grow(const struct problem *problem, int i) {
 static void find_growth(const struct problem *problem, double *growth) {
     int last = problem->count - 1;
     for (int i = 0; i < problem->blocks; i++) {
-        vec may = may_grow(problem, i);
-        for (int n = 0; n < LANES && i * LANES + n <= last; n++) {
-            growth[i * LANES + n] = may[n];
-        }
+        store(growth + i * LANES, may_grow(problem, i));
     }
     growth[last] = GROW_MOST; /* without rows: it follows from the one before */
     if (problem->first > 0) {

@@ -58,7 +58,7 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
         }
         double ap = fmin(1.0, 1.0 / fmax(1e-9, top(scan.ps)));
         double ad = fmin(1.0, 1.0 / fmax(1e-9, 1.0 + top(scan.pl)));
-        double dsl = sum(scan.dsl); /* s dl = -s l - ds l */
+        double dsl = -sum(scan.dsl); /* s dl = -s l - ds l */
         double dsdl = -dsl - sum(scan.dsdsl);
         double after =
             (gap + ap * dsl - ad * (gap + dsl) + ap * ad * dsdl) / rows;

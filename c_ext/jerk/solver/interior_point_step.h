@@ -9,7 +9,7 @@
  * `sigma_mu`, old product in ds. */
 typedef struct scan {
     vec ps, pl;         /* largest -ds/s, -dl/l */
-    vec sl, dsl, dsdsl; /* sums of s l, ds l, ds ds l / s */
+    vec sl, dsl, dsdsl; /* sums of s l, -ds l, ds ds l / s */
 } scan;
 
 static inline void side_predict(vec dq,
@@ -19,15 +19,15 @@ static inline void side_predict(vec dq,
                                 vec inverse,
                                 struct scan *scan,
                                 vec *corr) {
-    vec rs = (-residual - dq) * inverse; /* dl = -l - l ds/s */
+    vec drop = (residual + dq) * inverse; /* -ds/s; dl = -l - l ds/s */
     vec product = slack * dual;
-    vec change = product * rs;
-    *corr = -(dual + dual * rs) * rs;
-    scan->ps = vmax(scan->ps, -rs);
-    scan->pl = vmax(scan->pl, rs);
+    vec change = product * drop;
+    *corr = (dual - dual * drop) * drop;
+    scan->ps = vmax(scan->ps, drop);
+    scan->pl = vmax(scan->pl, -drop);
     scan->sl += product;
     scan->dsl += change;
-    scan->dsdsl += change * rs;
+    scan->dsdsl += change * drop;
 }
 
 /* Both sides of a row; the corrector's ds dl / s waits in dual_step. */
@@ -261,13 +261,13 @@ static inline void side_correct(vec dq,
                                 vec inverse,
                                 vec mu,
                                 struct scan *scan,
-                                vec *slack_step,
+                                vec *slack_drop,
                                 vec *dual_step) {
-    vec step = -residual - dq;
-    vec dual_change = -dual - dual * step * inverse + mu * inverse - *dual_step;
-    *slack_step = step;
+    vec drop = residual + dq;
+    vec dual_change = dual * drop * inverse - dual + mu * inverse - *dual_step;
+    *slack_drop = drop;
     *dual_step = dual_change;
-    scan->ps = vmax(scan->ps, -step * inverse);
+    scan->ps = vmax(scan->ps, drop * inverse);
     scan->pl = vmax(scan->pl, -dual_change / dual);
 }
 
@@ -282,7 +282,7 @@ static inline void correct_sides(two_sided *row,
                      row->inverse[k],
                      mu,
                      scan,
-                     &row->slack_step[k],
+                     &row->slack_drop[k],
                      &row->dual_step[k]);
     }
 }
@@ -334,7 +334,7 @@ static inline void correct_one(struct problem *problem,
                      row->inverse,
                      mu,
                      scan,
-                     &row->slack_step,
+                     &row->slack_drop,
                      &row->dual_step);
     }
 }
@@ -372,7 +372,7 @@ static inline void move_rows(two_sided *row,
                              vec *gap) {
     for (int k = 0; k < count; k++, row++) {
         for (int side = 0; side < 2; side++) {
-            row->slack[side] += ap * row->slack_step[side];
+            row->slack[side] -= ap * row->slack_drop[side];
             row->dual[side] += ad * row->dual_step[side];
             *gap += row->slack[side] * row->dual[side];
         }
@@ -396,7 +396,7 @@ static double move(struct problem *problem, double ap, double ad) {
         move_rows(mid_rows_of(problem, i), used->mid, ap, ad, &gap);
         struct one_sided *one = one_rows_of(problem, i);
         for (int k = 0; k < ONE_SIDED_ROWS; k++, one++) {
-            one->slack += ap * one->slack_step;
+            one->slack -= ap * one->slack_drop;
             one->dual += ad * one->dual_step;
             gap += one->slack * one->dual;
         }

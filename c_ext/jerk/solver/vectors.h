@@ -13,9 +13,14 @@ static inline vec load(const double *from) {
 static inline void store(double *to, vec v) {
     *(vec *)to = v;
 }
+/* The greater lanes; those of the second where one is NAN. */
 static inline vec vmax(vec a, vec other) {
+#ifdef __AVX__
+    return __builtin_ia32_maxpd256(a, other);
+#else
     ivec mask = a > other;
     return (vec)((mask & (ivec)a) | (~mask & (ivec)other));
+#endif
 }
 static inline vec size_of(vec v) {
     return vmax(v, -v);

@@ -34,7 +34,7 @@ typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5
     vec dual[2];
     vec inverse[2];
     vec residual[2];
-    vec slack_step[2];
+    vec slack_drop[2];
     vec dual_step[2];
 } two_sided;
 
@@ -45,7 +45,7 @@ typedef struct used {
 } used;
 
 typedef struct one_sided { /* b (x, u, c0, c1) <= bound */
-    vec coef[4], bound, slack, dual, inverse, residual, slack_step, dual_step;
+    vec coef[4], bound, slack, dual, inverse, residual, slack_drop, dual_step;
 } one_sided;
 
 /* Caps of x at the start and at the control points behind it and ahead of the
