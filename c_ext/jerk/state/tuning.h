@@ -700,7 +700,7 @@
 
 /* Cost of the squared jerk: it keeps solutions from chattering. Unit: share
  * of the objective. Evidence: bench/planner_parts.py, test_planner_optimum. */
-#define CALM 1e-2
+#define CALM 1e-3
 
 /* Behind the start, whose rows have more room. Unit: intervals. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */
@@ -827,7 +827,7 @@
 /* Cost of a change of the jerk within an interval where nothing is gained by
  * it. Unit: times CALM. Evidence: bench/planner_parts.py,
  * test_planner_optimum. */
-#define EVEN 10.0
+#define EVEN 170.0
 
 /* Keeps every stage's cost positive. Unit: 1, scaled. Evidence:
  * test_extreme_limits. */

@@ -7,6 +7,7 @@ from __future__ import annotations
 import ctypes
 import resource
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +79,7 @@ class Hostile:
         self._rng = np.random.default_rng(seed)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run)
+        self._rounds = 0
         self.writes = 0
 
     def _run(self) -> None:
@@ -89,6 +91,13 @@ class Hostile:
                 self._request[:] = self._rng.choice(SPECIAL, 2)
                 self._semaphore[0] = self._rng.integers(0, 3)
             self.writes += len(self._where) + 30
+            self._rounds += 1
+
+    def wait_for_a_round(self) -> None:
+        """The thread has its turn, however busy the machine is."""
+        seen = self._rounds
+        while self._rounds == seen and self._thread.is_alive():
+            time.sleep(0.0)
 
     def __enter__(self) -> Hostile:
         self._thread.start()
@@ -103,7 +112,9 @@ def layout_size() -> int:
     return ctypes.sizeof(layout.HLI_SEGMENT)
 
 
-def run_beside(cnc: Inside, cycles: int) -> None:
+def run_beside(
+    cnc: Inside, cycles: int, hostile: Hostile | None = None
+) -> None:
     """Cycles; what a PLC may cause is taken and left."""
     end = int(cnc.engine.state.cycle) + cycles
     while (left := end - int(cnc.engine.state.cycle)) > 0:
@@ -115,6 +126,8 @@ def run_beside(cnc: Inside, cycles: int) -> None:
         else:
             assert event in HARMLESS or cnc.prepare(event), event
         cnc._take()
+        if hostile:
+            hostile.wait_for_a_round()
 
 
 def undisturbed(folder: Path) -> Any:
@@ -139,7 +152,7 @@ def test_without_an_enabled_command_the_path_is_the_same(
         if service == layout.HLI_SERVICE_IMMEDIATE:
             cnc.engine.serve_start()
         with Hostile(cnc, (".enable_w", ".plc_present_w"), 7) as hostile:
-            run_beside(cnc, 20_000)
+            run_beside(cnc, 20_000, hostile)
         assert hostile.writes > 100_000
         assert np.array_equal(cnc.pos, expected)
         state = cnc.engine.state
@@ -157,8 +170,8 @@ def test_with_every_command_the_limits_hold(tmp_path: Path, seed: int) -> None:
     with Inside(tmp_path, PROGRAM) as cnc:
         run_beside(cnc, 200)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        with Hostile(cnc, (), seed):
-            run_beside(cnc, 20_000)
+        with Hostile(cnc, (), seed) as hostile:
+            run_beside(cnc, 20_000, hostile)
         assert np.isfinite(cnc.pos).all()
         legal(cnc.pos, cnc.cell)
         assert cnc.engine.state.fault == 0
