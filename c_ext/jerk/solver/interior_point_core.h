@@ -24,7 +24,7 @@ static int count_sides(const struct problem *problem) {
     return sides;
 }
 
-static double step_length(vec most) {
+static inline double step_length(vec most) {
     double m = top(most);
     return m > TO_BOUNDARY ? TO_BOUNDARY / m : 1.0;
 }

@@ -240,9 +240,10 @@ static inline void gather_one(const struct problem *problem,
     }
 }
 
-/* Hessian and the gradient of the predictor (no centring). */
+/* Hessian and the gradient of the predictor (no centring). `floor`: least
+ * product of slack and multiplier. */
 static void gather(struct problem *problem, double floor) {
-    vec least = set1(floor);
+    const vec least = set1(floor);
     for (int i = 0; i < problem->blocks; i++) {
         int k = i * LANES;
         struct block bl;

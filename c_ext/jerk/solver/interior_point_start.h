@@ -18,7 +18,11 @@ static void set_scale(struct problem *problem) {
     }
 }
 
-static void start_side(vec value, vec bound, double mu, vec *slack, vec *dual) {
+static inline void start_side(vec value,
+                              vec bound,
+                              double mu,
+                              vec *slack,
+                              vec *dual) {
     *slack = vmax(bound - value, set1(START_SLACK));
     *dual = mu / *slack;
 }
@@ -62,7 +66,11 @@ static void start_jerk(const struct problem *problem,
 }
 
 /* So many acceleration rows that read the state (x, accel). */
-static void start_acc(two_sided *row, int count, vec x, vec accel, double mu) {
+static inline void start_acc(two_sided *row,
+                             int count,
+                             vec x,
+                             vec accel,
+                             double mu) {
     for (int k = 0; k < count; k++, row++) {
         vec form = acc_value(row, x, accel);
         const vec value[2] = {form, -form};

@@ -1,4 +1,8 @@
-/* LANES numbers at a time. */
+/* LANES numbers at a time.
+ *
+ * Functions that are not inlined take vectors by address, or numbers: behind
+ * one that takes a vector GCC 12 leaves the upper halves of AVX2's registers in
+ * use, and what is built for any processor then takes three times as long. */
 #ifndef JERK_VECTORS_H
 #define JERK_VECTORS_H
 #include <math.h>
