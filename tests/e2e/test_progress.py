@@ -19,7 +19,15 @@ pytestmark = pytest.mark.ci
 
 Write = Callable[..., Path]
 BLOCKS = 2_000
-ENDLESS = "N10 G1 X1 F600\nN20 $WHILE 1\nN30 P1 = 1\nN40 $ENDWHILE\nM30\n"
+SLOW = " + ".join(["SIN[P1]"] * 150)
+"""So long that half a million such blocks, which end a plan, take half a minute."""
+ENDLESS = f"""N10 G1 X1 F600
+N20 P1 = 1
+N30 $WHILE 1
+N40 P1 = {SLOW}
+N50 $ENDWHILE
+M30
+"""
 
 
 def on_terminal(*arguments: object) -> tuple[int, str]:
