@@ -1,5 +1,6 @@
 /* The greater and the lesser of two numbers, neither of which is NAN: compilers
- * call the library for fmax and fmin. */
+ * call the library for fmax and fmin.  These stay where a bound has to hold for
+ * NAN too. */
 #ifndef MATHS_ORDER_H
 #define MATHS_ORDER_H
 
