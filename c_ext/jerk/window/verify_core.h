@@ -182,8 +182,8 @@ static double standstill_ratio(const jerk_planner *planner,
     return worst;
 }
 
-/* The motion of a law that begins at 0; `s` gets the places.  It is jerk_at() of
- * LANES times: a call for each time would be 7 % of all planning. */
+/* The motion of a law that begins at 0; `s` gets the places.  It is jerk_at()
+ * of LANES times: a call for each time would be 7 % of all planning. */
 static motion motion_at(const jerk_law *law, const vec *times, vec *s) {
     vec t = *times;
     double j = law->jerk;
