@@ -36,7 +36,8 @@ static bool worth_planning(const jerk_planner *planner) {
     if (pl->stands || !more_path(planner)) {
         return false;
     }
-    return pl->since >= pl->refresh * pl->count && pl->remaining < pl->lasts;
+    return pl->since >= planner->cfg.refresh * pl->count
+           && pl->remaining < pl->lasts;
 }
 
 static double thread_cpu_s(void) {
@@ -64,19 +65,19 @@ static double earned_in(const jerk_planner *planner, uint64_t since) {
 /* A plan over the window takes what motion has earned. What the operator asks
  * for has its own budget. */
 static bool plan_for_credit(jerk_planner *planner) {
-    const double most = CREDIT_S * WINDOW_WORK_PER_S;
     double spent = (double)planner->stats.spent;
-    double may = fmax(LEAST_CREDIT_S * WINDOW_WORK_PER_S, planner->credit);
+    double may = fmax(LEAST_WORK, planner->credit);
+    planner->scarce = planner->credit < SCARCE * WORK_KEPT;
     planner->most = planner->changed ? INFINITY : spent + may;
     bool met = plan_window(planner);
     double left = planner->credit - ((double)planner->stats.spent - spent);
-    planner->credit = fmax(-most, left);
+    planner->credit = fmax(-WORK_KEPT, left);
     return met;
 }
 
 static void earn(jerk_planner *planner, double seconds) {
-    planner->credit = fmin(CREDIT_S * WINDOW_WORK_PER_S,
-                           planner->credit + WINDOW_WORK_PER_S * seconds);
+    planner->credit =
+        fmin(WORK_KEPT, planner->credit + WINDOW_WORK_PER_S * seconds);
 }
 
 static void plan_again(jerk_planner *planner) {

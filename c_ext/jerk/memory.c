@@ -108,11 +108,28 @@ static void lay_out_plan(plan *plan, struct arena *arena, size_t count) {
     plan->last = take(arena, count);
 }
 
+/* A guess needs no more of it. */
+static void lay_out_found(plan *found, struct arena *arena, size_t count) {
+    found->lengths = doubles(arena, count);
+    found->x = doubles(arena, count);
+    found->accel = doubles(arena, count);
+}
+
 static void lay_out_plans(jerk_planner *planner, struct arena *arena) {
     size_t count = (size_t)planner->capacity + HANDED_MAX;
     lay_out_plan(&planner->plan, arena, count);
     lay_out_plan(&planner->kept.plan, arena, count);
+    lay_out_found(&planner->found, arena, count);
     planner->scratch = doubles(arena, count + 2 * LANES);
+}
+
+/* Intervals of a window at the most. */
+static int capacity_for(const jerk_config *config) {
+    return config->window_knots + GRADED_EXTRA + SCARCE_EXTRA;
+}
+
+int64_t jerk_laws_max(const jerk_config *config) {
+    return capacity_for(config) + HANDED_MAX;
 }
 
 static void lay_out(jerk_planner *planner, struct arena *arena) {
@@ -148,7 +165,7 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     }
     planner->cfg = *config;
     set_scales(planner);
-    planner->capacity = planner->grid.max = config->window_knots + GRADED_EXTRA;
+    planner->capacity = planner->grid.max = capacity_for(config);
     planner->mask = 1023;
     while (planner->mask + 1
                < (uint64_t)(capacity > 0 ? capacity + HANDED_MAX : 0)
@@ -162,7 +179,7 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     planner->other_s = -CALM_S;
     planner->was = speeds_now(planner);
     planner->reach = 1e30;
-    planner->credit = CREDIT_S * WINDOW_WORK_PER_S;
+    planner->credit = WORK_KEPT;
     struct arena arena = {0};
     lay_out(planner, &arena);
     planner->handed = calloc(HANDED_MAX, sizeof *planner->handed);

@@ -1,6 +1,7 @@
 /* When the plan is made anew: over the window, over less of it where that
  * fails, and otherwise the fastest way down. */
 #include <math.h>
+#include <string.h>
 #include "jerk/near.h"
 #include "jerk/path/grid.h"
 #include "jerk/replan.h"
@@ -153,6 +154,20 @@ static bool solve_fall(jerk_planner *planner, struct grid *grid) {
     return legal;
 }
 
+/* What the solver has come to is the guess over finer steps. */
+static void keep_found(jerk_planner *planner, const struct grid *grid) {
+    plan *found = &planner->found;
+    size_t bytes = sizeof(double) * (size_t)(grid->count + 1);
+    memcpy(found->x, planner->prob.x, bytes);
+    memcpy(found->accel, planner->prob.accel, bytes);
+    for (int k = 0; k < grid->count; k++) {
+        found->lengths[k] = grid->seg[k].length;
+    }
+    found->count = grid->count;
+    found->from_standstill = grid->from_standstill;
+    found->remaining = grid->from_start[grid->count];
+}
+
 /* The window up to a reach, with finer steps where they turn out to be too
  * long. */
 static bool solve_finer(jerk_planner *planner,
@@ -166,8 +181,12 @@ static bool solve_finer(jerk_planner *planner,
         if (legal || !planner->finer || !can_afford(planner)) {
             break;
         }
+        if (planner->scarce) {
+            keep_found(planner, grid);
+        }
         over_window(planner, grid, reach);
     }
+    planner->found.count = 0;
     planner->finer_tries = 0;
     return legal;
 }

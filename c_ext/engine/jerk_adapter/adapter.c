@@ -67,7 +67,7 @@ static void bound_jerk(engine_config *cfg) {
 }
 
 static int laws_for(const jerk_config *config) {
-    return config->window_knots + 128 + jerk_laws_kept();
+    return (int)jerk_laws_max(config);
 }
 
 static uint32_t phases_for(int laws) {

@@ -315,12 +315,18 @@ static bool fill_interval(jerk_planner *planner,
     return !(stand_to > 0.0) || add_part(planner, grid, at, end, len);
 }
 
+/* Intervals that a window may have now. */
+static int window_room(const jerk_planner *planner) {
+    return planner->capacity - (planner->scarce ? 0 : SCARCE_EXTRA);
+}
+
 /* Lay the grid over the path up to `to` mm ahead; false if it does not fit. */
 static bool grid_fill(jerk_planner *planner,
                       struct grid *grid,
                       const struct extent *extent,
                       double to) {
     int count = (int)(extent->end - planner->head);
+    grid->max = window_room(planner);
     grid->count = 0;
     grid->used = 0;
     grid->from_standstill = planner->at_standstill;
@@ -456,6 +462,7 @@ bool grid_of_plan(jerk_planner *planner,
     const plan *pl = &planner->plan;
     uint64_t i = planner->head;
     double from = 0.0;
+    grid->max = planner->capacity;
     grid->count = 0;
     grid->used = 0;
     grid->from_standstill = false;

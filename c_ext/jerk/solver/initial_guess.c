@@ -251,18 +251,33 @@ static void keep_reachable(const jerk_planner *planner,
     }
 }
 
-/* The present plan goes on behind the window: here it comes to rest. */
+/* What is guessed from goes on behind the window: here it comes to rest. */
 static void come_to_rest(const jerk_planner *planner,
                          const struct grid *grid,
+                         const plan *from,
                          double *x) {
     int last = grid->count - 1;
     double accel;
-    if (planner->plan.remaining <= grid->from_start[grid->count]) {
+    if (from->remaining <= grid->from_start[grid->count]) {
         return;
     }
     x[last] =
         lesser(x[last], standstill_end(planner, &grid->seg[last], &accel));
     ramp(planner, grid, x, last, 1, -1, accel);
+}
+
+/* What was found over longer steps, where it reaches. */
+static bool guess_found(jerk_planner *planner, const struct grid *grid) {
+    struct problem *problem = &planner->prob;
+    plan_x(&planner->found, grid, 1.0, planner->scratch);
+    for (int k = 1; k < grid->count; k++) {
+        if (planner->scratch[k] > 0.0) {
+            problem->guess[k] = greater(planner->scratch[k], TINY);
+        }
+    }
+    come_to_rest(planner, grid, &planner->found, problem->guess);
+    bound_rows(planner, grid);
+    return project(planner, grid, CLOSE_STIFFNESS);
 }
 
 /* Present plan where it reaches, slow profile behind it. */
@@ -272,6 +287,9 @@ bool guess_window(jerk_planner *planner,
                   double shrink) {
     struct problem *problem = &planner->prob;
     slow_profile(planner, grid, problem->guess);
+    if (planner->found.count > 0) {
+        return guess_found(planner, grid);
+    }
     if (warm && planner->plan.next < planner->plan.count) {
         plan_x(&planner->plan, grid, 1.0, planner->scratch);
         for (int k = 1; k < grid->count; k++) {
@@ -290,7 +308,7 @@ bool guess_window(jerk_planner *planner,
                 }
             }
         }
-        come_to_rest(planner, grid, problem->guess);
+        come_to_rest(planner, grid, &planner->plan, problem->guess);
     }
     keep_reachable(planner, grid, problem->guess);
     for (int k = 1; k < grid->count; k++) {

@@ -206,8 +206,9 @@ int64_t jerk_take(jerk_planner *planner,
 /* Laws from what was handed out to rest. */
 int64_t jerk_tail(const jerk_planner *planner, jerk_law *laws, int64_t max);
 
-/* Laws that jerk_take_back can reach. */
-int64_t jerk_laws_kept(void);
+/* Laws that jerk_tail can give at the most, with those that jerk_take_back can
+ * reach. */
+int64_t jerk_laws_max(const jerk_config *config);
 
 /* The last `seconds` that were handed out are the plan's again; returns how
  * many they were: less where a law could not be cut. */

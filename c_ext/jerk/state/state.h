@@ -57,6 +57,8 @@ struct jerk_planner {
     struct grid grid;
     struct problem prob;
     plan plan;
+    plan found; /* what the solver had found when it asked for finer steps: no
+                   segments where it did not */
     struct kept kept;
     double *scratch; /* capacity + LANES */
     double
@@ -65,6 +67,7 @@ struct jerk_planner {
     bool finer;      /* the last one has */
     bool near; /* the present plan is a first answer: it reaches to rest only */
     double credit; /* work that motion has earned for windows */
+    bool scarce;   /* little of it is left: SCARCE */
     double most;   /* stats.spent up to which the present plan may go */
     int wait;      /* segments to hand out before the next plan is tried */
     double again_s,

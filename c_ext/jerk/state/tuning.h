@@ -102,14 +102,6 @@
  * stopping ways. Evidence: `bench planner`, bench/planner_parts.py. */
 #define LASTS 2.5
 
-/* A shorter plan begins to brake for its end soon. Unit: stopping ways.
- * Evidence: `bench planner`, bench/planner_parts.py. */
-#define JUST_COVERS 2.6
-
-/* Such a plan is made anew after so much of it. Unit: share. Evidence: `bench
- * planner`, bench/planner_parts.py. */
-#define JUST_REFRESH 0.1
-
 /* A window must be so much longer than what is left of the plan. Unit: share.
  * Evidence: `bench planner`, bench/planner_parts.py. */
 #define TAIL_MORE 1.15
@@ -223,8 +215,9 @@
  * Evidence: test_jerk_planner_limits, test_unequal_jerk. */
 #define FINER_FROM 1.08
 
-/* It is made finer too where so little of the limit is planned with. Unit:
- * share. Evidence: test_jerk_planner_limits, test_unequal_jerk. */
+/* It is made finer too where so little of the limit is planned with; where
+ * work is scarce already on the way. Unit: share. Evidence:
+ * test_jerk_planner_limits, test_unequal_jerk. */
 #define FINER_BELOW 0.85
 
 /* Of the length, that a finer interval has. Unit: share. Evidence:
@@ -391,24 +384,33 @@
 /* ---- Work that motion earns ---- */
 
 /* Work that a second of motion earns for windows: iterations, each times the
- * intervals. With 1.5e5 planning takes a twentieth of the motion time and
- * saw-teeth between jerk limits 138 times apart take 1.3 to 2 times as long.
+ * intervals. Planning then takes a twentieth of the motion time at the most.
  * Unit: 1/s. Evidence: `bench planner` (hostile), test_unequal_jerk,
  * test_work_earned. */
-#define WINDOW_WORK_PER_S 1e6
+#define WINDOW_WORK_PER_S 2.5e5
 
 /* Iterations' worth of guess, grid and check that a solve has beside them.
  * Unit: iterations. Evidence: `bench planner`. */
 #define BESIDE_ITERATIONS 6
 
-/* So much is there at first, is kept for harder places, and may be owed. Unit:
- * s of motion. Evidence: `bench planner` (saw-teeth). */
-#define CREDIT_S 1.0
+/* So much is there at first, is kept for harder places, and may be owed: with
+ * half of it programs of a few seconds take up to 1.08 of their time. Unit: as
+ * spent. Evidence: `bench planner` (saw-teeth), bench/planner_parts.py. */
+#define WORK_KEPT 2e6
 
 /* A window may take so much in any case: from rest something must be planned.
- * Unit: s of motion. Evidence: `bench planner` (saw-teeth), test_work_earned.
- */
-#define LEAST_CREDIT_S 0.05
+ * Unit: as spent. Evidence: `bench planner` (saw-teeth), test_work_earned. */
+#define LEAST_WORK 1e4
+
+/* Of what is kept: with less there, work is scarce. Windows are longer then,
+ * fewer of their intervals are made finer, and what was found over longer steps
+ * is the guess. Unit: share. Evidence: `bench planner` (saw-teeth). */
+#define SCARCE 0.3
+
+/* Room for more intervals where work is scarce: of a longer window more is
+ * driven before it brakes for its end. Unit: intervals. Evidence: `bench
+ * planner` (saw-teeth). */
+#define SCARCE_EXTRA 400
 
 /* ---- Other speeds while it moves ---- */
 

@@ -47,10 +47,6 @@ void forget_laws(jerk_planner *planner) {
     planner->handed_count = 0;
 }
 
-int64_t jerk_laws_kept(void) {
-    return HANDED_MAX;
-}
-
 /* At a standstill: the plan that has not begun. The laws that led there can be
  * taken back still. */
 void forget_plan(jerk_planner *planner) {

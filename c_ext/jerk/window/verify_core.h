@@ -156,32 +156,6 @@ static double ratio_at_ends(const view *view,
     return ratio_at(view, &at, false, motion);
 }
 
-/* Constant path jerk over the interval h with the speed v at the moving end;
- * `sign` -1: it ends at rest. */
-static double standstill_ratio(const jerk_planner *planner,
-                               const struct segment *segment,
-                               double v,
-                               double sign) {
-    double t = 3.0 * segment->length / v;
-    double j = 2.0 * v / (t * t);
-    double tm = t * cbrt(0.5);
-    double vm = 0.5 * j * tm * tm;
-    int end = sign > 0.0;
-    const motion at = {set1(v), set1(sign * j * t), set1(j)};
-    const motion middle = {set1(vm), set1(sign * j * tm), set1(j)};
-    const vec half = set1(0.5);
-    const view view = view_of(planner, segment);
-    double worst = fmax(ratio_at_ends(&view, end, end, &at),
-                        ratio_inside(&view, &half, &middle));
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        worst = fmax(
-            worst,
-            fabs(segment->interval->d1[sign > 0 ? 0 : 1][axis]) * j
-                / (jerk_max(planner, segment->interval, axis) * segment->jump));
-    }
-    return worst;
-}
-
 /* The motion of a law that begins at 0; `s` gets the places.  It is jerk_at()
  * of LANES times: a call for each time would be 7 % of all planning. */
 static motion motion_at(const jerk_law *law, const vec *times, vec *s) {
@@ -209,15 +183,20 @@ static double ratio_at_times(const view *view,
     return ratio_inside(view, &s, &at);
 }
 
+/* The ends of parts k, k + 1 .. `last`, as shares of the whole. */
+static inline vec parts_from(int k, int last, int parts) {
+    vec out;
+    for (int lane = 0; lane < LANES; lane++) {
+        out[lane] = k + lane < last ? k + lane : last;
+    }
+    return out / parts;
+}
+
 /* Largest ratio at the ends of so many parts of its time. */
 static double ratio_at_parts(const view *view, const jerk_law *law, int parts) {
     double worst = 0.0;
     for (int k = 1; k < parts; k += LANES) {
-        vec part;
-        for (int lane = 0; lane < LANES; lane++) {
-            part[lane] = k + lane < parts ? k + lane : parts - 1;
-        }
-        part = law->time * part / parts;
+        vec part = law->time * parts_from(k, parts - 1, parts);
         double ratio = ratio_at_times(view, law, &part);
         worst = ratio > worst ? ratio : worst;
     }
@@ -244,6 +223,29 @@ static int parts_of_time(const view *view) {
         most = fmax(most, larger(first, last));
     }
     return change > 0.2 * most ? 12 : 6;
+}
+
+/* Constant path jerk over the interval h with the speed v at the moving end;
+ * `sign` -1: it ends at rest. */
+static double standstill_ratio(const jerk_planner *planner,
+                               const struct segment *segment,
+                               double v,
+                               double sign) {
+    double time = 3.0 * segment->length / v;
+    double j = 2.0 * v / (time * time);
+    const view view = view_of(planner, segment);
+    int parts = parts_of_time(&view);
+    double worst = 0.0;
+    for (int k = 0; k <= parts; k += LANES) {
+        vec share = parts_from(k, parts, parts);
+        vec t = time * share;
+        vec way = share * share * share;
+        vec place = sign > 0.0 ? way : 1.0 - way;
+        const motion at = {0.5 * j * t * t, sign * j * t, set1(j)};
+        double ratio = ratio_inside(&view, &place, &at);
+        worst = ratio > worst ? ratio : worst;
+    }
+    return worst;
 }
 
 /* The law over an interval h with the inputs c; x, u: at its end. */

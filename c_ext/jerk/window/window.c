@@ -85,11 +85,7 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
     pl->stands = grid->stands;
     pl->end = end;
     pl->remaining = grid->from_start[grid->count];
-    double way = stopping_way(planner, grid);
-    pl->lasts = LASTS * way;
-    pl->refresh = pl->remaining < JUST_COVERS * way
-                      ? fmin(planner->cfg.refresh, JUST_REFRESH)
-                      : planner->cfg.refresh;
+    pl->lasts = LASTS * stopping_way(planner, grid);
     return true;
 }
 
@@ -249,20 +245,23 @@ static double loss_of_time(const struct grid *grid,
 }
 
 /* Where limits would have to be lowered much, steps are made finer: what is
- * more inside falls with their square. */
+ * more inside falls with their square.  Where work is scarce what it costs in
+ * time does not count, and only the worst of them are. */
 static bool made_finer(jerk_planner *planner,
                        const struct grid *grid,
                        const struct problem *problem,
                        const double *share) {
-    if (planner->finer_tries < 2
-        || !(loss_of_time(grid, problem, share) > FINER_LOSS)) {
+    bool pays =
+        planner->scarce || loss_of_time(grid, problem, share) > FINER_LOSS;
+    double below = planner->scarce ? FINER_BELOW : FINER_TIGHT;
+    if (planner->finer_tries < 2 || !pays) {
         return false;
     }
     bool any = false;
     for (int k = problem->first; k < grid->count - 1; k++) {
         const struct segment *segment = &grid->seg[k];
         struct steps *of = &planner->steps[segment->at & planner->mask];
-        if (segment->tight == &segment->own || share[k] > FINER_TIGHT) {
+        if (segment->tight == &segment->own || share[k] > below) {
             continue;
         }
         double to =
