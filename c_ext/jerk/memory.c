@@ -35,6 +35,7 @@ static void lay_out_path(jerk_planner *planner, struct arena *arena) {
     planner->grid.knot_cap = doubles(arena, count + 1);
     planner->grid.step = doubles(arena, count + 2);
     planner->grid.grade = doubles(arena, count + 2);
+    planner->grid.reach = doubles(arena, count + 1);
     planner->grid.from_start = doubles(arena, count + 1);
     planner->grid.top = doubles(arena, count + 1);
 }

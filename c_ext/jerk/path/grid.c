@@ -169,11 +169,46 @@ static double knot_step(const jerk_planner *planner,
                        SLOWEST_KNOT);
 }
 
-/* Longest interval on interval i of the ring at the speed v: where the
- * curvature changes so that jerk bounds the speed below v the path jerk is
- * constant over it, what the axes need to follow the bend is not. */
-static double bend_length(const jerk_planner *planner, uint64_t i, double v) {
-    const struct steps *steps = steps_at(planner, i);
+/* The squared speed grows by so much over interval i at the most. */
+static double most_gained(const jerk_planner *planner, uint64_t i) {
+    return 2.0 * steps_at(planner, i)->along * ring_at(planner, i)->length;
+}
+
+/* How fast the path can be at the knots of the pushed intervals, by its bends
+ * and the accelerations between them. */
+static void set_reach(const jerk_planner *planner,
+                      struct grid *grid,
+                      int count,
+                      bool stands) {
+    double *reach = grid->reach;
+    uint64_t head = planner->head;
+    reach[0] = planner->x * planner->scale * planner->scale;
+    for (int i = 1; i <= count; i++) {
+        double top = steps_at(planner, head + i - 1)->top[1];
+        double next = i < count ? steps_at(planner, head + i)->top[0]
+                      : stands  ? 0.0
+                                : INFINITY;
+        reach[i] = lesser(lesser(top, next),
+                          reach[i - 1] + most_gained(planner, head + i - 1));
+    }
+    for (int i = count - 1; i >= 0; i--) {
+        reach[i] =
+            lesser(reach[i], reach[i + 1] + most_gained(planner, head + i));
+    }
+}
+
+/* Longest interval on interval i behind the head: where the curvature changes
+ * so that jerk bounds the speed below what can be reached there the path jerk
+ * is constant over it, what the axes need to follow the bend is not. */
+static double bend_length(const jerk_planner *planner,
+                          const struct grid *grid,
+                          int i,
+                          double feed) {
+    const uint64_t at = planner->head + (uint64_t)i;
+    const struct steps *steps = steps_at(planner, at);
+    double inside =
+        0.5 * (grid->reach[i] + grid->reach[i + 1] + most_gained(planner, at));
+    double v = lesser(feed, sqrt(inside));
     double times = steps->bend * v * v * v;
     double part =
         times > BEND_DECIDES && steps->little ? BEND_FINER : BEND_STEP;
@@ -290,7 +325,7 @@ static bool fill_interval(jerk_planner *planner,
     double slow =
         greater(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
                 lesser(steps_at(planner, at)->least, SLOW_TIME * v));
-    double turn = lesser(bend_length(planner, at, v), slow);
+    double turn = lesser(bend_length(planner, grid, i, v), slow);
     double end = len - stand_to;
     if (stand_from > 0.0 && !add_part(planner, grid, at, 0.0, stand_from)) {
         return false;
@@ -357,6 +392,7 @@ static bool grid_fill(jerk_planner *planner,
             lesser(ahead, ring_at(planner, extent->end - 1)->length));
     }
     knot_steps(planner, grid, count, extent->stands, standstill);
+    set_reach(planner, grid, count, extent->stands);
     double at = 0.0;
     for (int i = 0; i < count && to - at > 1e-9; i++) {
         double whole = ring_at(planner, planner->head + (uint64_t)i)->length;

@@ -105,6 +105,31 @@ static void set_bend(const jerk_planner *planner,
     out->little = out->turn > LITTLE_TURN * interval->length;
 }
 
+/* Squared speed that the axes' accelerations allow across the path. */
+static double bend_top(const jerk_planner *planner,
+                       const jerk_interval *interval,
+                       int end) {
+    double bend = 0.0;
+    double across = 0.0;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double d2 = fabs(interval->d2[end][axis]);
+        bend += d2 * d2;
+        across += d2 * acc_max(planner, interval, axis);
+    }
+    return bend > 0.0 ? across / bend : INFINITY;
+}
+
+/* What all axes together can accelerate along the path. */
+static double most_along(const jerk_planner *planner,
+                         const jerk_interval *interval) {
+    double sum = 0.0;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        sum += larger(interval->d1[0][axis], interval->d1[1][axis])
+               * acc_max(planner, interval, axis);
+    }
+    return sum;
+}
+
 /* Of an axis, the largest rate over the interval counts; no interval is longer
  * than along the slowest of the axes that move. */
 struct steps interval_steps(const jerk_planner *planner,
@@ -142,6 +167,9 @@ struct steps interval_steps(const jerk_planner *planner,
     }
     out.turn = turn_length(planner, interval);
     set_bend(planner, interval, &out);
+    out.top[0] = bend_top(planner, interval, 0);
+    out.top[1] = bend_top(planner, interval, 1);
+    out.along = most_along(planner, interval);
     out.curve_standstill = STANDSTILL_TURN * out.turn;
     out.shortest = lesser(out.turn, interval->length) / LEAST_PARTS;
     out.knots = ceil(interval->length / out.longest);

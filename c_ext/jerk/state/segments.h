@@ -42,6 +42,7 @@ typedef struct grid {
     double *top;          /* n + 1: x with which it is passed at the most */
     double *step;         /* grid step at the knots of the pushed intervals */
     double *grade;        /* growth of the steps over each pushed interval */
+    double *reach;        /* squared speed at their knots at the most, mm2/s2 */
     double finest; /* no step at a standstill is longer: the window has to have
                       some */
     double finer; /* share of the steps that is taken: short stops have few, and
@@ -67,6 +68,8 @@ typedef struct steps {
     double bend, even; /* largest third derivative over the jerk limit, s3/mm3;
                           mm over which they change by so much */
     bool little;       /* it turns next to not at all */
-    double knots;      /* such intervals, of the whole interval as pushed */
+    double top[2]; /* squared speed that the bend at its ends allows, mm2/s2 */
+    double along;  /* largest acceleration along the path, mm/s2 */
+    double knots;  /* such intervals, of the whole interval as pushed */
 } steps;
 #endif

@@ -613,15 +613,15 @@
  * share. Evidence: bench/planner_parts.py, test_planner_optimum. */
 #define BEND_STEP 0.5
 
-/* BEND_STEP counts where at full feed the path would take so many times the
+/* BEND_STEP counts where at the speed in reach it would take so many times the
  * jerk limit. Unit: factor. Evidence: bench/planner_parts.py,
  * test_planner_optimum. */
-#define BEND_MATTERS 40.0
+#define BEND_MATTERS 10.0
 
 /* BEND_FINER counts where it would take so many times and the interval turns
  * next to not at all. Unit: factor. Evidence: bench/planner_parts.py,
  * test_planner_optimum. */
-#define BEND_DECIDES 200.0
+#define BEND_DECIDES 50.0
 
 /* As BEND_STEP, in blends of small angles. Unit: share. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */

@@ -10,7 +10,14 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from cnc_core.benchmarks.jerk_paths import Chain, Line, contour, raster_line
+from cnc_core.benchmarks.jerk_paths import (
+    Chain,
+    Knots,
+    Line,
+    by_length,
+    contour,
+    raster_line,
+)
 from cnc_core.engine.jerk_planner import (
     JerkPlanner,
     Limits,
@@ -306,3 +313,35 @@ def run_stats(limits: Limits, rows: npt.NDArray[Any]) -> tuple[float, float]:
     planner = JerkPlanner(limits, window=120, knots=400)
     laws = run(planner, rows)
     return planner.stats["segments"], float(laws["time"].sum())
+
+
+def _rounded_corner(radius_mm: float) -> Knots:
+    """A right angle as a branch of a hyperbola, 300 radii to each side."""
+
+    def curve(t: npt.NDArray[Any], order: int) -> npt.NDArray[Any]:
+        r = np.sqrt(t**2 + radius_mm**2)
+        along = (t, np.ones_like(t), 0.0 * t, 0.0 * t)[order]
+        across = (
+            r,
+            t / r,
+            radius_mm**2 / r**3,
+            -3.0 * radius_mm**2 * t / r**5,
+        )[order]
+        return np.column_stack([along, across])
+
+    return by_length(curve, radius_mm * np.sinh(np.linspace(-6.4, 6.4, 97)))
+
+
+@pytest.mark.parametrize("radius_mm", [0.01, 0.03])
+def test_steps_follow_the_speed_in_reach(radius_mm: float) -> None:
+    """Steps are as long at the feed of 300 mm/s as at 50 mm/s, where the corner
+    lets neither be reached: there were up to a fifth more of them.
+    """
+    planned = []
+    for feed in (50.0, 300.0):
+        planner = JerkPlanner(LIMITS[2], window=120, knots=360)
+        path = _rounded_corner(radius_mm)
+        laws = run(planner, path.intervals(feed))
+        assert float(laws["length"].sum()) == pytest.approx(path.length)
+        planned.append(len(laws))
+    assert planned[0] == planned[1]
