@@ -36,7 +36,7 @@ static bool worth_planning(const jerk_planner *planner) {
     if (pl->stands || !more_path(planner)) {
         return false;
     }
-    return pl->since >= planner->cfg.refresh * pl->count
+    return pl->since >= pl->refresh * pl->count
            && pl->remaining < pl->lasts;
 }
 

@@ -23,6 +23,8 @@ typedef struct plan {
     double remaining; /* mm from `next` to the end */
     double
         lasts; /* mm: with more than that left it need not be planned again */
+    double
+        refresh; /* share of it after which it is planned again all the same */
     uint64_t edition; /* of the plan: see jerk_edition */
 } plan;
 

@@ -102,6 +102,14 @@
  * stopping ways. Evidence: `bench planner`, bench/planner_parts.py. */
 #define LASTS 2.5
 
+/* A shorter plan begins to brake for its end soon. Unit: stopping ways.
+ * Evidence: `bench planner`, bench/planner_parts.py. */
+#define JUST_COVERS 2.6
+
+/* Such a plan is made anew after so much of it. Unit: share. Evidence: `bench
+ * planner`, bench/planner_parts.py. */
+#define JUST_REFRESH 0.1
+
 /* A window must be so much longer than what is left of the plan. Unit: share.
  * Evidence: `bench planner`, bench/planner_parts.py. */
 #define TAIL_MORE 1.15
@@ -387,7 +395,7 @@
  * intervals. Planning then takes a twentieth of the motion time at the most.
  * Unit: 1/s. Evidence: `bench planner` (hostile), test_unequal_jerk,
  * test_work_earned. */
-#define WINDOW_WORK_PER_S 2.5e5
+#define WINDOW_WORK_PER_S 3e5
 
 /* Iterations' worth of guess, grid and check that a solve has beside them.
  * Unit: iterations. Evidence: `bench planner`. */

@@ -85,7 +85,11 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
     pl->stands = grid->stands;
     pl->end = end;
     pl->remaining = grid->from_start[grid->count];
-    pl->lasts = LASTS * stopping_way(planner, grid);
+    double way = stopping_way(planner, grid);
+    pl->lasts = LASTS * way;
+    pl->refresh = pl->remaining < JUST_COVERS * way
+                      ? fmin(planner->cfg.refresh, JUST_REFRESH)
+                      : planner->cfg.refresh;
     return true;
 }
 
