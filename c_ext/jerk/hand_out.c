@@ -36,8 +36,7 @@ static bool worth_planning(const jerk_planner *planner) {
     if (pl->stands || !more_path(planner)) {
         return false;
     }
-    return pl->since >= pl->refresh * pl->count
-           && pl->remaining < pl->lasts;
+    return pl->since >= pl->refresh * pl->count && pl->remaining < pl->lasts;
 }
 
 static double thread_cpu_s(void) {
