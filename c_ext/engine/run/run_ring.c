@@ -24,6 +24,11 @@ struct piece *run_copy(struct run_ring *run, const struct piece *from) {
 }
 
 void run_publish(struct run_ring *run) {
+    const struct piece *piece = piece_at(run, run->head);
+    struct told *told = &run->told[run->head & run->mask];
+    uint64_t line_n = (uint64_t)piece->line << 32 | piece->n;
+    __atomic_store_n(&told->line_n, line_n, __ATOMIC_RELAXED);
+    __atomic_store_n(&told->file, piece->file, __ATOMIC_RELAXED);
     ATOMIC_SET(run->head, run->head + 1);
 }
 

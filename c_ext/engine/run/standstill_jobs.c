@@ -126,7 +126,7 @@ static void begin_run(struct engine *engine, place at) {
     if (!stands_in_piece) {
         stand_at(&engine->run, at);
     }
-    ATOMIC_SET(engine->run.head, engine->run.head + 1);
+    run_publish(&engine->run);
     engine->commit.piece = engine->dispatch.run = engine->run.head;
     engine->commit.s = engine->commit.v = 0.0;
     engine->planner->begin_run(engine);
