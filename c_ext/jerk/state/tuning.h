@@ -392,8 +392,8 @@
 /* ---- Work that motion earns ---- */
 
 /* Work that a second of motion earns for windows: iterations, each times the
- * intervals. Planning then takes a twentieth of the motion time at the most.
- * Unit: 1/s. Evidence: `bench planner` (hostile), test_unequal_jerk,
+ * intervals. Planning then takes about a twentieth of the motion time at the
+ * most. Unit: 1/s. Evidence: `bench planner` (hostile), test_unequal_jerk,
  * test_work_earned. */
 #define WINDOW_WORK_PER_S 3e5
 
