@@ -105,15 +105,17 @@ def test_no_terminal_no_progress(
 def test_a_plan_that_stands_is_told(
     cli: Callable[..., object], program: Write
 ) -> None:
-    """One line after 3 s; the wall time ends it with status 1."""
+    """One line after 3 s; the wall time ends it with status 1.  Between two looks
+    a busy machine may compute for more than a second.
+    """
     endless = program(ENDLESS)
-    outcome = vars(cli("plan", endless, "--max-wall", 4, "--dialect", "isg"))
+    outcome = vars(cli("plan", endless, "--max-wall", 8, "--dialect", "isg"))
     assert outcome["status"] == 1
     told, ended = (
         line for line in outcome["err"].splitlines() if "next motion" in line
     )
     assert told.startswith("part.nc:")
-    assert "905025: not planned after 4 s" in ended
+    assert "905025: not planned after 8 s" in ended
 
 
 def test_a_run_that_computes_is_told(
