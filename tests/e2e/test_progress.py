@@ -105,7 +105,7 @@ def test_no_terminal_no_progress(
 def test_a_plan_that_stands_is_told(
     cli: Callable[..., object], program: Write
 ) -> None:
-    """A line after 3 s, and one 3 s later at the soonest; the wall time ends it
+    """A line after 3 s, and one 4 s later at the soonest; the wall time ends it
     with status 1.  Between two looks a busy machine computes for seconds.
     """
     endless = program(ENDLESS)
