@@ -60,7 +60,6 @@ static bool allocate(struct engine *engine) {
     uint64_t run = power_of_two(engine->cfg.window + RUN_MORE);
     engine->run.mask = (run < RUN_RING_MAX ? run : RUN_RING_MAX) - 1;
     engine->run.pieces = calloc(engine->run.mask + 1, sizeof(struct piece));
-    engine->run.told = calloc(engine->run.mask + 1, sizeof(struct told));
     if (!corner_zones_new(engine)) {
         return false;
     }
@@ -78,15 +77,13 @@ static bool allocate(struct engine *engine) {
     if (!has_store || !has_tails) {
         return false;
     }
-    if (!engine->run.pieces || !engine->run.told || !engine->commit.ring) {
+    if (!engine->run.pieces || !engine->commit.ring) {
         return false;
     }
     memory_large(engine->store.pieces, stored * sizeof(struct piece));
     memory_large(engine->store.curves, stored * sizeof(struct curve));
     memory_touch(engine->run.pieces,
                  (engine->run.mask + 1) * sizeof(struct piece));
-    memory_touch(engine->run.told,
-                 (engine->run.mask + 1) * sizeof(struct told));
     memory_touch(engine->accel.corners,
                  (engine->run.mask + 1) * sizeof(struct used_corner));
     memory_touch(engine->commit.ring, PHASE_RING * sizeof(phase));
@@ -172,7 +169,6 @@ void engine_free(struct engine *engine) {
     spans_free(&engine->accel);
     free(engine->store.pieces);
     free(engine->run.pieces);
-    free(engine->run.told);
     free(engine->accel.corners);
     free(engine->store.curves);
     free(engine->commit.ring);

@@ -253,8 +253,6 @@ static void lock_memory(struct engine *engine) {
                  (engine->store.mask + 1) * sizeof(struct piece));
     (void)!mlock(engine->run.pieces,
                  (engine->run.mask + 1) * sizeof(struct piece));
-    (void)!mlock(engine->run.told,
-                 (engine->run.mask + 1) * sizeof(struct told));
     (void)!mlock(engine->store.curves,
                  (engine->store.mask + 1) * sizeof(struct curve));
     (void)!mlock(engine->commit.ring, PHASE_RING * sizeof(phase));

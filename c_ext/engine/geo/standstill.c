@@ -76,13 +76,12 @@ static uint64_t standing_piece(const struct engine *engine) {
 
 static void begin_standstill(struct engine *engine, uint64_t at) {
     struct standstill *stands = &engine->standstill;
-    const struct run_ring *run = &engine->run;
     uint64_t line_n = 0;
     uint32_t file = 0;
     if (at != UINT64_MAX) {
-        const struct told *told = &run->told[at & run->mask];
-        line_n = __atomic_load_n(&told->line_n, __ATOMIC_RELAXED);
-        file = __atomic_load_n(&told->file, __ATOMIC_RELAXED);
+        const struct piece *piece = piece_at(&engine->run, at);
+        line_n = __atomic_load_n(&piece->told_line_n, __ATOMIC_RELAXED);
+        file = __atomic_load_n(&piece->told_file, __ATOMIC_RELAXED);
     }
     stands->piece = at;
     ATOMIC_SET(stands->since, engine->geo.cycle);

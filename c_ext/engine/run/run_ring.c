@@ -15,7 +15,7 @@ bool run_has_room(struct run_ring *run) {
 
 struct piece *run_copy(struct run_ring *run, const struct piece *from) {
     struct piece *piece = piece_at(run, run->head);
-    memcpy(piece, from, offsetof(struct piece, capped));
+    memcpy(piece, from, offsetof(struct piece, told_line_n));
     piece->capped = piece->spanned = piece->settled = piece->cruises = false;
     piece->corner_v = piece->controllable_v2 = 0.0;
     piece->cruise2 = -1.0;
@@ -24,11 +24,10 @@ struct piece *run_copy(struct run_ring *run, const struct piece *from) {
 }
 
 void run_publish(struct run_ring *run) {
-    const struct piece *piece = piece_at(run, run->head);
-    struct told *told = &run->told[run->head & run->mask];
+    struct piece *piece = piece_at(run, run->head);
     uint64_t line_n = (uint64_t)piece->line << 32 | piece->n;
-    __atomic_store_n(&told->line_n, line_n, __ATOMIC_RELAXED);
-    __atomic_store_n(&told->file, piece->file, __ATOMIC_RELAXED);
+    __atomic_store_n(&piece->told_line_n, line_n, __ATOMIC_RELAXED);
+    __atomic_store_n(&piece->told_file, piece->file, __ATOMIC_RELAXED);
     ATOMIC_SET(run->head, run->head + 1);
 }
 

@@ -104,15 +104,14 @@ bool standstill_job_pending(struct engine *engine) {
 /* Nothing is left to stand in: an empty piece in its place tells where the path
  * stands, should it turn again. */
 static void stand_at(struct run_ring *run, place at) {
-    struct piece *piece = piece_at(run, run->head);
-    memset(piece, 0, sizeof *piece);
-    piece->kind = PIECE_EVENT;
-    piece->type = NC_FLUSH;
-    piece->dir = 1;
-    piece->inserted = true;
-    piece->origin = at.i;
-    piece->from = at.s;
-    piece->whole = INFINITY;
+    const struct piece empty = {.kind = PIECE_EVENT,
+                                .type = NC_FLUSH,
+                                .dir = 1,
+                                .inserted = true,
+                                .origin = at.i,
+                                .from = at.s,
+                                .whole = INFINITY};
+    run_copy(run, &empty);
 }
 
 /* The run ring goes on with new pieces; the one GEO stands in is left as it is.

@@ -206,16 +206,9 @@ typedef struct dispatch {
     uint32_t inserts; /* commands taken */
 } dispatch;
 
-/* Of a piece what GEO tells while the planner may write the piece anew. */
-typedef struct told {
-    uint64_t line_n; /* line << 32 | n */
-    uint32_t file;
-} told;
-
 /* Pieces in the order in which they are driven. */
 typedef struct run_ring {
     struct piece *pieces;
-    struct told *told; /* as `pieces` */
     uint64_t mask;
     uint64_t head; /* planner: fed */
     uint64_t done; /* GEO: executed */

@@ -304,6 +304,9 @@ typedef struct piece {
     uint32_t synch, unit;
     bool stop_after;
     /* planner; not copied from the store */
+    uint64_t told_line_n; /* line << 32 | n, and the file: what GEO tells while
+                             the planner may write the piece anew */
+    uint32_t told_file;
     bool capped;
     bool spanned; /* its stretches are final, as far as what lies behind is
                      known */
