@@ -34,6 +34,32 @@ static void derivatives(const struct engine *engine,
     d3[piece->axis2] = -w * w * d1[piece->axis2];
 }
 
+/* Derivatives at one place of a piece. */
+typedef struct spot {
+    double s, d1[NC_AXES], d2[NC_AXES], d3[NC_AXES];
+} spot;
+
+/* The last places that were looked at: the ends and the middle of an interval
+ * are asked for by several rules, and each costs a curve a search. */
+typedef struct spots {
+    const struct engine *engine;
+    const struct piece *piece;
+    int count;
+    spot last[SPOTS];
+} spots;
+
+static const spot *spot_at(spots *spots, double s) {
+    for (int i = 0; i < SPOTS && i < spots->count; i++) {
+        if (spots->last[i].s == s) {
+            return &spots->last[i];
+        }
+    }
+    spot *out = &spots->last[spots->count++ % SPOTS];
+    *out = (spot){.s = s};
+    derivatives(spots->engine, spots->piece, s, out->d1, out->d2, out->d3);
+    return out;
+}
+
 static double bend_at(const struct engine *engine,
                       const struct piece *piece,
                       double s) {
@@ -51,29 +77,25 @@ static double bend_at(const struct engine *engine,
 /* Largest turn per mm of a curve over from..to. Axes that outrun the path
  * (rotary ones over a short way) count by the relative change of their rate,
  * all axes by their own way where the path is that of the tool tip. */
-static double turn_rate(const struct engine *engine,
-                        const struct piece *piece,
-                        double from,
-                        double to) {
+static double turn_rate(spots *spots, double from, double to) {
+    const struct engine *engine = spots->engine;
     double bend = 0.0, fast = 0.0, relative = 0.0, most[NC_AXES] = {0},
            change[NC_AXES] = {0};
     for (int k = 0; k < 3; k++) {
-        double d1[NC_AXES] = {0};
-        double d2[NC_AXES] = {0};
-        double d3[NC_AXES] = {0};
+        double s = k < 2 ? from + 0.5 * k * (to - from) : to;
+        const spot *at = spot_at(spots, s);
         double sum = 0.0;
         double rate = 0.0;
-        derivatives(engine, piece, from + 0.5 * k * (to - from), d1, d2, d3);
         for (int i = 0; i < engine->cfg.axis_count; i++) {
-            sum += d2[i] * d2[i];
-            rate += d1[i] * d1[i];
-            most[i] = fmax(most[i], fabs(d1[i]));
-            change[i] = fmax(change[i], fabs(d2[i]));
+            sum += at->d2[i] * at->d2[i];
+            rate += at->d1[i] * at->d1[i];
+            most[i] = fmax(most[i], fabs(at->d1[i]));
+            change[i] = fmax(change[i], fabs(at->d2[i]));
         }
         bend = fmax(bend, sqrt(sum));
         fast = fmax(fast, sqrt(rate));
     }
-    if (curve_of(&engine->store, piece)->natural > 0.0 && fast > 0.0) {
+    if (curve_of(&engine->store, spots->piece)->natural > 0.0 && fast > 0.0) {
         return bend / fast;
     }
     for (int i = 0; i < engine->cfg.axis_count; i++) {
@@ -91,9 +113,9 @@ static double entry_stretch(const engine_config *cfg,
 }
 
 /* Where the interval that begins at s ends. */
-static double interval_end(const struct engine *engine,
-                           const struct piece *piece,
-                           double s) {
+static double interval_end(spots *spots, double s) {
+    const struct engine *engine = spots->engine;
+    const struct piece *piece = spots->piece;
     double end = piece->length, bend = 0.0;
     if (s <= 0.0 && piece->entry_speed < NEVER) {
         end = entry_stretch(&engine->cfg, piece);
@@ -105,7 +127,7 @@ static double interval_end(const struct engine *engine,
         bend = fabs(piece->sweep) / piece->whole;
     } else {
         end = fmin(end, curve_piece_cell_end(&engine->store, piece, s));
-        bend = turn_rate(engine, piece, s, end);
+        bend = turn_rate(spots, s, end);
     }
     double parts = fmin(ceil((end - s) * bend / INTERVAL_TURN - 1e-9),
                         floor((end - s) / LEAST_MM)),
@@ -217,19 +239,21 @@ static void set_shares(const engine_config *cfg,
     }
 }
 
+/* Derivatives at one end of the interval. */
+static void set_end(spots *spots, double s, int end, jerk_interval *interval) {
+    const spot *at = spot_at(spots, s);
+    memcpy(interval->d1[end], at->d1, sizeof interval->d1[end]);
+    memcpy(interval->d2[end], at->d2, sizeof interval->d2[end]);
+    memcpy(interval->d3[end], at->d3, sizeof interval->d3[end]);
+}
+
 /* The interval that begins as q does ends at `to`. */
-static void end_interval(const struct engine *engine,
-                         const struct piece *piece,
-                         double to,
-                         jerk_interval *interval) {
+static void end_interval(spots *spots, double to, jerk_interval *interval) {
+    const struct engine *engine = spots->engine;
+    const struct piece *piece = spots->piece;
     double from = interval->offset;
     interval->length = to - from;
-    derivatives(engine,
-                piece,
-                to,
-                interval->d1[1],
-                interval->d2[1],
-                interval->d3[1]);
+    set_end(spots, to, 1, interval);
     interval->v_hard = programmed_speed(engine, piece, from, to);
     set_shares(&engine->cfg, piece, interval);
     interval->blocks = to >= piece->length;
@@ -243,17 +267,12 @@ static void end_interval(const struct engine *engine,
 /* How far the third derivative of the planner's polynomial over q (path.c)
  * misses the curve at the share t, over the largest of the interval: each axis
  * by its jerk limit. q->miss keeps the largest. */
-static double curve_miss(const struct engine *engine,
-                         const struct piece *piece,
-                         jerk_interval *interval,
-                         double t) {
-    double d1[NC_AXES], d2[NC_AXES], d3[NC_AXES], most = 0.0, miss = 0.0;
-    derivatives(engine,
-                piece,
-                interval->offset + t * interval->length,
-                d1,
-                d2,
-                d3);
+static double curve_miss(spots *spots, jerk_interval *interval, double t) {
+    const struct engine *engine = spots->engine;
+    const double *d3 =
+        spot_at(spots, interval->offset + t * interval->length)->d3;
+    double most = 0.0;
+    double miss = 0.0;
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         double v = engine->cfg.v_max[i],
                j = engine->cfg.j_max[i] > 0
@@ -277,12 +296,10 @@ static double curve_miss(const struct engine *engine,
 
 /* What misses evenly shows in the middle, what misses to either side at a
  * quarter. */
-static bool fits_curve(const struct engine *engine,
-                       const struct piece *piece,
-                       jerk_interval *interval) {
+static bool fits_curve(spots *spots, jerk_interval *interval) {
     memset(interval->miss, 0, sizeof interval->miss);
-    double middle = curve_miss(engine, piece, interval, 0.5),
-           quarter = curve_miss(engine, piece, interval, 0.25);
+    double middle = curve_miss(spots, interval, 0.5),
+           quarter = curve_miss(spots, interval, 0.25);
     return middle <= CURVE_MISS && quarter <= CURVE_MISS;
 }
 
@@ -307,7 +324,8 @@ jerk_interval next_interval(const struct engine *engine,
                             const struct piece *piece,
                             uint64_t i,
                             double from) {
-    double to = interval_end(engine, piece, from);
+    spots spots = {.engine = engine, .piece = piece};
+    double to = interval_end(&spots, from);
     jerk_interval interval = {.offset = from,
                               .tag = i,
                               .feed = piece->feed > 0 ? piece->feed
@@ -315,20 +333,14 @@ jerk_interval next_interval(const struct engine *engine,
     interval.flags = piece->feed > 0
                          ? (piece->flags & NC_NO_OVERRIDE ? JERK_FIXED : 0u)
                          : JERK_RAPID;
-    derivatives(engine,
-                piece,
-                from,
-                interval.d1[0],
-                interval.d2[0],
-                interval.d3[0]);
-    end_interval(engine, piece, to, &interval);
-    for (int k = 0;
-         piece->kind == PIECE_CURVE && !fits_curve(engine, piece, &interval)
-         && k < CURVE_HALVINGS
-         && interval.length > shortest_seen(&engine->cfg, &interval);
+    set_end(&spots, from, 0, &interval);
+    end_interval(&spots, to, &interval);
+    for (int k = 0; piece->kind == PIECE_CURVE && !fits_curve(&spots, &interval)
+                    && k < CURVE_HALVINGS
+                    && interval.length > shortest_seen(&engine->cfg, &interval);
          k++) {
         to = 0.5 * (from + to);
-        end_interval(engine, piece, to, &interval);
+        end_interval(&spots, to, &interval);
     }
     return interval;
 }

@@ -12,6 +12,9 @@
 #define KNOTS_PER_BLOCK 3.0
 #define MAX_KNOTS 1000.0 /* knots of the window at the most */
 
+#define SPOTS                                                                  \
+    4 /* places of a curve that are remembered while one interval is made */
+
 /* Intervals of curves. Evidence: jerk sampled on curves stays within the limit
  * (tests/unit/jerk/test_curve_derivatives.py). */
 #define INTERVAL_TURN 0.1 /* rad of turn over an interval */
