@@ -178,6 +178,7 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     planner->x = at.v * at.v / scale2;
     pl->x[k] = planner->x;
     pl->accel[k] = planner->accel = at.a / (planner->scale * planner->scale);
+    pl->input[0][k] = left_over.jerk / (at.v * scale2);
     pl->from_standstill = false;
     planner->at_standstill = false;
     planner->behind_mm = fmax(0.0, planner->behind_mm - way);

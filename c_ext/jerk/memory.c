@@ -54,6 +54,7 @@ static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
                         &problem->du,
                         &problem->dc[0],
                         &problem->dc[1],
+                        &problem->bow,
                         &problem->guess,
                         &problem->cap,
                         &problem->brake,

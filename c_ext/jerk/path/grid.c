@@ -34,6 +34,7 @@ static bool add_segment(const jerk_planner *planner,
     segment->at = i;
     segment->own = 1.0;
     segment->bulge = 1.0;
+    segment->bow = 0.0;
     segment->tight = straight(planner, interval)
                          ? &segment->own
                          : &planner->tight[i & planner->mask];
@@ -98,17 +99,22 @@ static double path_jerk(const jerk_planner *planner,
 }
 
 /* Length over which the speed v can change much under the path jerk on interval
- * i: the grid must resolve it, down to a share `least` of the step at a
- * standstill. */
+ * i. */
+static double slow_way(const jerk_planner *planner, uint64_t i, double v) {
+    return v * sqrt(v / path_jerk(planner, ring_at(planner, i)));
+}
+
+/* The grid must resolve it, down to a share `least` of the step at a
+ * standstill.
+ */
 static double slow_length(const jerk_planner *planner,
                           const struct grid *grid,
                           uint64_t i,
                           double v,
                           double least) {
-    return lesser(
-        steps_at(planner, i)->longest,
-        greater(least * finest_at(planner, grid, i),
-                SLOW * v * sqrt(v / path_jerk(planner, ring_at(planner, i)))));
+    return lesser(steps_at(planner, i)->longest,
+                  greater(least * finest_at(planner, grid, i),
+                          SLOW * slow_way(planner, i, v)));
 }
 
 /* Cap on x (scaled) over an interval by feed and machine. */
@@ -162,11 +168,10 @@ static double knot_step(const jerk_planner *planner,
     if (cap > 0.8 * open && open > 0.6 * greater(before, after)) {
         return longest;
     }
-    return slow_length(planner,
-                       grid,
-                       i,
-                       planner->scale * sqrt(cap),
-                       SLOWEST_KNOT);
+    double way = slow_way(planner, i, planner->scale * sqrt(cap));
+    return lesser(
+        longest,
+        greater(SLOWEST_KNOT * finest_at(planner, grid, i), SLOW_KNOT * way));
 }
 
 /* The squared speed grows by so much over interval i at the most. */
@@ -454,6 +459,16 @@ bool grid_to(jerk_planner *planner, struct grid *grid, double distance) {
     return fits;
 }
 
+/* Bow of the input over segment k of the plan: what its states say of the input
+ * at the start, less what the input is there. */
+static double planned_bow(const plan *pl, int k) {
+    double length = pl->lengths[k];
+    double mean = (pl->x[k + 1] - pl->x[k]) / length;
+    double rise = 3.0 * (mean - 2.0 * pl->accel[k]) / length;
+    double both = 2.0 * (pl->accel[k + 1] - pl->accel[k]) / length;
+    return rise - both - pl->input[0][k];
+}
+
 /* Segment k of the plan, from `from` to `to` mm of interval i, in parts of
  * equal time that are short enough; the states at their ends. */
 static bool add_planned(jerk_planner *planner,
@@ -468,6 +483,7 @@ static bool add_planned(jerk_planner *planner,
     double most = steps_at(planner, i)->longest;
     double parts = rests ? 1.0 : ceil(pl->lengths[k] / most - 1e-6);
     double f2 = planner->scale * planner->scale;
+    double bow = rests ? 0.0 : planned_bow(pl, k) / (parts * parts);
     jerk_law law;
     jerk_state at;
     double begin = from;
@@ -481,12 +497,14 @@ static bool add_planned(jerk_planner *planner,
             return false;
         }
         begin = at.s;
+        grid->seg[grid->count - 1].bow = bow;
         states->x[grid->count] = at.v * at.v / f2;
         states->accel[grid->count] = at.a / f2;
     }
     if (!add_part(planner, grid, i, begin, to)) {
         return false;
     }
+    grid->seg[grid->count - 1].bow = bow;
     states->x[grid->count] = rests ? 0.0 : pl->x[k + 1];
     states->accel[grid->count] = rests ? 0.0 : pl->accel[k + 1];
     return true;

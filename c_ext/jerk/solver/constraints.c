@@ -51,6 +51,7 @@ static void clear_rows(struct problem *problem) {
         problem->du[k] = 0.0;
         problem->dc[0][k] = 0.0;
         problem->dc[1][k] = 0.0;
+        problem->bow[k] = 0.0;
     }
 }
 
@@ -308,6 +309,7 @@ void problem_from_grid(jerk_planner *planner,
     clear_rows(problem);
     for (int k = 0; k < grid->count; k++) {
         problem->lengths[k] = grid->seg[k].length;
+        problem->bow[k] = grid->seg[k].bow;
         if (k >= 1) {
             acc_rows(planner, problem, grid, k);
         }

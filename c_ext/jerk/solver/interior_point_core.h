@@ -18,7 +18,7 @@ static int count_sides(const struct problem *problem) {
     int sides = 0;
     for (int i = 0; i < problem->blocks; i++) {
         const struct used *used = &problem->used[i];
-        int two_sided = 2 * used->jerk + used->acc + used->mid;
+        int two_sided = 2 * used->jerk + acc_used(used) + mid_used(used);
         sides += LANES * (2 * two_sided + ONE_SIDED_ROWS);
     }
     return sides;
@@ -42,6 +42,8 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
         problem->missed = problem->dual = 1.0;
     } else {
         reopen(problem);
+        take_in(problem, ACC_NEAR, problem->gap / rows);
+        rows = count_sides(problem);
     }
     problem->paused = false;
     for (; problem->iterations < max_iterations; problem->iterations++) {
@@ -78,6 +80,10 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
         problem->dual *= 1.0 - ad;
         if (problem->gap < GAP && problem->missed < ROWS_MET
             && problem->dual < 1e-2) {
+            if (take_in(problem, 1.0, problem->gap / rows)) {
+                rows = count_sides(problem);
+                continue;
+            }
             problem->iterations++;
             return true;
         }

@@ -21,10 +21,12 @@ static inline void block_at(const struct problem *problem,
               block.input,
               &block.x[1],
               &block.accel[1]);
+    vec bow = load(problem->bow + k);
     vec on = load(problem->on + k);
     vec off = 1.0 - on;
     vec low = LOWEST * load(problem->guess + k);
     for (int end = 0; end < 2; end++) {
+        block.bent[end] = block.input[end] - bow;
         vec x = vmax(block.x[end], low) * on + off;
         vec t = 1.0 / root_of(x);
         block.root[end] = load(problem->root[end] + k);
@@ -100,7 +102,7 @@ static inline void gather_jerk_end(const struct problem *problem,
                    * jerk_value(row,
                                 block->x[end],
                                 block->accel[end],
-                                block->input[end]);
+                                block->bent[end]);
         const vec value[2] = {tangent + form, tangent - form};
         vec weight[2], gradient[2];
         sides(row, value, bound, least, weight, gradient);
@@ -165,7 +167,7 @@ static inline void gather_mid(const struct problem *problem,
     clear_sums(&sums);
     two_sided *row = mid_rows_of(problem, i);
     middle_of(block->length, block->x, block->accel, block->input, &x, &accel);
-    for (int k = 0; k < problem->used[i].mid; k++, row++) {
+    for (int k = 0; k < mid_used(&problem->used[i]); k++, row++) {
         add_acc(&sums, row, acc_value(row, x, accel), least);
     }
     add_middle(all, &sums, block->length);
@@ -177,7 +179,7 @@ static inline void gather_acc(const struct problem *problem,
                               const struct block *block,
                               struct totals *totals,
                               vec least) {
-    int rows = problem->used[i].acc;
+    int rows = acc_used(&problem->used[i]);
     two_sided *row = acc_rows_of(problem, i);
     struct sums sums = {.xx = totals->xx, .xu = totals->xu, .uu = totals->uu};
     sums.slope.x = totals->slopes.x;

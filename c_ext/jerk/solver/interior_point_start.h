@@ -36,7 +36,7 @@ static inline void jerk_sides(const struct block *block,
     vec tangent = block->half[end] * block->x[end];
     vec value =
         block->root[end]
-        * jerk_value(row, block->x[end], block->accel[end], block->input[end]);
+        * jerk_value(row, block->x[end], block->accel[end], block->bent[end]);
     side[0] = tangent + value;
     side[1] = tangent - value;
 }
@@ -89,24 +89,84 @@ static void start_one(const struct problem *problem,
     }
 }
 
+/* Largest acceleration of block i over its limits: at the starts of its stages
+ * and in their middles, at (x, accel). */
+static inline double most_acc(const struct problem *problem,
+                              int i,
+                              const struct block *block,
+                              vec x,
+                              vec accel) {
+    const struct used *used = &problem->used[i];
+    const two_sided *row = acc_rows_of(problem, i);
+    vec most = {0};
+    for (int k = 0; k < used->acc; k++, row++) {
+        vec form = acc_value(row, block->x[0], block->accel[0]);
+        most = vmax(most, size_of(form));
+    }
+    row = mid_rows_of(problem, i);
+    for (int k = 0; k < used->mid; k++, row++) {
+        most = vmax(most, size_of(acc_value(row, x, accel)));
+    }
+    return top(most);
+}
+
+/* The rows of acceleration of block i begin. */
+static inline void start_accs(const struct problem *problem,
+                              int i,
+                              const struct block *block,
+                              vec x,
+                              vec accel,
+                              double mu) {
+    const struct used *used = &problem->used[i];
+    start_acc(acc_rows_of(problem, i),
+              used->acc,
+              block->x[0],
+              block->accel[0],
+              mu);
+    start_acc(mid_rows_of(problem, i), used->mid, x, accel, mu);
+}
+
 /* Slacks of the guess, kept off the boundary, and multipliers on the central
  * path. */
 static void start(struct problem *problem, double mu) {
     for (int i = 0; i < problem->blocks; i++) {
         struct block block;
         block_at(problem, i, &block);
-        const struct used *used = &problem->used[i];
-        start_jerk(problem, i, &block, mu);
-        start_acc(acc_rows_of(problem, i),
-                  used->acc,
-                  block.x[0],
-                  block.accel[0],
-                  mu);
         vec x, accel;
         middle_of(block.length, block.x, block.accel, block.input, &x, &accel);
-        start_acc(mid_rows_of(problem, i), used->mid, x, accel, mu);
+        struct used *used = &problem->used[i];
+        used->far = most_acc(problem, i, &block, x, accel) < ACC_FAR;
+        if (!used->far) {
+            start_accs(problem, i, &block, x, accel, mu);
+        }
+        start_jerk(problem, i, &block, mu);
         start_one(problem, i, &block, mu);
     }
+}
+
+/* Rows of acceleration that were left out begin where the iterate has come
+ * above such a share of their limits; false: nowhere. */
+static bool take_in(struct problem *problem, double above, double mu) {
+    bool any = false;
+    for (int i = 0; i < problem->blocks; i++) {
+        struct used *used = &problem->used[i];
+        struct block block;
+        vec x, accel;
+        if (!used->far) {
+            continue;
+        }
+        block_at(problem, i, &block);
+        middle_of(block.length, block.x, block.accel, block.input, &x, &accel);
+        used->far = !(most_acc(problem, i, &block, x, accel) > above);
+        if (!used->far) {
+            start_accs(problem, i, &block, x, accel, mu);
+            any = true;
+        }
+    }
+    if (any) {
+        problem->missed = fmax(problem->missed, MISSED_SO);
+    }
+    return any;
 }
 
 /* Rows were tightened: where the iterate misses one, its slack is as large as

@@ -169,7 +169,7 @@ static inline void predict_accs(struct problem *problem,
     vec x, accel;
     clear_two(&start);
     predict_acc(acc_rows_of(problem, i),
-                used->acc,
+                acc_used(used),
                 dz->x[0],
                 dz->accel[0],
                 scan,
@@ -178,7 +178,12 @@ static inline void predict_accs(struct problem *problem,
     add_start_slope(&all->cent, &start.cent);
     clear_two(&middle);
     middle_of(length, dz->x, dz->accel, dz->input, &x, &accel);
-    predict_acc(mid_rows_of(problem, i), used->mid, x, accel, scan, &middle);
+    predict_acc(mid_rows_of(problem, i),
+                mid_used(used),
+                x,
+                accel,
+                scan,
+                &middle);
     add_middle_slope(&all->corr, &middle.corr, length);
     add_middle_slope(&all->cent, &middle.cent, length);
 }
@@ -344,10 +349,11 @@ static struct scan correct(struct problem *problem, double sigma_mu) {
     const vec mu = set1(sigma_mu);
     for (int i = 0; i < problem->blocks; i++) {
         vec length = problem->block[i].length;
+        const struct used *used = &problem->used[i];
         const struct change dz = change_at(problem, i * LANES, length);
         correct_jerk(problem, i, &dz, mu, &scan);
         correct_acc(acc_rows_of(problem, i),
-                    problem->used[i].acc,
+                    acc_used(used),
                     dz.x[0],
                     dz.accel[0],
                     mu,
@@ -355,7 +361,7 @@ static struct scan correct(struct problem *problem, double sigma_mu) {
         vec x, accel;
         middle_of(length, dz.x, dz.accel, dz.input, &x, &accel);
         correct_acc(mid_rows_of(problem, i),
-                    problem->used[i].mid,
+                    mid_used(used),
                     x,
                     accel,
                     mu,
@@ -392,8 +398,8 @@ static double move(struct problem *problem, double ap, double ad) {
         const struct used *used = &problem->used[i];
         move_rows(jerk_rows_of(problem, i, 0), used->jerk, ap, ad, &gap);
         move_rows(jerk_rows_of(problem, i, 1), used->jerk, ap, ad, &gap);
-        move_rows(acc_rows_of(problem, i), used->acc, ap, ad, &gap);
-        move_rows(mid_rows_of(problem, i), used->mid, ap, ad, &gap);
+        move_rows(acc_rows_of(problem, i), acc_used(used), ap, ad, &gap);
+        move_rows(mid_rows_of(problem, i), mid_used(used), ap, ad, &gap);
         struct one_sided *one = one_rows_of(problem, i);
         for (int k = 0; k < ONE_SIDED_ROWS; k++, one++) {
             one->slack -= ap * one->slack_drop;

@@ -4,6 +4,9 @@
  * F the speed scale of the machine; docs/explanation/planner.md calls them x, u
  * and c. Lengths stay mm.  Over an interval the input changes linearly from
  * input[0] to input[1], which are free: the jerk limit can hold at both ends.
+ * A bow is given beside them: at the share z of the interval the input has
+ * bow (6 z (1 - z) - 1) more.  The state behind the interval does not depend
+ * on it.
  */
 #ifndef JERK_PROBLEM_H
 #define JERK_PROBLEM_H
@@ -24,6 +27,7 @@ typedef long long ivec __attribute__((vector_size(32)));
 typedef struct block {
     vec length, x[2], accel[2],
         input[2]; /* at the start and the end of the stages */
+    vec bent[2];  /* input there, less the bow */
     vec root[2], half[2], bound[2];
 } block;
 
@@ -39,10 +43,20 @@ typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5
 } two_sided;
 
 /* Rows of a block that say something: of jerk at either end of its stages, of
- * acceleration at their starts and in their middles. */
+ * acceleration at their starts and in their middles.  Those of acceleration are
+ * left out as long as it is far below its limits. */
 typedef struct used {
     int jerk, acc, mid;
+    bool far; /* acceleration: its rows are left out */
 } used;
+
+/* Rows of acceleration that are there. */
+static inline int acc_used(const used *used) {
+    return used->far ? 0 : used->acc;
+}
+static inline int mid_used(const used *used) {
+    return used->far ? 0 : used->mid;
+}
 
 typedef struct one_sided { /* b (x, u, c0, c1) <= bound */
     vec coef[4], bound, slack, dual, inverse, residual, slack_drop, dual_step;
@@ -88,6 +102,7 @@ typedef struct problem {
     bool from_standstill;
     double *lengths, *x, *accel, *input[2]; /* stages */
     double *dx, *du, *dc[2];
+    double *bow;         /* stages: what the input has more in the middle */
     double *guess;       /* knots: x the floors refer to */
     double *cap;         /* knots: x of a guess by feed, machine and joints */
     double *brake;       /* 1 over the square of the acceleration that all axes

@@ -20,6 +20,7 @@ typedef struct segment {
                       ring interval's; on a line its own */
     double own;    /* on a line */
     double before; /* *tight when the grid was made */
+    double bow;    /* of the input (problem.h), scaled */
     double excess, fast; /* ratios of the last check (limits; feed) where they
                             were too large, else 0 */
     double leave; /* of the jerk limit, that the last check has asked it to

@@ -34,7 +34,7 @@ typedef struct course {
 typedef struct step {
     int k;
     pace from, plan[2];
-    double length, base[2];
+    double length, base[2], bow;
 } step;
 
 /* A way to a constant share: so much more than `base`, interval by interval. */
@@ -61,6 +61,7 @@ static step step_from(const course *course, int k, pace from) {
     double both = 2.0 * (plan[1].accel - plan[0].accel) / length;
     out.base[0] = share * (rise - both);
     out.base[1] = share * (2.0 * both - rise);
+    out.bow = share * course->grid->seg[k].bow;
     return out;
 }
 
@@ -140,8 +141,8 @@ static void keep_axis(const course *course,
     middle.accel = from.accel + 0.5 * length * step->base[0];
     pace by = {length * length, length}; /* of the end, by c */
     double slowest = fmax(0.5 * from.x, fmin(end.x, from.x));
-    double starts = jerk_form(first, from, step->base[0]);
-    double ends = jerk_form(last, end, step->base[1]);
+    double starts = jerk_form(first, from, step->base[0] - step->bow);
+    double ends = jerk_form(last, end, step->base[1] - step->bow);
     keep(span, starts, first.d1, jerk / sqrt(from.x));
     keep(span, ends, jerk_form(last, by, 1.0), jerk / sqrt(slowest));
     keep(span, acc_form(last, end), acc_form(last, by), acc);
@@ -230,6 +231,7 @@ static bool fall(const course *course, struct problem *problem) {
         double more = landed ? 0.0 : deepest(course, &step, &way);
         problem->input[0][k] = step.base[0] + more;
         problem->input[1][k] = step.base[1] + more;
+        problem->bow[k] = step.bow;
         double share = at.x / step.plan[0].x;
         pace end = step.plan[1];
         pace same = {share * end.x, share * end.accel};

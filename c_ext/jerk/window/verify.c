@@ -18,11 +18,12 @@ double bend_inside(const jerk_planner *planner,
                    double x,
                    double accel,
                    const double input[2],
+                   double *bow,
                    double *more) {
 #ifdef JERK_AVX2
     if (__builtin_cpu_supports("avx2")) {
-        return bend_inside_avx2(planner, segment, x, accel, input, more);
+        return bend_inside_avx2(planner, segment, x, accel, input, bow, more);
     }
 #endif
-    return bend_inside_base(planner, segment, x, accel, input, more);
+    return bend_inside_base(planner, segment, x, accel, input, bow, more);
 }

@@ -11,6 +11,7 @@ typedef double bend_checker(const jerk_planner *planner,
                             double x,
                             double accel,
                             const double input[2],
+                            double *bow,
                             double *more);
 
 /* Largest ratio of anything to its limit over the problem as a plan; infinite:

@@ -60,8 +60,9 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
     size_t bytes = sizeof(double) * (size_t)(grid->count + 1);
     memcpy(pl->x, problem->x, bytes);
     memcpy(pl->accel, problem->accel, bytes);
-    for (int i = 0; i < 2; i++) {
-        memcpy(pl->input[i], problem->input[i], bytes);
+    for (int k = 0; k < grid->count; k++) {
+        pl->input[0][k] = problem->input[0][k] - problem->bow[k];
+        pl->input[1][k] = problem->input[1][k] - problem->bow[k];
     }
     uint64_t end = planner->head;
     for (int k = 0; k < grid->count; k++) {
@@ -205,23 +206,29 @@ static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
     return guess_from(planner, grid, planner->scratch);
 }
 
-/* The share of the limit that interval k can be planned with, by what the
- * iterate does inside it. */
+/* Interval k gets the bow that its iterate asks for; the share of the limit
+ * that it can be planned with then, by what the iterate does inside it. */
 static double foreseen(const jerk_planner *planner,
-                       const struct problem *problem,
-                       const struct segment *segment,
+                       struct problem *problem,
+                       struct segment *segment,
                        int k) {
     double more;
     double f2 = planner->scale * planner->scale;
     double input[2];
     input[0] = problem->input[0][k] * f2;
     input[1] = problem->input[1][k] * f2;
+    double bow = problem->bow[k] * f2;
     double most = bend_inside(planner,
                               segment,
                               problem->x[k] * f2,
                               problem->accel[k] * f2,
                               input,
+                              &bow,
                               &more);
+    if (bow / f2 != problem->bow[k]) {
+        problem->bow[k] = segment->bow = bow / f2;
+        problem->missed = fmax(problem->missed, MISSED_SO);
+    }
     double tight = *segment->tight;
     if (!(most > FORESEEN * tight) || !isfinite(most)) {
         return tight;
@@ -397,6 +404,7 @@ void give_back(struct grid *grid) {
         struct segment *segment = &grid->seg[k];
         *segment->tight = segment->before;
         segment->share = segment->jump * segment->before;
+        segment->bow = 0.0;
     }
 }
 

@@ -1,0 +1,103 @@
+/* The bow of an interval's input (problem.h), chosen from an iterate.
+ *
+ * Where the path bends, an axis that keeps its jerk limit at both ends exceeds
+ * it between them.  A bow moves the input there, and the ends the other way.
+ * So no limit need be lowered.  Part of the checker's code (verify_core.h). */
+#ifndef JERK_BOW_H
+#define JERK_BOW_H
+#include "jerk/window/ratios.h"
+
+/* What the axes' jerks inside an interval leave a change of its bow: from low
+ * to high. `slope`: of the jerk that decides it, by the bow. */
+typedef struct bow_range {
+    double low, high, low_slope, high_slope;
+} bow_range;
+
+/* `jerk` inside the interval grows by `slope` with the bow, over what it does
+ * at the ends, and may grow by `room`. */
+static void bound_bow(bow_range *range, double room, double slope) {
+    double most = room / slope;
+    if (slope > 0.0 && most < range->high) {
+        range->high = most;
+        range->high_slope = slope;
+    }
+    if (slope < 0.0 && most > range->low) {
+        range->low = most;
+        range->low_slope = -slope;
+    }
+}
+
+/* The least change of the bow; where axes ask for opposite ones, that with the
+ * least jerk. */
+static double least_change(const bow_range *range) {
+    if (range->low > range->high) {
+        return (range->low * range->low_slope + range->high * range->high_slope)
+               / (range->low_slope + range->high_slope);
+    }
+    return fmin(fmax(0.0, range->low), range->high);
+}
+
+/* Axis jerks over their limits. */
+static vec jerk_of(const view *view,
+                   const bends *at,
+                   int n,
+                   const motion *motion) {
+    vec v2 = motion->v * motion->v;
+    vec bend = at->d3[n] * v2 + 3.0 * at->d2[n] * motion->a;
+    return (motion->v * bend + at->d1[n] * motion->j) * view->jerk[n];
+}
+
+/* What the jerk of an axis inside leaves: to be as at the ends. */
+static inline void bound_by_axis(vec ends,
+                                 vec inside,
+                                 vec slope,
+                                 double limit,
+                                 bow_range *range) {
+    double floor = (1.0 - BOW_NEAR) * limit;
+    double most[2];
+    most[0] = fmax(floor, fmax(ends[0], ends[1]));
+    most[1] = fmax(floor, fmax(-ends[0], -ends[1]));
+    for (int lane = 0; lane < LANES; lane++) {
+        bool below = inside[lane] < 0.0;
+        double jerk = fabs(inside[lane]);
+        if (jerk > FORESEEN * limit) {
+            bound_bow(range,
+                      FORESEEN_FROM * most[below] - jerk,
+                      below ? -slope[lane] : slope[lane]);
+        }
+    }
+}
+
+/* The bow with which no axis has much more jerk inside the interval than at its
+ * ends. */
+static double bow_for(const view *view,
+                      const jerk_law *law,
+                      double limit,
+                      double bow) {
+    vec s, places;
+    const vec sides = in_turn(0.0, law->time);
+    const motion at_ends = motion_at(law, &sides, &s);
+    const vec times =
+        law->time * parts_from(1, FORESEEN_PARTS - 1, FORESEEN_PARTS);
+    const motion within = motion_at(law, &times, &places);
+    bends ends, inside;
+    places = places / view->length;
+    bends_at_ends(view, 0, 1, &ends);
+    bends_inside(view, &places, &inside);
+    bow_range range = {-INFINITY, INFINITY, 0.0, 0.0};
+    vec shape = 6.0 * places * (1.0 - places) * within.v;
+    double steepest = 0.0;
+    for (int n = 0; n < view->count; n++) {
+        vec slope = inside.d1[n] * shape * view->jerk[n];
+        vec steep = size_of(ends.d1[n]) * at_ends.v * view->jerk[n];
+        steepest = fmax(steepest, largest(steep));
+        bound_by_axis(jerk_of(view, &ends, n, &at_ends),
+                      jerk_of(view, &inside, n, &within),
+                      slope,
+                      limit,
+                      &range);
+    }
+    double most = BOW_MOST / steepest;
+    return fmin(fmax(bow + least_change(&range), -most), most);
+}
+#endif
