@@ -148,12 +148,29 @@ static double jump_reach(const jerk_planner *planner,
     return t * (v + jerk * t * t / 6.0) + 1e-9;
 }
 
+/* Share of the jerk limit that a jump of q' takes at the head beside that,
+ * where the path acceleration jumps with it. */
+static double kink_used(const jerk_planner *planner,
+                        const jerk_interval *left,
+                        const jerk_interval *right) {
+    double f2 = planner->scale * planner->scale;
+    double step = STEP_SEEN * fabs(planner->accel) * f2 / planner->cfg.cycle_s;
+    double used = 0.0;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double turn = fabs(turn_of(left, right, axis));
+        double jerk = least_jerk(planner, left, right, axis);
+        used = greater(used, step * turn / jerk);
+    }
+    return used;
+}
+
 /* The jump between two intervals that is passed at the head: it still shows in
  * what comes next. */
 void jump_passed(jerk_planner *planner,
                  const jerk_interval *left,
                  const jerk_interval *right) {
-    double used = jump_used(planner, left, right, planner->x);
+    double used = jump_used(planner, left, right, planner->x)
+                  + kink_used(planner, left, right);
     turn_passed(planner, left, right);
     if (used < SMALL_JUMP) {
         return;

@@ -5,7 +5,9 @@
  * measured around a sample, w the triangle of half-width one cycle. Alone it
  * stays below what needs no room (grid.c); those of a curve that is driven as
  * many short lines add up to the curve's own acceleration, and only what they
- * leave is there for everything else. Those that turn to and fro do not.
+ * leave is there for everything else. Those that turn to and fro do not.  They
+ * add up in the jerk, which is the difference of that half a cycle behind and
+ * half a cycle ahead.
  */
 #include <math.h>
 #include "jerk/path/joints.h"
@@ -104,37 +106,51 @@ static void top_speeds(const jerk_planner *planner, struct grid *grid) {
     }
 }
 
-/* What a turn passed at v1, `d` mm from a knot that is passed at v, adds to the
- * velocity's change there; false: it is a cycle away. */
-static bool add_turn(const jerk_planner *planner,
+/* Changes of the axes' velocities that show at a knot, and how these changes
+ * differ from those a cycle earlier, half a cycle ahead of the knot and behind
+ * it. */
+typedef struct shown {
+    double there[JERK_AXES], ahead[JERK_AXES], behind[JERK_AXES];
+    int count;  /* joints within a cycle */
+    int beside; /* and those further away that make the differences */
+} shown;
+
+/* Of a jump so many cycles away, what shows. */
+static double triangle(double cycles) {
+    return fmax(0.0, 1.0 - fabs(cycles));
+}
+
+/* What a turn passed at v1, `distance` mm behind a knot that is passed at v,
+ * adds to what shows there. */
+static void add_turn(const jerk_planner *planner,
                      const double *turn,
                      double distance,
                      double v,
                      double v1,
-                     double *sum) {
-    double cycles = distance > 0.0
-                        ? 2.0 * distance / ((v + v1) * planner->cfg.cycle_s)
-                        : 0.0;
-    if (!(cycles < 1.0)) {
-        return false;
-    }
+                     struct shown *sum) {
+    double per_mm = 2.0 / ((v + v1) * planner->cfg.cycle_s);
+    double cycles = distance != 0.0 ? distance * per_mm : 0.0;
+    double there = v1 * triangle(cycles);
+    double ahead = there - v1 * triangle(cycles + 1.0);
+    double behind = v1 * triangle(cycles - 1.0) - there;
+    sum->count += fabs(cycles) < 1.0;
+    sum->beside += fabs(cycles) < 2.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        sum[axis] += (1.0 - cycles) * v1 * turn[axis];
+        sum->there[axis] += there * turn[axis];
+        sum->ahead[axis] += ahead * turn[axis];
+        sum->behind[axis] += behind * turn[axis];
     }
-    return true;
 }
 
-/* Change of velocity that shows at knot k, passed at v; how many joints make
- * it. */
-static int turns_around(const jerk_planner *planner,
-                        const struct grid *grid,
-                        int k,
-                        double v,
-                        double *sum) {
+/* What shows at knot k, passed at v. */
+static struct shown turns_around(const jerk_planner *planner,
+                                 const struct grid *grid,
+                                 int k,
+                                 double v) {
+    struct shown sum = {.count = 0};
     double turn[JERK_AXES];
     double at = grid->from_start[k];
     double way = 2.0 * v * planner->cfg.cycle_s;
-    int count = 0;
     for (int side = -1; side <= 1; side += 2) {
         for (int i = side < 0 ? k : k + 1;
              i > 0 && i < grid->count && fabs(grid->from_start[i] - at) < way;
@@ -144,12 +160,12 @@ static int turns_around(const jerk_planner *planner,
                                 grid->seg[i - 1].interval,
                                 grid->seg[i].interval,
                                 turn)) {
-                count += add_turn(planner,
-                                  turn,
-                                  fabs(grid->from_start[i] - at),
-                                  v,
-                                  planner->scale * sqrt(grid->top[i]),
-                                  sum);
+                add_turn(planner,
+                         turn,
+                         grid->from_start[i] - at,
+                         v,
+                         planner->scale * sqrt(grid->top[i]),
+                         &sum);
             }
         }
     }
@@ -159,37 +175,43 @@ static int turns_around(const jerk_planner *planner,
         if (planner->driven - turned->at + at >= way) {
             break;
         }
-        count += add_turn(planner,
-                          turned->by,
-                          planner->driven - turned->at + at,
-                          v,
-                          turned->v,
-                          sum);
+        add_turn(planner,
+                 turned->by,
+                 turned->at - planner->driven - at,
+                 v,
+                 turned->v,
+                 &sum);
     }
-    return count;
+    return sum;
 }
 
 /* Share of each axis' acceleration limit that the joints around knot k use; the
- * largest. */
+ * largest. `jerk`: of the jerk limits, the largest. */
 static double used_at(const jerk_planner *planner,
                       const struct grid *grid,
                       int k,
                       double v,
-                      double *used) {
-    double sum[JERK_AXES] = {0.0};
-    double most = 0.0;
-    if (turns_around(planner, grid, k, v, sum) < 2) {
-        return 0.0; /* a single one needs no room */
-    }
+                      double *used,
+                      double *jerk) {
+    const struct shown sum = turns_around(planner, grid, k, v);
     const jerk_interval *left = grid->seg[k > 0 ? k - 1 : 0].interval;
     const jerk_interval *right = grid->seg[k].interval;
+    double dt = planner->cfg.cycle_s;
+    double most = 0.0;
+    *jerk = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        used[axis] =
-            fabs(sum[axis])
-            / (planner->cfg.cycle_s * least_acc(planner, left, right, axis));
+        double acc = least_acc(planner, left, right, axis);
+        used[axis] = fabs(sum.there[axis]) / (dt * acc);
         most = greater(most, used[axis]);
+        *jerk =
+            greater(*jerk,
+                    larger(sum.ahead[axis], sum.behind[axis])
+                        / (dt * dt * least_jerk(planner, left, right, axis)));
     }
-    return most;
+    if (sum.beside < 2) {
+        *jerk = 0.0; /* a single one has its cap (caps.c) ... */
+    }
+    return sum.count < 2 ? 0.0 : most; /* ... and needs no room */
 }
 
 static void leave(const jerk_planner *planner,
@@ -209,7 +231,12 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
     double v = planner->scale * sqrt(grid->top[k]);
     double at = grid->from_start[k];
     double way = v * planner->cfg.cycle_s;
-    double most = used_at(planner, grid, k, v, used);
+    double jerk;
+    double most = used_at(planner, grid, k, v, used, &jerk);
+    if (jerk > JOINTS_JERK && k > 0) {
+        double by = JOINTS_JERK / jerk;
+        grid->knot_cap[k] = lesser(grid->knot_cap[k], grid->top[k] * by * by);
+    }
     if (most <= JOINTS_FREE) {
         return;
     }

@@ -66,10 +66,11 @@ def test_rotary_axis_outruns_a_tiny_way(tmp_path: Path) -> None:
     assert np.abs(np.diff(pos, n=3, axis=0)).max() / 0.001**3 <= 60000 * 1.02
 
 
-@pytest.mark.parametrize("seed", [3, 4, 7])
+@pytest.mark.parametrize("seed", [3, 4, 7, 72, 124, 135])
 def test_corners_a_few_cycles_apart(seed: int) -> None:
     """Blocks of 0.025 mm rounded to 0.001 at a slow cycle: what several corners
-    show in the same samples adds up.
+    show in the same samples adds up.  Where the speed changes at a corner its
+    axes' accelerations jump, which shows a cycle and a half away.
     """
     rng = np.random.default_rng(seed)
     angle = np.cumsum(rng.normal(size=149) * 0.05)
@@ -83,6 +84,34 @@ def test_corners_a_few_cycles_apart(seed: int) -> None:
     pos, _ = drive(line_rows(points, 20.0), cell, window=30)
     assert max(ratios(pos, cell)) <= 1.02
     assert np.abs(pos[-1] - points[-1]).max() < 1e-9
+
+
+@pytest.mark.parametrize("seed", [85, 397, 490, 641, 880])
+def test_corners_to_and_fro_within_cycles(seed: int) -> None:
+    """Corners that turn to and fro about a cycle apart add up to twice the jerk of
+    one: 1.03 to 1.15 of the limit before.
+    """
+    rng = np.random.default_rng(seed)
+    cycle_s = float(rng.choice([0.001, 0.002, 0.004]))
+    step = float(rng.choice([0.005, 0.01, 0.025, 0.06]))
+    feed, window = (
+        float(rng.choice([5, 20, 60])),
+        int(rng.choice([10, 30, 120])),
+    )
+    turns = rng.normal(size=149) * rng.choice([0.01, 0.03, 0.05, 0.1])
+    angle = np.cumsum(turns)
+    steps = step * np.stack([np.cos(angle), np.sin(angle)], 1)
+    points = np.vstack([[0.0, 0.0], np.cumsum(steps, 0)])
+    points = np.round(points, int(rng.choice([3, 4])))
+    jerk, acc = 10 ** rng.uniform(4, 5.9, 2), 10 ** rng.uniform(2.9, 4, 2)
+    axes = [
+        f"[axes.{n}]\nv_max_mm_s = 150\na_max_mm_s2 = {acc[i]:.1f}\n"
+        f"j_max_mm_s3 = {jerk[i]:.1f}"
+        for i, n in enumerate("XY")
+    ]
+    cell = parse_config(f"cycle_s = {cycle_s}\n" + "\n".join(axes))
+    pos, _ = drive(line_rows(points, feed), cell, window=window)
+    assert max(ratios(pos, cell)) <= 1.02
 
 
 def test_the_deviation_of_a_steep_helix_is_the_nearest_distance(
