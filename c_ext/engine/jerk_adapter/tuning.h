@@ -12,8 +12,9 @@
 #define KNOTS_PER_BLOCK 3.0
 #define MAX_KNOTS 1000.0 /* knots of the window at the most */
 
-#define SPOTS                                                                  \
-    4 /* places of a curve that are remembered while one interval is made */
+/* Places of a curve that are remembered while one interval is made: its ends,
+ * its middle and its quarter. */
+#define SPOTS 4
 
 /* Intervals of curves. Evidence: jerk sampled on curves stays within the limit
  * (tests/unit/jerk/test_curve_derivatives.py). */

@@ -148,8 +148,8 @@ static double jump_reach(const jerk_planner *planner,
     return t * (v + jerk * t * t / 6.0) + 1e-9;
 }
 
-/* Share of the jerk limit that a jump of q' takes at the head beside that,
- * where the path acceleration jumps with it. */
+/* Where q' jumps at the head, the path acceleration makes a step of the axes'
+ * accelerations: the share of the jerk limit that it takes. */
 static double kink_used(const jerk_planner *planner,
                         const jerk_interval *left,
                         const jerk_interval *right) {

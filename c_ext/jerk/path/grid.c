@@ -104,8 +104,7 @@ static double slow_way(const jerk_planner *planner, uint64_t i, double v) {
     return v * sqrt(v / path_jerk(planner, ring_at(planner, i)));
 }
 
-/* The grid must resolve it, down to a share `least` of the step at a
- * standstill.
+/* A step that resolves it, down to a share `least` of the step at a standstill.
  */
 static double slow_length(const jerk_planner *planner,
                           const struct grid *grid,

@@ -43,7 +43,7 @@ def _wave(acc: float) -> JerkPlanner:
     return planner
 
 
-# radius in mm, angle in rad; s that they took with steps ten times as long, work then
+# radius in mm, angle in rad; s that they took with steps twice as long
 CHAINS = [
     (2.0, 1.5, 7.948),
     (4.0, 1.0, 8.298),
@@ -56,8 +56,8 @@ WORK_BEFORE = 505_000
 
 def test_arcs_between_jumps() -> None:
     """Where arcs meet, the curvature jumps and the speed falls: steps there are
-    short.  Chains take 0.93 to 0.97 of the time with longer ones, and the work,
-    iterations times intervals, is less than without bows.
+    short.  Chains take 0.96 to 0.98 of the time with longer ones, and half of the
+    work, iterations times intervals, that they took without bows.
     """
     work = 0
     for radius, angle, before_s in CHAINS:
@@ -65,10 +65,10 @@ def test_arcs_between_jumps() -> None:
             Limits([300.0] * 2, [3000.0] * 2, [5e4] * 2), window=120, knots=600
         )
         laws = run(planner, _arcs(radius, angle).intervals())
-        assert float(laws["time"].sum()) <= 0.975 * before_s
+        assert float(laws["time"].sum()) <= 0.985 * before_s
         assert planner.stats["worst_ratio"] <= 1.012
         work += planner.stats["work"]
-    assert work <= 0.9 * WORK_BEFORE
+    assert work <= 0.5 * WORK_BEFORE
 
 
 @pytest.mark.parametrize("acc", [200.0, 500.0, 3000.0])
