@@ -663,8 +663,8 @@
 #define SLOW 0.5
 
 /* The same at a knot that is passed slowly. 0.5: chains of tangential arcs take
- * 1.02 to 1.04 of their time. 0.05: 0.97 to 0.99, but each plan differs from the
- * last, so what is told of it is off by up to 8 %. Unit: share. Evidence:
+ * 1.02 to 1.04 of their time. 0.05: 0.97 to 0.99, but each plan differs from
+ * the last, so what is told of it is off by up to 8 %. Unit: share. Evidence:
  * test_arcs_between_jumps, test_lookahead_epochs. */
 #define SLOW_KNOT 0.25
 

@@ -336,7 +336,7 @@ def _tangential(rng: random.Random) -> str:
 
 
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
-@pytest.mark.parametrize("seed", few([6, 0, 1, 2, 3, 4, 5, 7, 11, 38], 1))
+@pytest.mark.parametrize("seed", few([6, 0, 1, 2, 3, 4, 5, 7, 11], 1))
 def test_random_arcs_and_lines_as_foreseen(
     tmp_path: Path, seed: int, jerk: bool
 ) -> None:
