@@ -23,7 +23,7 @@ static bool stands_by_order(struct engine *engine) {
 
 static bool has_path(struct engine *engine) {
     return ATOMIC_GET(engine->run.head) > ATOMIC_GET(engine->run.done)
-           || (engine->dispatch.dir > 0
+           || (ATOMIC_GET(engine->dispatch.dir) > 0
                && ATOMIC_GET(engine->store.head)
                       > ATOMIC_GET(engine->store.done));
 }

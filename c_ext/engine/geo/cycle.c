@@ -19,7 +19,7 @@ static void note_end(struct engine *engine) {
         || !geo_drained(engine)) {
         return;
     }
-    if (engine->dispatch.dir < 0
+    if (ATOMIC_GET(engine->dispatch.dir) < 0
         || ATOMIC_GET(engine->withdrawal.state) != WITHDRAW_NONE) {
         return;
     }

@@ -139,7 +139,7 @@ static void turn(struct engine *engine) {
         engine->dispatch.frontier = at.i;
     }
     begin_run(engine, at);
-    engine->dispatch.dir = -engine->dispatch.dir;
+    ATOMIC_SET(engine->dispatch.dir, -engine->dispatch.dir);
     engine->dispatch.next =
         engine->dispatch.dir > 0 || at.s > 0.0 ? at.i : at.i - 1;
     engine->dispatch.at = at.s > 0.0 ? at.s : -1.0;
@@ -259,7 +259,7 @@ static void leave_out_remainder(struct engine *engine) {
     engine->program.halt_whole =
         left ? store_at(&engine->store, at.i)->whole : 0.0;
     begin_run(engine, (place){head, 0.0});
-    engine->dispatch.dir = 1;
+    ATOMIC_SET(engine->dispatch.dir, 1);
     engine->dispatch.next = head;
     engine->dispatch.at = -1.0;
     engine->dispatch.frontier = head;
@@ -274,7 +274,7 @@ static void leave_out_remainder(struct engine *engine) {
 void dispatch_begin_program(struct engine *engine) {
     begin_run(engine, (place){ATOMIC_GET(engine->store.head), 0.0});
     memset(&engine->dispatch.pushed, 0, sizeof engine->dispatch.pushed);
-    engine->dispatch.dir = 1;
+    ATOMIC_SET(engine->dispatch.dir, 1);
     engine->dispatch.next = engine->dispatch.frontier =
         engine->dispatch.program_first = engine->store.head;
     engine->dispatch.at = -1.0;
