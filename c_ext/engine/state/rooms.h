@@ -176,9 +176,9 @@ typedef struct insert_cmd {
 
 /* What is fed next into the run ring (planner's side). */
 typedef struct dispatch {
-    uint64_t next; /* piece of the store */
-    double at;     /* where in it, mm from its start */
-    int dir;       /* 1 forward, -1 backward; GEO reads it */
+    uint64_t next;        /* piece of the store */
+    double at;            /* where in it, mm from its start */
+    int dir;              /* 1 forward, -1 backward; GEO reads it */
     uint64_t frontier;    /* pieces of the store below it have been driven or
                              skipped before */
     uint64_t last_motion; /* in the run ring */
