@@ -461,11 +461,14 @@ bool grid_to(jerk_planner *planner, struct grid *grid, double distance) {
 /* Bow of the input over segment k of the plan: what its states say of the input
  * at the start, less what the input is there. */
 static double planned_bow(const plan *pl, int k) {
-    double length = pl->lengths[k];
-    double mean = (pl->x[k + 1] - pl->x[k]) / length;
-    double rise = 3.0 * (mean - 2.0 * pl->accel[k]) / length;
-    double both = 2.0 * (pl->accel[k + 1] - pl->accel[k]) / length;
-    return rise - both - pl->input[0][k];
+    double input[2];
+    inputs_between(pl->lengths[k],
+                   pl->x[k],
+                   pl->accel[k],
+                   pl->x[k + 1],
+                   pl->accel[k + 1],
+                   input);
+    return input[0] - pl->input[0][k];
 }
 
 /* Segment k of the plan, from `from` to `to` mm of interval i, in parts of

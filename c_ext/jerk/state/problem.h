@@ -149,4 +149,18 @@ static inline double accel_after(double length,
                                  double c1) {
     return accel + 0.5 * length * (c0 + c1);
 }
+
+/* The other way round: c0 and c1 that lead from one state to the other. */
+static inline void inputs_between(double length,
+                                  double x,
+                                  double accel,
+                                  double x1,
+                                  double accel1,
+                                  double input[2]) {
+    double mean = (x1 - x) / length;
+    double rise = 3.0 * (mean - 2.0 * accel) / length;
+    double both = 2.0 * (accel1 - accel) / length;
+    input[0] = rise - both;
+    input[1] = 2.0 * both - rise;
+}
 #endif

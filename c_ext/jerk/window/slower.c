@@ -56,11 +56,14 @@ static step step_from(const course *course, int k, pace from) {
     }
     const pace *plan = out.plan;
     double share = from.x / plan[0].x;
-    double mean = (plan[1].x - plan[0].x) / length;
-    double rise = 3.0 * (mean - 2.0 * plan[0].accel) / length;
-    double both = 2.0 * (plan[1].accel - plan[0].accel) / length;
-    out.base[0] = share * (rise - both);
-    out.base[1] = share * (2.0 * both - rise);
+    inputs_between(length,
+                   plan[0].x,
+                   plan[0].accel,
+                   plan[1].x,
+                   plan[1].accel,
+                   out.base);
+    out.base[0] *= share;
+    out.base[1] *= share;
     out.bow = share * course->grid->seg[k].bow;
     return out;
 }

@@ -71,12 +71,17 @@ def test_arcs_between_jumps() -> None:
     assert work <= 0.5 * WORK_BEFORE
 
 
-@pytest.mark.parametrize("acc", [200.0, 500.0, 3000.0])
-def test_acceleration_counts_where_it_binds(acc: float) -> None:
+@pytest.mark.parametrize(
+    ("acc", "iterations"), [(200.0, 110), (500.0, 120), (3000.0, 150)]
+)
+def test_acceleration_counts_where_it_binds(
+    acc: float, iterations: int
+) -> None:
     """Rows of acceleration are left out far from the limits.  Where they bind the
-    plan uses them, and keeps them.
+    plan keeps them, and they are not missed first: 138 and 147 iterations with
+    200 and 500 mm/s2 if they are.
     """
     stats = _wave(acc).stats
     assert stats["worst_ratio"] <= 1.012
     assert stats["failed"] == 0
-    assert stats["iterations"] <= 150
+    assert stats["iterations"] <= iterations
