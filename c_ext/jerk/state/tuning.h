@@ -237,6 +237,11 @@
  * time. Unit: count. Evidence: `bench planner`. */
 #define FORESEEN_PARTS 4
 
+/* Where the third derivative changes much over an interval the check looks at
+ * the ends of so many parts as well. Unit: count. Evidence: legality of random
+ * programs. */
+#define UNEVEN_PARTS 9
+
 /* Below it a speed is taken as this, to divide by. Unit: squared speed,
  * scaled. Evidence: rounding. */
 #define LEAST_X 1e-14
@@ -417,16 +422,17 @@
  * intervals. Planning then takes about a twentieth of the motion time at the
  * most. Unit: 1/s. Evidence: `bench planner` (hostile), test_unequal_jerk,
  * test_work_earned. */
-#define WINDOW_WORK_PER_S 3e5
+#define WINDOW_WORK_PER_S 2e5
 
 /* Iterations' worth of guess, grid and check that a solve has beside them.
  * Unit: iterations. Evidence: `bench planner`. */
 #define BESIDE_ITERATIONS 6
 
 /* So much is there at first, is kept for harder places, and may be owed: with
- * half of it programs of a few seconds take up to 1.08 of their time. Unit: as
- * spent. Evidence: `bench planner` (saw-teeth), bench/planner_parts.py. */
-#define WORK_KEPT 2e6
+ * seven times as much, saw-teeth of 4 to 16 s take 0.91 to 0.97 of the motion
+ * time and 0.05 to 0.12 of it for planning. Unit: as spent. Evidence: `bench
+ * planner` (saw-teeth), test_work_earned. */
+#define WORK_KEPT 3e5
 
 /* A window may take so much in any case: from rest something must be planned.
  * Unit: as spent. Evidence: `bench planner` (saw-teeth), test_work_earned. */
@@ -435,7 +441,7 @@
 /* Of what is kept: with less there, work is scarce. Windows are longer then,
  * fewer of their intervals are made finer, and what was found over longer steps
  * is the guess. Unit: share. Evidence: `bench planner` (saw-teeth). */
-#define SCARCE 0.3
+#define SCARCE 0.8
 
 /* Room for more intervals where work is scarce: of a longer window more is
  * driven before it brakes for its end. Unit: intervals. Evidence: `bench

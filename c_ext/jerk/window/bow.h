@@ -71,28 +71,18 @@ static inline void bound_by_axis(vec ends,
 /* The bow with which no axis has much more jerk inside the interval than at its
  * ends. */
 static double bow_for(const view *view,
-                      const jerk_law *law,
+                      const look *seen,
                       double limit,
                       double bow) {
-    vec s, places;
-    const vec sides = in_turn(0.0, law->time);
-    const motion at_ends = motion_at(law, &sides, &s);
-    const vec times =
-        law->time * parts_from(1, FORESEEN_PARTS - 1, FORESEEN_PARTS);
-    const motion within = motion_at(law, &times, &places);
-    bends ends, inside;
-    places = places / view->length;
-    bends_at_ends(view, 0, 1, &ends);
-    bends_inside(view, &places, &inside);
     bow_range range = {-INFINITY, INFINITY, 0.0, 0.0};
-    vec shape = 6.0 * places * (1.0 - places) * within.v;
+    vec shape = 6.0 * seen->places * (1.0 - seen->places) * seen->within.v;
     double steepest = 0.0;
     for (int n = 0; n < view->count; n++) {
-        vec slope = inside.d1[n] * shape * view->jerk[n];
-        vec steep = size_of(ends.d1[n]) * at_ends.v * view->jerk[n];
+        vec slope = seen->inside.d1[n] * shape * view->jerk[n];
+        vec steep = size_of(seen->ends.d1[n]) * seen->at_ends.v * view->jerk[n];
         steepest = fmax(steepest, largest(steep));
-        bound_by_axis(jerk_of(view, &ends, n, &at_ends),
-                      jerk_of(view, &inside, n, &within),
+        bound_by_axis(jerk_of(view, &seen->ends, n, &seen->at_ends),
+                      jerk_of(view, &seen->inside, n, &seen->within),
                       slope,
                       limit,
                       &range);

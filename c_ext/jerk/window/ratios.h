@@ -124,13 +124,13 @@ static void bends_inside(const view *view, const vec *at, bends *out) {
     }
 }
 
-static void bends_at_ends(const view *view, int one, int other, bends *out) {
+static void bends_at_ends(const view *view, bends *out) {
     const jerk_interval *interval = view->interval;
     for (int n = 0; n < view->count; n++) {
         int i = view->axis[n];
-        out->d1[n] = in_turn(interval->d1[one][i], interval->d1[other][i]);
-        out->d2[n] = in_turn(interval->d2[one][i], interval->d2[other][i]);
-        out->d3[n] = in_turn(interval->d3[one][i], interval->d3[other][i]);
+        out->d1[n] = in_turn(interval->d1[0][i], interval->d1[1][i]);
+        out->d2[n] = in_turn(interval->d2[0][i], interval->d2[1][i]);
+        out->d3[n] = in_turn(interval->d3[0][i], interval->d3[1][i]);
     }
 }
 
@@ -140,16 +140,6 @@ static double ratio_inside(const view *view,
     bends at;
     bends_inside(view, t, &at);
     return ratio_at(view, &at, true, motion);
-}
-
-/* At two ends of the interval (it may be one), in turn. */
-static double ratio_at_ends(const view *view,
-                            int one,
-                            int other,
-                            const motion *motion) {
-    bends at;
-    bends_at_ends(view, one, other, &at);
-    return ratio_at(view, &at, false, motion);
 }
 
 /* The motion of a law that begins at 0; `s` gets the places.  It is jerk_at()
@@ -199,11 +189,31 @@ static double ratio_at_parts(const view *view, const jerk_law *law, int parts) {
     return worst;
 }
 
-static double ends_ratio(const view *view, const jerk_law *law) {
-    vec s;
-    const vec t = in_turn(0.0, law->time);
-    const motion at = motion_at(law, &t, &s);
-    return ratio_at_ends(view, 0, 1, &at);
+/* The motion and the derivatives at the ends of an interval and inside. */
+typedef struct look {
+    motion at_ends, within;
+    vec places; /* inside, as shares of its length */
+    bends ends, inside;
+} look;
+
+static void look_at(const view *view, const jerk_law *law, look *out) {
+    vec s, places;
+    const vec sides = in_turn(0.0, law->time);
+    out->at_ends = motion_at(law, &sides, &s);
+    const vec times =
+        law->time * parts_from(1, FORESEEN_PARTS - 1, FORESEEN_PARTS);
+    out->within = motion_at(law, &times, &places);
+    out->places = places / view->length;
+    bends_at_ends(view, &out->ends);
+    bends_inside(view, &out->places, &out->inside);
+}
+
+static double ends_ratio(const view *view, const look *seen) {
+    return ratio_at(view, &seen->ends, false, &seen->at_ends);
+}
+
+static double inside_ratio(const view *view, const look *seen) {
+    return ratio_at(view, &seen->inside, true, &seen->within);
 }
 
 /* The law over an interval h with the inputs c and their bow; x, u: at its end.

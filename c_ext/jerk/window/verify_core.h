@@ -11,9 +11,9 @@
 #include "jerk/window/verify.h"
 
 /* Between the points that have rows the path may bend otherwise than the rows
- * know: parts of the time at whose ends it is looked at, more of them where the
- * third derivative changes much over the interval. */
-static int parts_of_time(const view *view) {
+ * know: it is looked at in more places where the third derivative changes much
+ * over the interval. */
+static bool bends_unevenly(const view *view) {
     double change = 0.0;
     double most = 0.0;
     for (int n = 0; n < view->count; n++) {
@@ -22,7 +22,7 @@ static int parts_of_time(const view *view) {
         change = fmax(change, fabs(last - first));
         most = fmax(most, larger(first, last));
     }
-    return change > 0.2 * most ? 12 : 6;
+    return change > 0.2 * most;
 }
 
 /* Constant path jerk over the interval h with the speed v at the moving end;
@@ -34,7 +34,7 @@ static double standstill_ratio(const jerk_planner *planner,
     double time = 3.0 * segment->length / v;
     double j = 2.0 * v / (time * time);
     const view view = view_of(planner, segment);
-    int parts = parts_of_time(&view);
+    int parts = bends_unevenly(&view) ? 12 : 6;
     double worst = 0.0;
     for (int k = 0; k <= parts; k += LANES) {
         vec share = parts_from(k, parts, parts);
@@ -67,13 +67,16 @@ double CHECKER(bend_inside)(const jerk_planner *planner,
     double u1 = accel;
     const view view = view_of(planner, segment);
     jerk_law law = law_of(segment->length, &x1, &u1, input, *bow);
-    double bent = bow_for(&view, &law, *segment->tight, *bow);
+    look seen;
+    look_at(&view, &law, &seen);
+    double bent = bow_for(&view, &seen, *segment->tight, *bow);
     if (bent != *bow && isfinite(bent)) {
         *bow = bent;
         law = law_of(segment->length, &x, &accel, input, bent);
+        look_at(&view, &law, &seen);
     }
-    double ends = ends_ratio(&view, &law);
-    double most = fmax(ends, ratio_at_parts(&view, &law, FORESEEN_PARTS));
+    double ends = ends_ratio(&view, &seen);
+    double most = fmax(ends, inside_ratio(&view, &seen));
     *more = bulge(most, ends);
     return most;
 }
@@ -155,9 +158,13 @@ static double free_ratio(const jerk_planner *planner,
         return INFINITY;
     }
     const view view = view_of(planner, segment);
-    double ends = ends_ratio(&view, &law);
-    int parts = parts_of_time(&view);
-    double limits = fmax(ends, ratio_at_parts(&view, &law, parts));
+    look seen;
+    look_at(&view, &law, &seen);
+    double ends = ends_ratio(&view, &seen);
+    double limits = fmax(ends, inside_ratio(&view, &seen));
+    if (bends_unevenly(&view)) {
+        limits = fmax(limits, ratio_at_parts(&view, &law, UNEVEN_PARTS));
+    }
     segment->bulge = bulge(limits, ends);
     for (int i = turning_points(&law, turns) - 1; i >= 0; i--) {
         vec s, t = set1(turns[i]);
