@@ -58,6 +58,7 @@ static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
                         &problem->guess,
                         &problem->cap,
                         &problem->brake,
+                        &problem->slope,
                         &problem->weight,
                         &problem->pull,
                         &problem->root[0],

@@ -224,6 +224,18 @@ static void leave(const jerk_planner *planner,
     }
 }
 
+/* Intervals so near to knot k are planned with such a share of the jerk. */
+static void leave_jerk(struct grid *grid, int k, double way, double share) {
+    const double *from = grid->from_start;
+    double at = from[k];
+    for (int i = k - 1; i >= 0 && at - from[i + 1] < way; i--) {
+        grid->seg[i].jump = lesser(grid->seg[i].jump, share);
+    }
+    for (int i = k; i < grid->count && from[i] - at < way; i++) {
+        grid->seg[i].jump = lesser(grid->seg[i].jump, share);
+    }
+}
+
 /* What the motion around the joint at knot k, or around the head (k 0), is left
  * with. */
 static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
@@ -236,6 +248,9 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
     if (jerk > JOINTS_JERK && k > 0) {
         double by = JOINTS_JERK / jerk;
         grid->knot_cap[k] = lesser(grid->knot_cap[k], grid->top[k] * by * by);
+    }
+    if (jerk > JOINTS_ALONE) {
+        leave_jerk(grid, k, 1.5 * way, 1.0 - fmin(jerk, JOINTS_JERK));
     }
     if (most <= JOINTS_FREE) {
         return;

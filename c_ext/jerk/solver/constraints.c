@@ -38,6 +38,7 @@ static void clear_rows(struct problem *problem) {
     }
     for (int k = 0; k < problem->blocks * LANES; k++) {
         problem->on[k] = 0.0;
+        problem->slope[k] = 0.0;
         problem->weight[k] = 0.0;
         problem->pull[k] = 0.0;
         problem->calm[k] = 0.0;
@@ -330,10 +331,17 @@ static double swell(double x0, double x1) {
                : 1.0;
 }
 
-/* Caps, floors and weights, from the guess at the knots.  The time over an
- * interval h falls with x like h x^(-3/2) / 2: that is the weight of x, taken
- * at the guess. */
-void bound_rows(jerk_planner *planner, const struct grid *grid) {
+/* Speed at knot k is far above what is asked for there, and is to fall. */
+static bool falls_at(jerk_planner *planner, const struct grid *grid, int k) {
+    double asked = lesser(grid->seg[k - 1].asked, grid->seg[k].asked);
+    return grid->sinks && cap_at(planner, grid, k) > ABOVE_ASKED * asked;
+}
+
+/* What is minimised: the time.  Around knot k it is the mean of both lengths
+ * times x^(-1/2).  Where speeds are to fall it is a square instead, least at
+ * the speed that is asked for.  Returns what all is divided by, so that the
+ * slope at the guess times the guess is 1 in the sum. */
+static double set_objective(jerk_planner *planner, const struct grid *grid) {
     struct problem *problem = &planner->prob;
     double sum = 0.0;
     double top = 0.0;
@@ -348,16 +356,25 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
         sum += problem->weight[k] * problem->guess[k];
     }
     for (int k = 1; k < grid->count; k++) {
-        double cap = cap_at(planner, grid, k);
-        double xf = problem->guess[k];
-        problem->weight[k] /= sum;
-        one_row(problem, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
-        double floor = GUESS_FLOOR * xf;
+        double weight = problem->weight[k] / sum;
+        double x = problem->guess[k];
+        bool falls = falls_at(planner, grid, k);
         double asked = lesser(grid->seg[k - 1].asked, grid->seg[k].asked);
-        if (grid->sinks && cap > ABOVE_ASKED * asked) {
-            problem->weight[k] *= PULL;
-            problem->pull[k] = problem->weight[k] / asked;
-        }
+        problem->slope[k] = falls ? 0.0 : weight * x * sqrt(x);
+        problem->weight[k] = falls ? PULL * weight : 0.0;
+        problem->pull[k] = falls ? PULL * weight / asked : 0.0;
+    }
+    return sum;
+}
+
+/* Caps, floors and the objective, from the guess at the knots. */
+void bound_rows(jerk_planner *planner, const struct grid *grid) {
+    struct problem *problem = &planner->prob;
+    double sum = set_objective(planner, grid);
+    for (int k = 1; k < grid->count; k++) {
+        double cap = cap_at(planner, grid, k);
+        double floor = GUESS_FLOOR * problem->guess[k];
+        one_row(problem, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
         one_row(problem, ROW_FLOOR, k, -1.0 / floor, 0.0, 0.0, 0.0, -1.0);
     }
     for (int k = problem->first; k <= grid->count - 2; k++) {

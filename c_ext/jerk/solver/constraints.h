@@ -9,7 +9,7 @@ void problem_from_grid(jerk_planner *planner,
                        double x0,
                        double u0);
 
-/* Caps, floors and weights, from the guess at the knots. */
+/* Caps, floors and the objective, from the guess at the knots. */
 void bound_rows(jerk_planner *planner, const struct grid *grid);
 
 /* Stage k has less of the jerk limit from now on, by the factor `by`. */

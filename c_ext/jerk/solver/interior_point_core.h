@@ -3,10 +3,11 @@
  * (IPM_SOLVE names the function).  Every lane does the same operations in the
  * same order, so the results do not depend on the instruction set.
  *
- * Maximise sum weight x under the rows of constraints.c.  The one nonlinear
- * term, x^(-1/2) of the jerk rows, is replaced by its tangent at the present
- * iterate: an inner approximation, since x^(-1/2) is convex.  The iterate meets
- * the dynamics at all times; only the rows may be missed on the way.
+ * Minimise the time under the rows of constraints.c.  In the time x^(-1/2) has
+ * its slope and its curvature at the present iterate.  In the jerk rows it is
+ * replaced by its tangent there: an inner approximation, since it is convex.
+ * The iterate meets the dynamics at all times; only the rows may be missed on
+ * the way.
  */
 #include <math.h>
 #include "jerk/solver/interior_point_start.h"
@@ -74,6 +75,7 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
         if (!isfinite(ap + ad)) {
             return false;
         }
+        ad = fmin(ad, DUAL_STEP * ap);
         problem->gap = move(problem, ap, ad);
         least = CENTRED * sigma * mu;
         problem->missed *= 1.0 - ap;
@@ -86,6 +88,9 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
             }
             problem->iterations++;
             return true;
+        }
+        if (ap < STUCK) {
+            reopen(problem);
         }
         if (gap < problem->pause) {
             problem->pause = 0.0;

@@ -242,6 +242,20 @@ static inline void gather_one(const struct problem *problem,
     }
 }
 
+/* What x saves of the time at the starts of block i, and how fast that falls
+ * with x; its own Newton's method, no tangent at the guess. */
+static inline void saved_by(const struct problem *problem,
+                            int k,
+                            vec at,
+                            vec *gain,
+                            vec *curvature) {
+    vec x = vmax(at, LOWEST * load(problem->guess + k));
+    x = vmax(x, set1(LEAST_X));
+    vec slope = load(problem->slope + k) / (x * root_of(x));
+    *gain = slope + load(problem->weight + k);
+    *curvature = 1.5 * slope / x;
+}
+
 /* Hessian and the gradient of the predictor (no centring). `floor`: least
  * product of slack and multiplier. */
 static void gather(struct problem *problem, double floor) {
@@ -258,7 +272,9 @@ static void gather(struct problem *problem, double floor) {
         gather_mid(problem, i, &bl, &totals, least);
         gather_one(problem, i, &bl, &totals, least);
         vec pull = load(problem->pull + k);
-        store(problem->cost.xx + k, totals.xx + pull);
+        vec gain, curvature;
+        saved_by(problem, k, bl.x[0], &gain, &curvature);
+        store(problem->cost.xx + k, totals.xx + curvature + pull);
         store(problem->cost.xu + k, totals.xu);
         store(problem->cost.uu + k, totals.uu);
         vec calm = load(problem->calm + k);
@@ -274,8 +290,7 @@ static void gather(struct problem *problem, double floor) {
                       + even * (bl.input[count] - bl.input[1 - count]));
         }
         store(problem->cost.cc[1] + k, totals.cc[1] - even);
-        store(problem->grad.x + k,
-              totals.slopes.x - load(problem->weight + k) + pull * bl.x[0]);
+        store(problem->grad.x + k, totals.slopes.x - gain + pull * bl.x[0]);
         store(problem->grad.accel + k, totals.slopes.accel);
     }
 }

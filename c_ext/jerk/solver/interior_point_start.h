@@ -169,8 +169,9 @@ static bool take_in(struct problem *problem, double above, double mu) {
     return any;
 }
 
-/* Rows were tightened: where the iterate misses one, its slack is as large as
- * what is missed. Left as small as they were, they would stop every step. */
+/* Where the iterate misses a row of the jerk, its slack is as large as what is
+ * missed: rows were tightened, or steps have become short. Left as small as
+ * they are, such slacks would stop every step. */
 static void reopen(struct problem *problem) {
     for (int i = 0; i < problem->blocks; i++) {
         struct block block;

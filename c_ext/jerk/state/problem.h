@@ -107,7 +107,8 @@ typedef struct problem {
     double *cap;         /* knots: x of a guess by feed, machine and joints */
     double *brake;       /* 1 over the square of the acceleration that all axes
                             can follow */
-    double *weight;      /* objective: minus the gradient by x */
+    double *slope;       /* objective: minus its gradient by x, times x^(3/2) */
+    double *weight;      /* ... and what else there is of it */
     double *pull;        /* objective: towards x = weight / pull; 0: none */
     double *root[2];     /* scale of the jerk rows at both ends */
     double *calm;        /* quadratic cost of c0 and c1 */

@@ -410,7 +410,7 @@
 
 /* Of the speed that is lost while the deceleration ends: with less the path
  * comes to rest first. Unit: share. Evidence: test_feed_hold_distance. */
-#define MUST_REST 1.05
+#define MUST_REST 1.1
 
 /* A stored tail so much longer than the estimate is a stop already. Unit:
  * share. Evidence: test_feed_hold_distance. */
@@ -724,6 +724,11 @@
  * Evidence: test_corners_a_few_cycles_apart. */
 #define JOINTS_JERK 0.75
 
+/* Joints that use more of it together than one may alone leave the rest to the
+ * intervals around. Unit: share of the jerk limit. Evidence:
+ * test_corners_to_and_fro_within_cycles. */
+#define JOINTS_ALONE 0.5
+
 /* That the motion between them keeps. Unit: share of the acceleration limit.
  * Evidence: test_joints_in_a_cycle. */
 #define JOINTS_LEAST 0.25
@@ -844,14 +849,23 @@
 
 /* ---- The interior-point method ---- */
 
-/* Of the guess: tangents are not taken below it. Any lower costs 6 % on the
- * raster. Unit: share. Evidence: bench/planner_parts.py,
- * test_planner_optimum. */
-#define LOWEST 0.6
+/* Of the guess: tangents, and the slope of the time, are not taken below it.
+ * Unit: share. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define LOWEST 0.3
 
 /* Of the way to the boundary, that a step takes. Unit: share. Evidence:
  * `bench planner`. */
 #define TO_BOUNDARY 0.995
+
+/* Of a step: below it slacks of missed rows are opened. Without, 16 of 154
+ * windows of the contour fail instead of one. Unit: share. Evidence: `bench
+ * planner`. */
+#define STUCK 0.03
+
+/* The step of the multipliers is at most so many times that of the iterate:
+ * the time curves, so both belong together. Without, windows of saw-teeth and
+ * waves diverge. Unit: factor. Evidence: test_work_earned, `bench planner`. */
+#define DUAL_STEP 4.0
 
 /* Barrier of the first iterate, over all rows. Unit: share of the objective.
  * Evidence: `bench planner`. */
