@@ -224,14 +224,26 @@ static void leave(const jerk_planner *planner,
     }
 }
 
-/* Intervals so near to knot k are planned with such a share of the jerk. */
-static void leave_jerk(struct grid *grid, int k, double way, double share) {
+/* Intervals so near to knot k: the first one, and the one behind the last. */
+static int around(const struct grid *grid, int k, double way, int *first) {
     const double *from = grid->from_start;
     double at = from[k];
-    for (int i = k - 1; i >= 0 && at - from[i + 1] < way; i--) {
-        grid->seg[i].jump = lesser(grid->seg[i].jump, share);
+    int end = k;
+    *first = k;
+    while (*first > 0 && at - from[*first] < way) {
+        --*first;
     }
-    for (int i = k; i < grid->count && from[i] - at < way; i++) {
+    while (end < grid->count && from[end] - at < way) {
+        end++;
+    }
+    return end;
+}
+
+/* Intervals so near to knot k are planned with such a share of the jerk. */
+static void leave_jerk(struct grid *grid, int k, double way, double share) {
+    int i;
+    int end = around(grid, k, way, &i);
+    for (; i < end; i++) {
         grid->seg[i].jump = lesser(grid->seg[i].jump, share);
     }
 }
@@ -241,7 +253,6 @@ static void leave_jerk(struct grid *grid, int k, double way, double share) {
 static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
     double used[JERK_AXES];
     double v = planner->scale * sqrt(grid->top[k]);
-    double at = grid->from_start[k];
     double way = v * planner->cfg.cycle_s;
     double jerk;
     double most = used_at(planner, grid, k, v, used, &jerk);
@@ -259,11 +270,9 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
         grid->knot_cap[k] =
             lesser(grid->knot_cap[k], grid->top[k] * JOINTS_MOST / most);
     }
-    const double *from = grid->from_start;
-    for (int i = k - 1; i >= 0 && at - from[i + 1] < way; i--) {
-        leave(planner, &grid->seg[i], used);
-    }
-    for (int i = k; i < grid->count && from[i] - at < way; i++) {
+    int i;
+    int end = around(grid, k, way, &i);
+    for (; i < end; i++) {
         leave(planner, &grid->seg[i], used);
     }
 }
