@@ -306,7 +306,10 @@ def test_sleeping_waiter_is_woken_by_post(areas: Areas) -> None:
 def test_a_waiter_sleeps_at_once_on_the_core_of_its_partner(
     areas: Areas, shared: bool
 ) -> None:
-    """Spinning would keep the partner from ever coming; elsewhere it may come."""
+    """Spinning would keep the partner from ever coming; elsewhere it may come.
+
+    Of some waits: one that spins may wait for the interpreter behind it.
+    """
     side, cores = areas.sidecar.cnc_turn, os.sched_getaffinity(0)
     word = word_pointer(areas.root, "cnc_turn")
     slept = []
@@ -317,15 +320,17 @@ def test_a_waiter_sleeps_at_once_on_the_core_of_its_partner(
         assert side.core == min(cores) + 1
         if not shared:
             side._c.core = 0  # a partner that does not tell where it is
-        before = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
-        assert lib.hs_word_wait(word, 1, 10**9, 2_000_000) == lib.HS_TIMEOUT
-        after = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
-        slept.append(after > before)
+        for _ in range(5):
+            before = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
+            assert lib.hs_word_wait(word, 1, 10**9, 2_000_000) == lib.HS_TIMEOUT
+            after = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
+            slept.append(after > before)
 
     thread = threading.Thread(target=wait)
     thread.start()
     thread.join()
-    assert slept == [shared]
+    assert len(slept) == 5
+    assert all(slept) == shared
 
 
 def test_waits_end_early_when_a_signal_arrives() -> None:
