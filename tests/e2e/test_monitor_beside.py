@@ -209,7 +209,7 @@ def test_the_demo_shows_its_recording_afterwards(
     opens the recording.
     """
     tab = browser.tab()
-    with started("demo", "--monitor", "--seconds", 1, cwd=tmp_path) as (
+    with started("demo", "--monitor", "--seconds", 3, cwd=tmp_path) as (
         _,
         address,
     ):

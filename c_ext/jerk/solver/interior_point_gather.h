@@ -242,8 +242,8 @@ static inline void gather_one(const struct problem *problem,
     }
 }
 
-/* What x saves of the time at the starts of block i, and how fast that falls
- * with x; its own Newton's method, no tangent at the guess. */
+/* What more of x saves of the time from knot k on, and how fast that falls with
+ * x: slope and curvature for Newton's method. */
 static inline void saved_by(const struct problem *problem,
                             int k,
                             vec at,

@@ -108,7 +108,7 @@ typedef struct problem {
     double *brake;       /* 1 over the square of the acceleration that all axes
                             can follow */
     double *slope;       /* objective: minus its gradient by x, times x^(3/2) */
-    double *weight;      /* ... and what else there is of it */
+    double *weight;      /* ... and the rest of it, at x = 0 */
     double *pull;        /* objective: towards x = weight / pull; 0: none */
     double *root[2];     /* scale of the jerk rows at both ends */
     double *calm;        /* quadratic cost of c0 and c1 */
