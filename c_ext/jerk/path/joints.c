@@ -260,7 +260,7 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
         double by = JOINTS_JERK / jerk;
         grid->knot_cap[k] = lesser(grid->knot_cap[k], grid->top[k] * by * by);
     }
-    if (jerk > JOINTS_ALONE) {
+    if (jerk > JUMP_SHARE) {
         leave_jerk(grid, k, 1.5 * way, 1.0 - fmin(jerk, JOINTS_JERK));
     }
     if (most <= JOINTS_FREE) {

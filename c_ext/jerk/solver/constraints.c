@@ -331,12 +331,6 @@ static double swell(double x0, double x1) {
                : 1.0;
 }
 
-/* Speed at knot k is far above what is asked for there, and is to fall. */
-static bool falls_at(jerk_planner *planner, const struct grid *grid, int k) {
-    double asked = lesser(grid->seg[k - 1].asked, grid->seg[k].asked);
-    return grid->sinks && cap_at(planner, grid, k) > ABOVE_ASKED * asked;
-}
-
 /* What is minimised: the time.  Around knot k it is the mean of both lengths
  * times x^(-1/2).  Where speeds are to fall it is a square instead, least at
  * the speed that is asked for.  Returns what all is divided by, so that the
@@ -358,8 +352,9 @@ static double set_objective(jerk_planner *planner, const struct grid *grid) {
     for (int k = 1; k < grid->count; k++) {
         double weight = problem->weight[k] / sum;
         double x = problem->guess[k];
-        bool falls = falls_at(planner, grid, k);
         double asked = lesser(grid->seg[k - 1].asked, grid->seg[k].asked);
+        bool falls =
+            grid->sinks && cap_at(planner, grid, k) > ABOVE_ASKED * asked;
         problem->slope[k] = falls ? 0.0 : weight * x * sqrt(x);
         problem->weight[k] = falls ? PULL * weight : 0.0;
         problem->pull[k] = falls ? PULL * weight / asked : 0.0;

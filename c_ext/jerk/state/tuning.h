@@ -692,8 +692,9 @@
 
 /* ---- Jumps of the derivatives at knots ---- */
 
-/* That jumps of derivatives may use. Unit: share of the jerk limit. Evidence:
- * test_joints_in_a_cycle. */
+/* That jumps of derivatives may use. Joints that use more of it together leave
+ * the rest to the intervals around. Unit: share of the jerk limit. Evidence:
+ * test_joints_in_a_cycle, test_corners_to_and_fro_within_cycles. */
 #define JUMP_SHARE 0.5
 
 /* That a jump of the direction may use: nothing is set aside for it. Unit:
@@ -723,11 +724,6 @@
 /* The same of jerk: they turn to and fro. Unit: share of the jerk limit.
  * Evidence: test_corners_a_few_cycles_apart. */
 #define JOINTS_JERK 0.75
-
-/* Joints that use more of it together than one may alone leave the rest to the
- * intervals around. Unit: share of the jerk limit. Evidence:
- * test_corners_to_and_fro_within_cycles. */
-#define JOINTS_ALONE 0.5
 
 /* That the motion between them keeps. Unit: share of the acceleration limit.
  * Evidence: test_joints_in_a_cycle. */

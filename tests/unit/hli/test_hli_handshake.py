@@ -5,7 +5,6 @@ processes matter.
 import ctypes
 import math
 import os
-import resource
 import select
 import signal
 import subprocess
@@ -60,6 +59,23 @@ try:
         pass
 except KeyboardInterrupt:
     print("interrupted")
+"""
+
+SLEEPER = """
+import os, resource, sys, hli
+from hli._sync import lib
+from hli.handshake import word_pointer
+from hli.areas import Areas
+areas, core = Areas(hli.attach(sys.argv[1])), min(os.sched_getaffinity(0))
+side, word = areas.sidecar.cnc_turn, word_pointer(areas.root, "cnc_turn")
+os.sched_setaffinity(0, {core})
+lib.hs_word_post(word, 0)
+assert side.core == core + 1
+if sys.argv[2] == "untold":
+    side._c.core = 0  # a partner that does not tell where it is
+before = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
+assert lib.hs_word_wait(word, 1, 10**9, 2_000_000) == lib.HS_TIMEOUT
+print(resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw > before)
 """
 
 
@@ -302,35 +318,18 @@ def test_sleeping_waiter_is_woken_by_post(areas: Areas) -> None:
     assert areas.sidecar.plc_turn.waiters == 0
 
 
-@pytest.mark.parametrize("shared", [True, False])
+@pytest.mark.parametrize(
+    ("partner", "sleeps"), [("here", True), ("untold", False)]
+)
 def test_a_waiter_sleeps_at_once_on_the_core_of_its_partner(
-    areas: Areas, shared: bool
+    areas: Areas, partner: str, sleeps: bool
 ) -> None:
-    """Spinning would keep the partner from ever coming; elsewhere it may come.
-
-    Of some waits: one that spins may wait for the interpreter behind it.
+    """Spinning would keep the partner from ever coming; elsewhere it may come.  In a
+    process of its own: here it could also wait for the interpreter.
     """
-    side, cores = areas.sidecar.cnc_turn, os.sched_getaffinity(0)
-    word = word_pointer(areas.root, "cnc_turn")
-    slept = []
-
-    def wait() -> None:
-        os.sched_setaffinity(0, {min(cores)})  # of this thread alone
-        lib.hs_word_post(word, 0)
-        assert side.core == min(cores) + 1
-        if not shared:
-            side._c.core = 0  # a partner that does not tell where it is
-        for _ in range(5):
-            before = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
-            assert lib.hs_word_wait(word, 1, 10**9, 2_000_000) == lib.HS_TIMEOUT
-            after = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
-            slept.append(after > before)
-
-    thread = threading.Thread(target=wait)
-    thread.start()
-    thread.join()
-    assert len(slept) == 5
-    assert all(slept) == shared
+    command = [sys.executable, "-P", "-c", SLEEPER, areas.segment.name, partner]
+    ran = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert ran.stdout == f"{sleeps}\n"
 
 
 def test_waits_end_early_when_a_signal_arrives() -> None:

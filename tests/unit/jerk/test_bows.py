@@ -56,8 +56,9 @@ WORK_BEFORE = 505_000
 
 def test_arcs_between_jumps() -> None:
     """Where arcs meet, the curvature jumps and the speed falls: steps there are
-    short.  Chains take 0.96 to 0.98 of the time with longer ones, and half of the
-    work, iterations times intervals, that they took without bows.
+    short.  The time itself is minimised, so the speed is not
+    dug down ahead of them.  Chains take 0.90 to 0.94 of the time with longer ones, and a
+    quarter of the work, iterations times intervals, that they took without bows.
     """
     work = 0
     for radius, angle, before_s in CHAINS:
@@ -65,10 +66,10 @@ def test_arcs_between_jumps() -> None:
             Limits([300.0] * 2, [3000.0] * 2, [5e4] * 2), window=120, knots=600
         )
         laws = run(planner, _arcs(radius, angle).intervals())
-        assert float(laws["time"].sum()) <= 0.985 * before_s
+        assert float(laws["time"].sum()) <= 0.95 * before_s
         assert planner.stats["worst_ratio"] <= 1.012
         work += planner.stats["work"]
-    assert work <= 0.5 * WORK_BEFORE
+    assert work <= 0.3 * WORK_BEFORE
 
 
 @pytest.mark.parametrize(
