@@ -105,7 +105,11 @@ static void begin_commit(struct engine *engine,
     writer->s = engine->commit.s;
     writer->v = engine->commit.v;
     writer->seconds = writer->motion = 0.0;
-    writer->budget = commit_high(&engine->cfg) - ahead;
+    writer->near = commit_high(&engine->cfg) - ahead;
+    writer->far_to = engine->commit.piece + FAR_PIECES;
+    writer->budget =
+        writer->near
+        + (engine->commit.far ? COMMIT_FAR_S - COMMIT_HIGH_S : 0.0);
     writer->least =
         commit_low(engine) + LEAST_CYCLES * engine->cfg.cycle_s - ahead;
     writer->too_fast = 0;
@@ -262,8 +266,10 @@ static double take_back(struct engine *engine, double seconds) {
     return seconds;
 }
 
+/* What lies between was planned with windows that ended earlier. */
 static void taken_back(struct engine *engine, bool follows, double seconds) {
-    (void)engine, (void)follows, (void)seconds;
+    (void)follows, (void)seconds;
+    engine->accel.need_end = 0;
 }
 
 static bool stands_elsewhere(const struct engine *engine) {

@@ -314,10 +314,16 @@ void run_on(struct writer *writer, uint64_t end) {
 }
 
 /* From here on more of the path would let it drive faster, and enough is
- * committed until then. */
+ * committed until then; or a commit that reaches far has as many pieces as it
+ * may. */
 static bool waits_for_path(const struct writer *writer) {
-    return !writer->out && writer->seconds >= writer->least
-           && writer->piece >= writer->engine->accel.fixed_to;
+    if (writer->out) {
+        return false;
+    }
+    return (writer->seconds >= writer->least
+            && writer->piece >= writer->engine->accel.fixed_to)
+           || (writer->seconds >= writer->near
+               && writer->piece >= writer->far_to);
 }
 
 void drive_window(struct writer *writer, uint64_t end) {

@@ -13,6 +13,8 @@ typedef struct writer {
     uint64_t piece;
     double s, v, seconds, budget;
     double motion; /* s; of that what the jerk-limited planner has handed out */
+    double near; /* s; of the budget, what is committed over any pieces, ... */
+    uint64_t far_to; /* ... the rest up to this piece */
     double least; /* s; so much is committed although more of the path might let
                      it drive faster */
     uint64_t too_fast; /* corners and stands that it passes too fast, ... */

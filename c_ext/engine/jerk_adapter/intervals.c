@@ -89,27 +89,27 @@ static double turn_rate(spots *spots, double from, double to) {
         for (int i = 0; i < engine->cfg.axis_count; i++) {
             sum += at->d2[i] * at->d2[i];
             rate += at->d1[i] * at->d1[i];
-            most[i] = fmax(most[i], fabs(at->d1[i]));
-            change[i] = fmax(change[i], fabs(at->d2[i]));
+            most[i] = greater(most[i], fabs(at->d1[i]));
+            change[i] = greater(change[i], fabs(at->d2[i]));
         }
-        bend = fmax(bend, sqrt(sum));
-        fast = fmax(fast, sqrt(rate));
+        bend = greater(bend, sqrt(sum));
+        fast = greater(fast, sqrt(rate));
     }
     if (curve_of(&engine->store, spots->piece)->natural > 0.0 && fast > 0.0) {
         return bend / fast;
     }
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        relative = hypot(relative, change[i] / fmax(1.0, most[i]));
+        relative = hypot(relative, change[i] / greater(1.0, most[i]));
     }
-    return fmin(bend, relative);
+    return lesser(bend, relative);
 }
 
 /* The program asks for a slow corner at the start: a short interval of its own
  * holds that speed. */
 static double entry_stretch(const engine_config *cfg,
                             const struct piece *piece) {
-    return fmin(0.25 * piece->length,
-                fmax(1e-3, piece->entry_speed * cfg->cycle_s));
+    return lesser(0.25 * piece->length,
+                  greater(1e-3, piece->entry_speed * cfg->cycle_s));
 }
 
 /* Where the interval that begins at s ends. */
@@ -126,11 +126,11 @@ static double interval_end(spots *spots, double s) {
     if (piece->kind == PIECE_ARC) {
         bend = fabs(piece->sweep) / piece->whole;
     } else {
-        end = fmin(end, curve_piece_cell_end(&engine->store, piece, s));
+        end = lesser(end, curve_piece_cell_end(&engine->store, piece, s));
         bend = turn_rate(spots, s, end);
     }
-    double parts = fmin(ceil((end - s) * bend / INTERVAL_TURN - 1e-9),
-                        floor((end - s) / LEAST_MM)),
+    double parts = lesser(ceil((end - s) * bend / INTERVAL_TURN - 1e-9),
+                          floor((end - s) / LEAST_MM)),
            next = parts > 1.0 ? s + (end - s) / parts : end;
     return piece->length - next < STEPPED_OVER_MM ? piece->length : next;
 }
@@ -151,9 +151,10 @@ static double shared_speed(const struct engine *engine,
         derivatives(engine, piece, from + 0.5 * k * (to - from), d1, d2, d3);
         for (int i = 0; i < engine->cfg.axis_count; i++) {
             if (shared >> i & 1 && fabs(d1[i]) > 1e-12) {
-                v = fmin(v,
-                         fmax(piece_v_max(&engine->cfg, piece, i) / fabs(d1[i]),
-                              1e-6));
+                v = lesser(
+                    v,
+                    greater(piece_v_max(&engine->cfg, piece, i) / fabs(d1[i]),
+                            1e-6));
             }
         }
     }
@@ -173,15 +174,16 @@ static double programmed_speed(const struct engine *engine,
            bend = 0.0;
     if (motion_limits->radial_acceleration > 0) {
         for (int k = 0; k < 3; k++) {
-            bend = fmax(bend,
+            bend =
+                greater(bend,
                         bend_at(engine, piece, from + 0.5 * k * (to - from)));
         }
         if (bend > 1e-12) {
-            v = fmin(v,
-                     sqrt((double)motion_limits->radial_acceleration / bend));
+            v = lesser(v,
+                       sqrt((double)motion_limits->radial_acceleration / bend));
         }
     }
-    v = fmin(v, shared_speed(engine, piece, from, to));
+    v = lesser(v, shared_speed(engine, piece, from, to));
     return v < NEVER ? v : 0.0;
 }
 
@@ -225,17 +227,17 @@ static void set_shares(const engine_config *cfg,
                acc = motion_limits->acceleration[i],
                jerk = motion_limits->jerk[i];
         if (takes && motion_limits->path_acceleration > 0) {
-            acc = fmin(acc,
-                       (double)motion_limits->path_acceleration * along
-                           / cfg->a_max[i]);
+            acc = lesser(acc,
+                         (double)motion_limits->path_acceleration * along
+                             / cfg->a_max[i]);
         }
         if (takes && motion_limits->path_jerk > 0 && cfg->j_max[i] > 0) {
-            jerk =
-                fmin(jerk,
-                     (double)motion_limits->path_jerk * along / cfg->j_max[i]);
+            jerk = lesser(jerk,
+                          (double)motion_limits->path_jerk * along
+                              / cfg->j_max[i]);
         }
-        interval->acc_share[i] = (float)fmax(acc, LEAST_SHARE);
-        interval->jerk_share[i] = (float)fmax(jerk, LEAST_SHARE);
+        interval->acc_share[i] = (float)greater(acc, LEAST_SHARE);
+        interval->jerk_share[i] = (float)greater(jerk, LEAST_SHARE);
     }
 }
 
@@ -259,7 +261,7 @@ static void end_interval(spots *spots, double to, jerk_interval *interval) {
     interval->blocks = to >= piece->length;
     if (from <= 0.0 && piece->entry_speed < NEVER) {
         interval->v_hard = interval->v_hard > 0.0
-                               ? fmin(interval->v_hard, piece->entry_speed)
+                               ? lesser(interval->v_hard, piece->entry_speed)
                                : piece->entry_speed;
     }
 }
@@ -284,12 +286,12 @@ static double curve_miss(spots *spots, jerk_interval *interval, double t) {
         if (off > noise) {
             interval->miss[i] = fmaxf(interval->miss[i], (float)off);
         }
-        miss = fmax(miss, (off - noise) / j);
-        most =
-            fmax(most,
-                 fmax(fabs(d3[i]),
-                      fmax(fabs(interval->d3[0][i]), fabs(interval->d3[1][i])))
-                     / j);
+        miss = greater(miss, (off - noise) / j);
+        most = greater(
+            most,
+            greater(fabs(d3[i]),
+                    greater(fabs(interval->d3[0][i]), fabs(interval->d3[1][i])))
+                / j);
     }
     return miss > 0.0 ? miss / most : 0.0;
 }
@@ -311,13 +313,13 @@ static double shortest_seen(const engine_config *cfg,
     for (int i = 0; i < cfg->axis_count; i++) {
         double j =
             cfg->j_max[i] > 0 ? cfg->j_max[i] : cfg->a_max[i] / cfg->cycle_s;
-        most =
-            fmax(most,
-                 fmax(fabs(interval->d3[0][i]), fabs(interval->d3[1][i])) / j);
+        most = greater(
+            most,
+            greater(fabs(interval->d3[0][i]), fabs(interval->d3[1][i])) / j);
     }
-    return most > 0.0
-               ? fmin(CURVE_SHORTEST, CURVE_UNSEEN * cfg->cycle_s / cbrt(most))
-               : CURVE_SHORTEST;
+    return most > 0.0 ? lesser(CURVE_SHORTEST,
+                               CURVE_UNSEEN * cfg->cycle_s / cbrt(most))
+                      : CURVE_SHORTEST;
 }
 
 jerk_interval next_interval(const struct engine *engine,

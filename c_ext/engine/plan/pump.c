@@ -4,6 +4,7 @@
 #include "engine/commit/commit.h"
 #include "engine/commit/cpu_clock.h"
 #include "engine/commit/planner.h"
+#include "engine/plan/orders_seen.h"
 #include "engine/plan/recall.h"
 #include "engine/plan/rejoin.h"
 #include "engine/run/dispatch.h"
@@ -117,6 +118,7 @@ static __attribute__((noinline)) bool commit_more(struct engine *engine,
                   __ATOMIC_ACQUIRE);
     __atomic_load(&engine->orders.rapid, &engine->plan.rapid, __ATOMIC_ACQUIRE);
     engine->plan.hold = hold;
+    choose_reach(engine);
     if (rejoins) {
         rejoin_offer(engine);
     } else {
@@ -138,6 +140,8 @@ static int pump(struct engine *engine) {
     if (!rejoins) {
         if (hold && !engine->plan.hold) {
             recall_commit(engine);
+        } else {
+            recall_for_orders(engine);
         }
         if (engine->commit.late || ahead_s(engine) >= commit_low(engine)) {
             return 0;

@@ -77,7 +77,8 @@ static void place_writer(struct engine *engine,
                               .piece = ph->piece,
                               .s = state.s,
                               .v = state.v,
-                              .budget = commit_high(&engine->cfg)};
+                              .budget = commit_high(&engine->cfg),
+                              .far_to = UINT64_MAX};
 }
 
 /* What was committed last, as long as the offer is not taken. */

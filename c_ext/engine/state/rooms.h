@@ -235,6 +235,13 @@ typedef struct pace {
     double last_us; /* the planner writes it, GEO records it */
 } pace;
 
+/* What operator and PLC may change while the path moves. */
+typedef struct orders_seen {
+    double override, rapid, ext_speed;
+    int hold, single, m01, rt_loop, backward, simulate;
+    uint32_t held_axes, shortcuts, inserts;
+} orders_seen;
+
 typedef struct commit_state {
     phase *ring;
     uint64_t word;  /* head << 2 | tail << 1 | taken: planner and GEO exchange
@@ -248,7 +255,9 @@ typedef struct commit_state {
     bool tail_due;     /* the stored tail is not written yet */
     uint64_t tail_end; /* the window that it was planned in */
     uint32_t tail_max;
-    bool late;     /* GEO will take the tail: nothing is committed until then */
+    bool late; /* GEO will take the tail: nothing is committed until then */
+    orders_seen under; /* the orders of the last commit, ... */
+    bool far;          /* ... which may reach further than others */
     bool fed_anew; /* what lies ahead has been fed anew since the last commit,
                       while the path moved */
     int stalled;   /* tests: the planner gets no turn */

@@ -7,7 +7,12 @@
 /* Commits. Evidence: worst plans of 0.9 to 1.4 ms, planner's page. */
 /* s: less motion ahead of GEO, and more is committed, ... */
 #define COMMIT_LOW_S 0.010
-#define COMMIT_HIGH_S 0.020    /* s: ... up to this */
+#define COMMIT_HIGH_S 0.020 /* s: ... up to this */
+/* s: ... or up to this, pumped on one thread without jerk, where no order has
+ * changed since the last commit ... */
+#define COMMIT_FAR_S 0.200
+/* pieces: ... and no further than so many, so that the window keeps its room */
+#define FAR_PIECES 16u
 #define COMMIT_LOW_CYCLES 2.0  /* cycles: at least so many, ... */
 #define COMMIT_HIGH_CYCLES 4.0 /* cycles: ... and so many */
 /* cycles: the lower bound where every cycle pumps and phases are not cut */

@@ -58,8 +58,8 @@ static double asked_speed2(const jerk_planner *planner,
                            const struct grid *grid,
                            int k) {
     const struct speeds usual = {planner->command_speed,
-                                 fmax(1.0, planner->feed_factor),
-                                 fmax(1.0, planner->rapid_factor)};
+                                 greater(1.0, planner->feed_factor),
+                                 greater(1.0, planner->rapid_factor)};
     double x = grid->knot_cap[k];
     if (planner->command_speed >= 0.0) {
         return x;
@@ -81,9 +81,9 @@ static double rise_over(const jerk_planner *planner,
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         acc = lesser(acc,
                      acc_max(planner, segment->interval, axis)
-                         / fmax(1e-9,
-                                larger(segment->interval->d1[0][axis],
-                                       segment->interval->d1[1][axis])));
+                         / greater(1e-9,
+                                   larger(segment->interval->d1[0][axis],
+                                          segment->interval->d1[1][axis])));
     }
     return 2.0 * segment->length * acc / (planner->scale * planner->scale);
 }
@@ -117,7 +117,7 @@ typedef struct shown {
 
 /* Of a jump so many cycles away, what shows. */
 static double triangle(double cycles) {
-    return fmax(0.0, 1.0 - fabs(cycles));
+    return greater(0.0, 1.0 - fabs(cycles));
 }
 
 /* What a turn passed at v1, `distance` mm behind a knot that is passed at v,
@@ -218,9 +218,10 @@ static void leave(const jerk_planner *planner,
                   struct segment *segment,
                   const double *used) {
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        segment->acc[axis] = lesser(
-            segment->acc[axis],
-            greater(JOINTS_LEAST, 1.0 - fmax(0.0, used[axis] - JOINTS_FREE)));
+        segment->acc[axis] =
+            lesser(segment->acc[axis],
+                   greater(JOINTS_LEAST,
+                           1.0 - greater(0.0, used[axis] - JOINTS_FREE)));
     }
 }
 
@@ -261,7 +262,7 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
         grid->knot_cap[k] = lesser(grid->knot_cap[k], grid->top[k] * by * by);
     }
     if (jerk > JUMP_SHARE) {
-        leave_jerk(grid, k, 1.5 * way, 1.0 - fmin(jerk, JOINTS_JERK));
+        leave_jerk(grid, k, 1.5 * way, 1.0 - lesser(jerk, JOINTS_JERK));
     }
     if (most <= JOINTS_FREE) {
         return;

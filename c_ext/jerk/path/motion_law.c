@@ -2,6 +2,7 @@
 #include <math.h>
 #include "jerk/path/motion_law.h"
 #include "jerk/state/tuning.h"
+#include "maths/order.h"
 
 /* Position, speed and acceleration of a law at the time t since its start. */
 void jerk_at(const jerk_law *law, double t, jerk_state *out) {
@@ -79,7 +80,7 @@ static double duration(double length,
     double twist = (j0 + j1) / 120.0;
     double t =
         2.0 * length
-        / (mean + sqrt(fmax(0.0, mean * mean + (a0 - a1) * length / 3.0)));
+        / (mean + sqrt(greater(mean * mean + (a0 - a1) * length / 3.0, 0.0)));
     for (int i = 0; i < DURATION_STEPS; i++) {
         double slope = mean + t * (2.0 * turn + 3.0 * t * twist);
         double step = (length - t * (mean + t * (turn + t * twist))) / slope;
@@ -129,8 +130,8 @@ void motion_law_from(jerk_law *law,
                      const double input[2],
                      double scale) {
     double f2 = scale * scale;
-    double v = scale * sqrt(fmax(0.0, x));
-    double v1 = scale * sqrt(fmax(0.0, x1));
+    double v = scale * sqrt(greater(x, 0.0));
+    double v1 = scale * sqrt(greater(x1, 0.0));
     law->length = length;
     if (x <= 0.0) {
         standstill_law(law, length, v1, false);

@@ -61,9 +61,9 @@ static double lean_rate(const jerk_planner *planner,
 static double lean_length(const jerk_planner *planner,
                           const jerk_interval *interval,
                           double bend) {
-    double slow = cbrt(1.0 / fmax(1e-15, bend));
+    double slow = cbrt(1.0 / greater(1e-15, bend));
     return greater(LEAN_CYCLES * planner->cfg.cycle_s * slow,
-                   LEAN / fmax(1e-15, lean_rate(planner, interval)));
+                   LEAN / greater(1e-15, lean_rate(planner, interval)));
 }
 
 /* Longest interval at q: beyond a few degrees of turn the rows at both ends no
@@ -75,13 +75,13 @@ static double turn_length(const jerk_planner *planner,
     double end = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         double rate =
-            fmax(1.0, larger(interval->d1[0][axis], interval->d1[1][axis]));
+            greater(1.0, larger(interval->d1[0][axis], interval->d1[1][axis]));
         double d0 = interval->d2[0][axis] / rate;
         double d1 = interval->d2[1][axis] / rate;
         start += d0 * d0;
         end += d1 * d1;
     }
-    return MAX_TURN / sqrt(fmax(1e-30, greater(start, end)));
+    return MAX_TURN / sqrt(greater(1e-30, greater(start, end)));
 }
 
 /* Of the third derivatives by the jerk limits: the largest, and the length over
@@ -100,7 +100,7 @@ static void set_bend(const jerk_planner *planner,
             greater(change,
                     fabs(interval->d3[1][axis] - interval->d3[0][axis]) / jerk);
     }
-    out->even = interval->length * out->bend / fmax(1e-30, change);
+    out->even = interval->length * out->bend / greater(1e-30, change);
     out->turn = lesser(out->turn, lean_length(planner, interval, out->bend));
     out->little = out->turn > LITTLE_TURN * interval->length;
 }

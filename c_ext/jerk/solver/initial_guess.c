@@ -25,8 +25,8 @@ static double curve_cap(const jerk_planner *planner,
                             / jerk_max(planner, segment->interval, axis));
     }
     double v = cbrt(EASY_BEND * segment->share
-                    / fmax(1e-30, twist * scale * scale * scale));
-    return lesser(EASY_BEND / fmax(1e-30, bend * scale * scale), v * v);
+                    / greater(1e-30, twist * scale * scale * scale));
+    return lesser(EASY_BEND / greater(1e-30, bend * scale * scale), v * v);
 }
 
 static void path_limits(const jerk_planner *planner,
@@ -79,11 +79,11 @@ static void ramp(const jerk_planner *planner,
             x[k + step] = greater(reach, 0.25 * x[k]);
             accel = next;
         } else {
-            accel = fmax(0.0,
-                         lesser(next,
-                                0.5 * (x[k + step] - x[k])
-                                    / length)); /* falling caps are the other
-                                                   pass's matter */
+            accel = greater(0.0,
+                            lesser(next,
+                                   0.5 * (x[k + step] - x[k])
+                                       / length)); /* falling caps are the other
+                                                      pass's matter */
         }
     }
 }
@@ -141,7 +141,7 @@ static void slow_profile(jerk_planner *planner,
          grid->from_standstill ? 1 : 0,
          count - 1,
          1,
-         fmax(0.0, accel));
+         greater(0.0, accel));
     x[count - 1] =
         lesser(x[count - 1],
                standstill_end(planner, &grid->seg[count - 1], &accel));
@@ -198,7 +198,7 @@ static void plan_x(const plan *pl,
         double into = at - start;
         double length = pl->lengths[i];
         if (i == pl->count - 1) {
-            double left = fmax(0.0, 1.0 - into / length);
+            double left = greater(0.0, 1.0 - into / length);
             x[k] = pl->x[i] * standstill_power(left);
         } else if (i == 0 && pl->from_standstill) {
             x[k] = pl->x[1] * standstill_power(into / length);
@@ -242,7 +242,7 @@ static void keep_reachable(const jerk_planner *planner,
         path_limits(planner, &grid->seg[k], &acc, &jerk);
         double next =
             lesser(acc, accel + length * jerk / sqrt(greater(at, TINY)));
-        at = fmax(LEAST_KEPT * at, at + length * (accel + next));
+        at = greater(LEAST_KEPT * at, at + length * (accel + next));
         accel = next;
         if (at >= x[k + 1]) {
             return;
@@ -370,15 +370,15 @@ bool guess_stop(jerk_planner *planner, const struct grid *grid) {
     double way = grid->from_start[grid->count];
     double beta =
         lesser(4.0,
-               fmax(0.0,
-                    2.0 * planner->accel * way / greater(planner->x, 1e-12)
-                        + 4.0 / 3.0));
+               greater(0.0,
+                       2.0 * planner->accel * way / greater(planner->x, 1e-12)
+                           + 4.0 / 3.0));
     problem->guess[0] = planner->x;
     for (int k = 1; k < grid->count; k++) {
         double t = grid->from_start[k] / way;
         double cap = lesser(grid->knot_cap[k],
                             lesser(grid->seg[k - 1].soft, grid->seg[k].soft));
-        problem->guess[k] = fmax(
+        problem->guess[k] = greater(
             TINY,
             lesser(cap,
                    planner->x * standstill_power(1.0 - t) * (1.0 + beta * t)));
@@ -400,7 +400,7 @@ bool guess_stop_like(jerk_planner *planner,
            planner->scratch);
     problem->guess[0] = planner->x;
     for (int k = 1; k < grid->count; k++) {
-        problem->guess[k] = fmax(
+        problem->guess[k] = greater(
             TINY,
             lesser(planner->scratch[k],
                    lesser(grid->knot_cap[k],

@@ -3,6 +3,7 @@
 #define JERK_IPM_START_H
 #include <math.h>
 #include "jerk/solver/interior_point_gather.h"
+#include "maths/order.h"
 
 /* Scale of the jerk rows: sqrt(x) of the guess. */
 static void set_scale(struct problem *problem) {
@@ -13,8 +14,8 @@ static void set_scale(struct problem *problem) {
         }
         const double *guess = problem->guess + k;
         const double *x = problem->x + k;
-        problem->root[0][k] = sqrt(fmax(guess[0], x[0]));
-        problem->root[1][k] = sqrt(fmax(guess[1], x[1]));
+        problem->root[0][k] = sqrt(greater(x[0], guess[0]));
+        problem->root[1][k] = sqrt(greater(x[1], guess[1]));
     }
 }
 

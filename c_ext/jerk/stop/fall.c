@@ -17,11 +17,12 @@
 #include "jerk/stop/way.h"
 #include "jerk/window/slower.h"
 #include "jerk/window/window.h"
+#include "maths/order.h"
 
 /* Down to the squared speed `asked`, or to the feed where that is less. */
 static void ask_for(struct grid *grid, double asked) {
     for (int k = 0; k < grid->count; k++) {
-        grid->seg[k].asked = fmin(grid->seg[k].soft, asked);
+        grid->seg[k].asked = lesser(grid->seg[k].soft, asked);
     }
     grid->sinks = true;
 }
@@ -66,7 +67,7 @@ static void end_fall(const jerk_planner *planner,
     int k = 0;
     for (;; k++) {
         out->s[k] = grid->from_start[k];
-        out->v[k] = planner->scale * sqrt(fmax(0.0, problem->x[k]));
+        out->v[k] = planner->scale * sqrt(greater(0.0, problem->x[k]));
         out->a[k] = planner->scale * planner->scale * problem->accel[k];
         double low = asked > 0.0 ? asked : SLOWER_FOR_NOW * problem->guess[k];
         bool fallen = k > 0 && problem->x[k] <= FALL_ENDS * low;
@@ -102,7 +103,7 @@ bool fall_to_rest(jerk_planner *planner, double tail) {
         return false;
     }
     end_fall(planner, 0.0, &brake);
-    double reach = fmin(ALMOST * tail, brake.s[brake.count]);
+    double reach = lesser(ALMOST * tail, brake.s[brake.count]);
     if (!fall_over(planner, reach)
         || !plan_accept(planner, &planner->grid, true)) {
         return stop_near(planner, &brake);

@@ -6,6 +6,7 @@
 #ifndef JERK_BOW_H
 #define JERK_BOW_H
 #include "jerk/window/ratios.h"
+#include "maths/order.h"
 
 /* What the axes' jerks inside an interval leave a change of its bow: from low
  * to high. `slope`: of the jerk that decides it, by the bow. */
@@ -34,7 +35,7 @@ static double least_change(const bow_range *range) {
         return (range->low * range->low_slope + range->high * range->high_slope)
                / (range->low_slope + range->high_slope);
     }
-    return fmin(fmax(0.0, range->low), range->high);
+    return lesser(greater(0.0, range->low), range->high);
 }
 
 /* Axis jerks over their limits. */
@@ -55,8 +56,8 @@ static inline void bound_by_axis(vec ends,
                                  bow_range *range) {
     double floor = (1.0 - BOW_NEAR) * limit;
     double most[2];
-    most[0] = fmax(floor, fmax(ends[0], ends[1]));
-    most[1] = fmax(floor, fmax(-ends[0], -ends[1]));
+    most[0] = greater(greater(ends[0], ends[1]), floor);
+    most[1] = greater(greater(-ends[0], -ends[1]), floor);
     for (int lane = 0; lane < LANES; lane++) {
         bool below = inside[lane] < 0.0;
         double jerk = fabs(inside[lane]);
@@ -80,7 +81,7 @@ static double bow_for(const view *view,
     for (int n = 0; n < view->count; n++) {
         vec slope = seen->inside.d1[n] * shape * view->jerk[n];
         vec steep = size_of(seen->ends.d1[n]) * seen->at_ends.v * view->jerk[n];
-        steepest = fmax(steepest, largest(steep));
+        steepest = greater(steepest, largest(steep));
         bound_by_axis(jerk_of(view, &seen->ends, n, &seen->at_ends),
                       jerk_of(view, &seen->inside, n, &seen->within),
                       slope,
@@ -88,6 +89,6 @@ static double bow_for(const view *view,
                       &range);
     }
     double most = BOW_MOST / steepest;
-    return fmin(fmax(bow + least_change(&range), -most), most);
+    return lesser(greater(bow + least_change(&range), -most), most);
 }
 #endif

@@ -9,6 +9,7 @@
 #include "jerk/window/bow.h"
 #include "jerk/window/ratios.h"
 #include "jerk/window/verify.h"
+#include "maths/order.h"
 
 /* Between the points that have rows the path may bend otherwise than the rows
  * know: it is looked at in more places where the third derivative changes much
@@ -19,8 +20,8 @@ static bool bends_unevenly(const view *view) {
     for (int n = 0; n < view->count; n++) {
         double first = view->interval->d3[0][view->axis[n]];
         double last = view->interval->d3[1][view->axis[n]];
-        change = fmax(change, fabs(last - first));
-        most = fmax(most, larger(first, last));
+        change = greater(change, fabs(last - first));
+        most = greater(most, larger(first, last));
     }
     return change > 0.2 * most;
 }
@@ -51,7 +52,7 @@ static double standstill_ratio(const jerk_planner *planner,
 /* How much larger than at the ends it is inside an interval; ends far below the
  * rest say nothing. */
 static double bulge(double most, double ends) {
-    return most > 0.0 ? most / fmax(ends, 0.8 * most) : 1.0;
+    return most > 0.0 ? most / greater(ends, 0.8 * most) : 1.0;
 }
 
 /* For the planner, ahead of a check: largest ratio of the interval; `*more`: by
@@ -76,7 +77,7 @@ double CHECKER(bend_inside)(const jerk_planner *planner,
         look_at(&view, &law, &seen);
     }
     double ends = ends_ratio(&view, &seen);
-    double most = fmax(ends, inside_ratio(&view, &seen));
+    double most = greater(inside_ratio(&view, &seen), ends);
     *more = bulge(most, ends);
     return most;
 }
@@ -91,9 +92,9 @@ static double feed_ratio(const jerk_planner *planner,
                          double top_x) {
     double f2 = planner->scale * planner->scale;
     double cap =
-        fmin(grid->seg[k].soft / grid->seg[k].slower, grid->seg[k].cap) * f2;
-    double most =
-        k == 0 ? fmax(x1, fmin(top_x, x1)) : fmax(top_x, fmax(x0, x1));
+        lesser(grid->seg[k].soft / grid->seg[k].slower, grid->seg[k].cap) * f2;
+    double most = k == 0 ? greater(x1, lesser(top_x, x1))
+                         : greater(top_x, greater(x0, x1));
     return isfinite(most) ? sqrt(most / cap) * CHECK_SLACK / FEED_SLACK
                           : INFINITY;
 }
@@ -151,8 +152,8 @@ static double free_ratio(const jerk_planner *planner,
     double turns[TURN_PARTS];
     const jerk_law law = law_of(segment->length, x, accel, input, bow);
     double x1 = *x;
-    double top_x = fmax(x0, x1);
-    double low = fmin(x0, x1);
+    double top_x = greater(x0, x1);
+    double low = lesser(x0, x1);
     if (!(low > LEAST_DIP * top_x)
         || !isfinite(law.time + law.snap + law.crackle + law.pop)) {
         return INFINITY;
@@ -161,19 +162,19 @@ static double free_ratio(const jerk_planner *planner,
     look seen;
     look_at(&view, &law, &seen);
     double ends = ends_ratio(&view, &seen);
-    double limits = fmax(ends, inside_ratio(&view, &seen));
+    double limits = greater(inside_ratio(&view, &seen), ends);
     if (bends_unevenly(&view)) {
-        limits = fmax(limits, ratio_at_parts(&view, &law, UNEVEN_PARTS));
+        limits = greater(limits, ratio_at_parts(&view, &law, UNEVEN_PARTS));
     }
     segment->bulge = bulge(limits, ends);
     for (int i = turning_points(&law, turns) - 1; i >= 0; i--) {
         vec s, t = set1(turns[i]);
         double v = motion_at(&law, &t, &s).v[0];
         if (v * v > top_x) {
-            limits = fmax(limits, ratio_at_times(&view, &law, &t));
+            limits = greater(limits, ratio_at_times(&view, &law, &t));
         }
-        top_x = fmax(top_x, v * v);
-        low = v > 0.0 ? fmin(low, v * v) : 0.0;
+        top_x = greater(top_x, v * v);
+        low = v > 0.0 ? lesser(low, v * v) : 0.0;
     }
     if (!(low > LEAST_DIP * top_x)) {
         return INFINITY;
@@ -181,7 +182,7 @@ static double free_ratio(const jerk_planner *planner,
     double feed = feed_ratio(planner, grid, k, x0, x1, top_x);
     segment->excess = limits > CHECK_SLACK ? limits : 0.0;
     segment->fast = feed > CHECK_SLACK ? feed : 0.0;
-    return fmax(limits, feed);
+    return greater(limits, feed);
 }
 
 /* What jumps at knot k shows in samples up to one and a half cycles away: the
@@ -227,20 +228,20 @@ static double kink_ratio(const jerk_planner *planner,
         double bend = 0.75 * fabs(bend_of(left, right, axis)) * x / dt;
         double kink = 0.75 * turn * fabs(accel) / dt;
         if (kink > 0.0) {
-            most = fmax(most,
-                        (bend + turn * sqrt(x) / (dt * dt) + kink)
-                            / least_jerk(planner, left, right, axis));
+            most = greater(most,
+                           (bend + turn * sqrt(x) / (dt * dt) + kink)
+                               / least_jerk(planner, left, right, axis));
         }
     }
     int end = shown_until(planner, grid, k, sqrt(x), &first);
     for (int i = first; i <= end; i++) {
-        share = fmax(share, grid->seg[i].share);
+        share = greater(share, grid->seg[i].share);
     }
     if (most + share <= CHECK_SLACK) {
         return most + share;
     }
     for (int i = first; i <= end; i++) {
-        grid->seg[i].leave = fmax(grid->seg[i].leave, most);
+        grid->seg[i].leave = greater(grid->seg[i].leave, most);
     }
     return most + share;
 }
@@ -255,7 +256,7 @@ static bool jump_fits(const jerk_planner *planner,
     const jerk_interval *right = grid->seg[k].interval;
     double dt = planner->cfg.cycle_s;
     const struct segment *segment = &grid->seg[k];
-    double room = 1.0 - fmin(segment[-1].jump, segment->jump);
+    double room = 1.0 - lesser(segment[-1].jump, segment->jump);
     double used = 0.0;
     if (!grid->seg[k - 1].last) {
         return true;
@@ -264,7 +265,8 @@ static bool jump_fits(const jerk_planner *planner,
         double bend = 0.75 * fabs(bend_of(left, right, axis)) * x / dt;
         double turn = fabs(turn_of(left, right, axis));
         double corner = turn * sqrt(x) / (dt * dt);
-        used = fmax(used,
+        used =
+            greater(used,
                     (bend + corner) / least_jerk(planner, left, right, axis));
     }
     return used <= room * JUMP_SLACK + SMALL_JUMPS;
@@ -300,8 +302,8 @@ double CHECKER(plan_check)(const jerk_planner *planner,
         if (!(x > 0.0)) {
             return INFINITY;
         }
-        worst = fmax(standstill_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
-                     feed_ratio(planner, grid, 0, 0.0, x, x));
+        worst = greater(standstill_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
+                        feed_ratio(planner, grid, 0, 0.0, x, x));
         problem->x[0] = 0.0;
         problem->accel[0] = 0.0;
         problem->input[0][0] = 0.0;
@@ -315,7 +317,7 @@ double CHECKER(plan_check)(const jerk_planner *planner,
             return INFINITY;
         }
         if (k > 0) {
-            worst = fmax(worst, kink_ratio(planner, grid, k, x, accel));
+            worst = greater(worst, kink_ratio(planner, grid, k, x, accel));
         }
         if (k == last - 1) {
             problem->input[0][k] = problem->input[1][k] =
@@ -340,15 +342,15 @@ double CHECKER(plan_check)(const jerk_planner *planner,
     if (!jump_fits(planner, grid, last, x)) {
         return INFINITY;
     }
-    worst = fmax(worst, kink_ratio(planner, grid, last, x, accel));
+    worst = greater(worst, kink_ratio(planner, grid, last, x, accel));
     problem->x[last] = x / f2;
     problem->accel[last] = accel / f2;
     problem->x[grid->count] = 0.0;
     problem->accel[grid->count] = 0.0;
     problem->input[0][last] = 0.0;
     problem->input[1][last] = 0.0;
-    worst = fmax(worst, feed_ratio(planner, grid, last, x, 0.0, x));
+    worst = greater(worst, feed_ratio(planner, grid, last, x, 0.0, x));
     double standing =
         standstill_ratio(planner, &grid->seg[last], sqrt(x), -1.0);
-    return fmax(worst, standing);
+    return greater(worst, standing);
 }

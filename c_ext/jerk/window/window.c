@@ -9,6 +9,7 @@
 #include "jerk/state/state.h"
 #include "jerk/window/verify.h"
 #include "jerk/window/window.h"
+#include "maths/order.h"
 
 double way_from(const jerk_planner *planner,
                 const jerk_interval *interval,
@@ -16,11 +17,12 @@ double way_from(const jerk_planner *planner,
     double a = 1e30;
     double j = 1e30;
     for (int i = 0; i < planner->cfg.axes; i++) {
-        double rate = fmax(1.0, larger(interval->d1[0][i], interval->d1[1][i]));
-        a = fmin(a, planner->cfg.a_max[i] / rate);
-        j = fmin(j, planner->cfg.j_max[i] / rate);
+        double rate =
+            greater(1.0, larger(interval->d1[0][i], interval->d1[1][i]));
+        a = lesser(a, planner->cfg.a_max[i] / rate);
+        j = lesser(j, planner->cfg.j_max[i] / rate);
     }
-    double ramp = fmin(a, sqrt(v * j));
+    double ramp = lesser(a, sqrt(v * j));
     return 0.5 * v * (v / ramp + ramp / j);
 }
 
@@ -30,7 +32,7 @@ static double stopping_way(const jerk_planner *planner,
     double most = 0.0;
     for (int k = 0; k < grid->count; k++) {
         double v = planner->scale * sqrt(planner->prob.x[k]);
-        most = fmax(most, way_from(planner, grid->seg[k].interval, v));
+        most = greater(most, way_from(planner, grid->seg[k].interval, v));
     }
     return most;
 }
@@ -42,7 +44,7 @@ static void relax(const struct grid *grid, const struct problem *problem) {
         const struct segment *segment = &grid->seg[k];
         if (segment->tight != &segment->own && *segment->tight < 1.0) {
             *segment->tight =
-                fmax(*segment->tight, fmin(1.0, AIM / segment->bulge));
+                greater(*segment->tight, lesser(1.0, AIM / segment->bulge));
         }
     }
 }
@@ -89,7 +91,7 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
     double way = stopping_way(planner, grid);
     pl->lasts = LASTS * way;
     pl->refresh = pl->remaining < JUST_COVERS * way
-                      ? fmin(planner->cfg.refresh, JUST_REFRESH)
+                      ? lesser(planner->cfg.refresh, JUST_REFRESH)
                       : planner->cfg.refresh;
     return true;
 }
@@ -108,7 +110,7 @@ static bool creeps(const jerk_planner *planner, const struct grid *grid) {
 double check_plan(jerk_planner *planner, struct grid *grid) {
     double worst = plan_check(planner, grid, &planner->prob);
     if (worst <= CHECK_SLACK) {
-        planner->stats.worst_ratio = fmax(planner->stats.worst_ratio, worst);
+        planner->stats.worst_ratio = greater(planner->stats.worst_ratio, worst);
     }
     return worst;
 }
@@ -117,7 +119,7 @@ double check_plan(jerk_planner *planner, struct grid *grid) {
  * with so much less it will peak at the feed. */
 static void plan_slower(struct segment *segment) {
     double over = segment->fast * FEED_SLACK / CHECK_SLACK;
-    double by = fmin(SLOWER_BY, 1.0 / (over * over));
+    double by = lesser(SLOWER_BY, 1.0 / (over * over));
     segment->soft *= by;
     segment->slower *= by;
 }
@@ -126,13 +128,13 @@ static void plan_slower(struct segment *segment) {
  * pushed interval that it is of takes finer steps from now on. */
 static bool finer_steps(jerk_planner *planner, const struct segment *segment) {
     struct steps *of = &planner->steps[segment->at & planner->mask];
-    double to = fmax(of->shortest, FINER_STEPS * segment->length);
+    double to = greater(of->shortest, FINER_STEPS * segment->length);
     if (segment->tight == &segment->own) {
         return false; /* a line is resolved as it is */
     }
     if (!(segment->excess > FINER_FROM
           || (segment->excess > 0.0 && *segment->tight < FINER_BELOW))
-        || to > FINER_STEPS * fmin(of->turn, 2.0 * segment->length)) {
+        || to > FINER_STEPS * lesser(of->turn, 2.0 * segment->length)) {
         return false;
     }
     of->turn = to;
@@ -154,7 +156,7 @@ static bool tighten_present(jerk_planner *planner, struct grid *grid) {
         segment->share = share;
     }
     problem->paused = true;
-    problem->missed = fmax(problem->missed, MISSED_SO);
+    problem->missed = greater(problem->missed, MISSED_SO);
     problem->iterations = 0;
     return true;
 }
@@ -177,16 +179,16 @@ static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
             plan_slower(segment);
         }
         if (segment->leave > 0.0) {
-            *segment->tight =
-                fmin(*segment->tight,
-                     fmax(TIGHTEST, (1.0 - segment->leave) / segment->jump));
+            *segment->tight = lesser(
+                *segment->tight,
+                greater(TIGHTEST, (1.0 - segment->leave) / segment->jump));
         }
         segment->leave = 0.0;
         if (segment->excess <= 0.0) {
             continue;
         }
         double share = segment->share / segment->jump * AIM / segment->excess;
-        *segment->tight = fmin(*segment->tight, fmax(TIGHTEST, share));
+        *segment->tight = lesser(*segment->tight, greater(TIGHTEST, share));
     }
     bool slower = false;
     for (int k = 0; k < grid->count; k++) {
@@ -227,14 +229,14 @@ static double foreseen(const jerk_planner *planner,
                               &more);
     if (bow / f2 != problem->bow[k]) {
         problem->bow[k] = segment->bow = bow / f2;
-        problem->missed = fmax(problem->missed, MISSED_SO);
+        problem->missed = greater(problem->missed, MISSED_SO);
     }
     double tight = *segment->tight;
     if (!(most > FORESEEN * tight) || !isfinite(most)) {
         return tight;
     }
     double then = more * JERK_USABLE * tight;
-    return then > FORESEEN_FROM ? fmax(TIGHTEST, tight / then) : tight;
+    return then > FORESEEN_FROM ? greater(TIGHTEST, tight / then) : tight;
 }
 
 /* Limits that are lowered cost a third of what is taken, where the jerk binds.
@@ -245,7 +247,7 @@ static double loss_of_time(const struct grid *grid,
     double lost = 0.0;
     double time = 0.0;
     for (int k = problem->first; k < grid->count - 1; k++) {
-        double v = sqrt(fmax(problem->x[k], LEAST_X));
+        double v = sqrt(greater(problem->x[k], LEAST_X));
         double t = grid->seg[k].length / v;
         time += t;
         if (grid->seg[k].tight != &grid->seg[k].own) {
@@ -276,11 +278,11 @@ static bool made_finer(jerk_planner *planner,
             continue;
         }
         double to =
-            fmax(of->shortest,
-                 segment->length
-                     * fmax(FINER_LEAST,
-                            sqrt(FINER_BULGE / (1.0 / share[k] - 1.0))));
-        if (to > FINER_ENOUGH * fmin(of->turn, 2.0 * segment->length)) {
+            greater(of->shortest,
+                    segment->length
+                        * greater(FINER_LEAST,
+                                  sqrt(FINER_BULGE / (1.0 / share[k] - 1.0))));
+        if (to > FINER_ENOUGH * lesser(of->turn, 2.0 * segment->length)) {
             continue;
         }
         of->turn = to;
@@ -309,7 +311,7 @@ static bool foresee(jerk_planner *planner, struct grid *grid) {
             continue;
         }
         tighten_rows(problem, k, share[k] / *segment->tight);
-        problem->missed = fmax(problem->missed, MISSED_SO);
+        problem->missed = greater(problem->missed, MISSED_SO);
         *segment->tight = share[k];
         segment->share = segment->jump * share[k];
     }
@@ -411,9 +413,9 @@ void give_back(struct grid *grid) {
 /* Cap on x (scaled) by the feeds that the present plan was made under. */
 static double cap_before(const jerk_planner *planner,
                          const jerk_interval *interval) {
-    double feed = fmin(1e15,
-                       asked_under(&planner->was, interval) * VEL_USABLE
-                           / planner->scale);
+    double feed = lesser(1e15,
+                         asked_under(&planner->was, interval) * VEL_USABLE
+                             / planner->scale);
     return feed * feed;
 }
 
@@ -432,17 +434,17 @@ void allow_tail(jerk_planner *planner, struct grid *grid, double reach) {
         double end = grid->from_start[k + 1];
         while (i < pl->count && at < end - 1e-9) { /* what begins where the
                                                   segment ends is not of it */
-            most = fmax(most, fmax(pl->x[i], pl->x[i + 1]));
+            most = greater(most, greater(pl->x[i], pl->x[i + 1]));
             if (at + pl->lengths[i] > end + 1e-9) {
                 break;
             }
             at += pl->lengths[i++];
         }
-        double allowed = fmin(
+        double allowed = lesser(
             TAIL_AND * most,
-            fmax(cap_before(planner, segment->interval), TAIL_ONLY * most));
+            greater(cap_before(planner, segment->interval), TAIL_ONLY * most));
         if (allowed > segment->soft && segment->soft < segment->cap) {
-            segment->soft = fmin(segment->cap, allowed);
+            segment->soft = lesser(segment->cap, allowed);
         }
     }
 }
@@ -457,11 +459,12 @@ void allow_present(jerk_planner *planner,
     const double *from = grid->from_start;
     for (int k = 0; k < grid->count && from[k] < reach; k++) {
         struct segment *segment = &grid->seg[k];
-        segment->soft = fmin(
+        segment->soft = lesser(
             segment->cap,
-            fmax(segment->soft,
-                 fmin(top,
-                      ABOVE_BEFORE * cap_before(planner, segment->interval))));
+            greater(
+                segment->soft,
+                lesser(top,
+                       ABOVE_BEFORE * cap_before(planner, segment->interval))));
     }
     allow_tail(planner, grid, reach);
 }

@@ -13,6 +13,9 @@ from cnc_core.benchmarks.workloads import WORKLOADS, write_arcs
 from cnc_core.engine import Engine, Event
 from cnc_core.planning import Feeder, plan_program
 from cnc_core.program import Program
+from support.commanded import NO_JERK
+from support.inside import Inside
+from support.limits import legal
 
 
 def _drive(
@@ -46,7 +49,49 @@ def test_an_arc_at_its_feed_is_one_phase_however_far_the_commits_reach(
     path = write_arcs(tmp_path / "a.nc", 200, 3000.0)
     time, phases, rows = _drive(path, 120)
     assert time == pytest.approx(200 * 4.0 / 50.0, rel=0.01)
-    assert phases <= rows + time / 0.017 + 20
+    assert phases <= rows + time / 0.15 + 20
+
+
+LINE_MM = 200.0
+FEED = 100.0  # 2 s over the line
+REACHED = 800  # cycles: far from the line's ends, at the feed
+
+
+@pytest.mark.parametrize("later", range(0, 200, 37))
+def test_an_override_acts_however_far_ahead_is_committed(
+    tmp_path: Path, later: int
+) -> None:
+    """A fifth of a second is committed at once. Another override takes back
+    what has not begun: the speed falls within 20 cycles.
+    """
+    with Inside(tmp_path, f"G1 X{LINE_MM} F6000\n", NO_JERK) as cnc:
+        cnc.run(REACHED + later)
+        assert cnc.pos[-1, 0] - cnc.pos[-2, 0] == pytest.approx(FEED * 1e-3)
+        cnc.level(cnc.bahn.override_valid, True)
+        cnc.level(cnc.bahn.override, 500)
+        cnc.run(20)
+        assert cnc.pos[-1, 0] - cnc.pos[-2, 0] < 0.9 * FEED * 1e-3
+        cnc.end()
+        assert cnc.pos[-1, 0] == pytest.approx(LINE_MM, abs=1e-9)
+        legal(cnc.pos, cnc.cell)
+
+
+@pytest.mark.parametrize("later", range(0, 200, 37))
+def test_single_block_stops_at_the_next_block_however_far_is_committed(
+    tmp_path: Path, later: int
+) -> None:
+    """Blocks of 50 ms: at the second end behind the command the path stands."""
+    blocks = "".join(f"G1 X{5 * k}\n" for k in range(1, 41))
+    with Inside(tmp_path, "F6000\n" + blocks, NO_JERK) as cnc:
+        cnc.run(REACHED + later)
+        at = float(cnc.pos[-1, 0])
+        cnc.level(cnc.bahn.single_block, True)
+        cnc.run(200)
+        stood = float(cnc.pos[-1, 0])
+        assert cnc.pos[-1, 0] == cnc.pos[-2, 0]
+        assert at < stood <= at + 10.0
+        assert stood % 5.0 == pytest.approx(0.0, abs=1e-9)
+        legal(cnc.pos, cnc.cell)
 
 
 @pytest.mark.parametrize(
