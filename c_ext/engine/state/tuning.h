@@ -12,7 +12,7 @@
  * changed since the last commit ... */
 #define COMMIT_FAR_S 0.200
 /* pieces: ... and no further than so many, so that the window keeps its room */
-#define FAR_PIECES 16u
+#define FAR_PIECES 40u
 #define COMMIT_LOW_CYCLES 2.0  /* cycles: at least so many, ... */
 #define COMMIT_HIGH_CYCLES 4.0 /* cycles: ... and so many */
 /* cycles: the lower bound where every cycle pumps and phases are not cut */
