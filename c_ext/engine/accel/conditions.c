@@ -53,22 +53,13 @@ static double reserve_wanted(const struct plan_conditions *plan) {
     return plan->ext_speed < NEVER ? NEVER : plan->override > 1.0 ? 2.0 : 1.0;
 }
 
-static bool same_counts(const struct techno_counts *now,
-                        const struct techno_counts *then) {
-    return ATOMIC_GET(now->std_freed) == then->std_freed
-           && ATOMIC_GET(now->std_acked) == then->std_acked
-           && ATOMIC_GET(now->late_freed) == then->late_freed
-           && ATOMIC_GET(now->slm_acked) == then->slm_acked
-           && ATOMIC_GET(now->slp_acked) == then->slp_acked;
-}
-
 bool conditions_hold(struct engine *engine) {
     return reserve_wanted(&engine->plan) == engine->plan.reserve_override
            && ATOMIC_GET(engine->orders.single) == engine->plan.single
            && ATOMIC_GET(engine->orders.m01) == engine->plan.m01
            && ATOMIC_GET(engine->orders.held_axes) == engine->plan.held_axes
-           && same_counts(&engine->technology.done, &engine->plan.done)
-           && same_counts(&engine->technology.done_again,
+           && same_techno(&engine->technology.done, &engine->plan.done)
+           && same_techno(&engine->technology.done_again,
                           &engine->plan.done_again);
 }
 

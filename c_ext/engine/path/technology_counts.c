@@ -11,6 +11,15 @@ bool gate_open(const struct techno_counts *done,
            && done->slp_acked >= need->slp_acked;
 }
 
+bool same_techno(const struct techno_counts *now,
+                 const struct techno_counts *then) {
+    return ATOMIC_GET(now->std_freed) == then->std_freed
+           && ATOMIC_GET(now->std_acked) == then->std_acked
+           && ATOMIC_GET(now->late_freed) == then->late_freed
+           && ATOMIC_GET(now->slm_acked) == then->slm_acked
+           && ATOMIC_GET(now->slp_acked) == then->slp_acked;
+}
+
 struct techno_counts techno_done(const struct techno_counts *counts) {
     struct techno_counts techno_counts;
     techno_counts.std_freed = ATOMIC_GET(counts->std_freed);

@@ -5,5 +5,7 @@
 
 bool gate_open(const struct techno_counts *done,
                const struct techno_counts *need);
+bool same_techno(const struct techno_counts *now,
+                 const struct techno_counts *then);
 struct techno_counts techno_done(const struct techno_counts *counts);
 #endif

@@ -1,6 +1,7 @@
 /* Whether operator or PLC have changed anything since the last commit. */
 #include "engine/plan/orders_seen.h"
 #include "engine/commit/commit.h"
+#include "engine/path/technology_counts.h"
 #include "engine/plan/recall.h"
 #include "engine/state/state.h"
 
@@ -19,6 +20,8 @@ static orders_seen orders_now(const struct engine *engine) {
         .held_axes = orders->held_axes,
         .shortcuts = orders->shortcut_requests,
         .inserts = orders->insert_requests,
+        .done = techno_done(&engine->technology.done),
+        .done_again = techno_done(&engine->technology.done_again),
     };
 }
 
@@ -29,8 +32,9 @@ static bool same_orders(const orders_seen *now, const orders_seen *then) {
            && now->rt_loop == then->rt_loop && now->backward == then->backward
            && now->simulate == then->simulate
            && now->held_axes == then->held_axes
-           && now->shortcuts == then->shortcuts
-           && now->inserts == then->inserts;
+           && now->shortcuts == then->shortcuts && now->inserts == then->inserts
+           && same_techno(&now->done, &then->done)
+           && same_techno(&now->done_again, &then->done_again);
 }
 
 void recall_for_orders(struct engine *engine) {

@@ -235,11 +235,13 @@ typedef struct pace {
     double last_us; /* the planner writes it, GEO records it */
 } pace;
 
-/* What operator and PLC may change while the path moves. */
+/* What operator and PLC may change while the path moves: orders, and which
+ * gates are open. */
 typedef struct orders_seen {
     double override, rapid, ext_speed;
     int hold, single, m01, rt_loop, backward, simulate;
     uint32_t held_axes, shortcuts, inserts;
+    struct techno_counts done, done_again;
 } orders_seen;
 
 typedef struct commit_state {

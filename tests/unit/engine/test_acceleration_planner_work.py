@@ -8,11 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hli._sync import ffi, lib
 
 from cnc_core.benchmarks.workloads import WORKLOADS, write_arcs
 from cnc_core.engine import Engine, Event
 from cnc_core.planning import Feeder, plan_program
 from cnc_core.program import Program
+from hli.areas import Areas
+from plc_client.blocks.program_flow import TechnoArray, techno_areas
 from support.commanded import NO_JERK
 from support.inside import Inside
 from support.limits import legal
@@ -135,3 +138,42 @@ def test_five_axis_lines_keep_their_limits_under_override_steps_and_holds(
     assert result.infeasible == 0
     assert float(result.max_ratio["velocity"] or np.inf) <= 1.0005
     assert float(result.max_ratio["acceleration"] or np.inf) <= 1.005
+
+
+AHEAD = """[channel.m_synch]
+56 = "MEP_SVS"
+[channel.m_pre_outp]
+56 = 100000
+"""  # 10 mm
+
+
+@pytest.mark.parametrize("after", [10, 40, 60])
+def test_a_gate_that_opens_in_time_is_passed_at_the_feed(
+    tmp_path: Path, after: int
+) -> None:
+    """The function goes out 100 ms ahead of the block that waits for it; the
+    brake to there takes 33 ms. Acknowledged before, it does not show.
+    """
+    blocks = "G1 X30\nM56 X40\nX80\nM30\n"
+    with Inside(tmp_path, "F6000\n" + blocks, NO_JERK + AHEAD) as cnc:
+        areas = techno_areas(Areas(cnc.segment))
+        open_functions: list[tuple[TechnoArray, int]] = []
+
+        def fetched() -> bool:
+            open_functions.extend(
+                (array, index)
+                for area in areas
+                for array, index, _ in area.fetch_all()
+            )
+            return bool(open_functions)
+
+        lib.hs_plc_register(ffi.cast("void *", cnc.segment.base))
+        cnc.until(fetched)
+        out = len(cnc.pos)
+        cnc.run(after)
+        for array, index in open_functions:
+            array.acknowledge(index)
+        cnc.run(200)
+        speeds = np.diff(cnc.pos[out:, 0])
+        assert speeds.min() == pytest.approx(FEED * 1e-3)
+        assert cnc.pos[-1, 0] > 40.0
