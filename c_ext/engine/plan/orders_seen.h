@@ -8,8 +8,8 @@
 #define ENGINE_PLAN_ORDERS_SEEN_H
 #include "engine/state/state.h"
 
-/* What lies further ahead than any other commit reaches is taken back where the
- * orders are others. */
+/* Where orders have changed behind a far commit: takes back what has not begun,
+ * unless no more is ahead of GEO than any commit reaches. */
 void recall_for_orders(struct engine *engine);
 
 /* How far the commit that begins may reach. */

@@ -1,6 +1,6 @@
-/* Feed hold: what is committed but not begun is taken back, so that the path
- * brakes from the next cycle on and not behind the motion that was committed
- * ahead.
+/* Feed hold, and other orders behind a far commit (orders_seen.h): what is
+ * committed but not begun is taken back, so that they act from the next cycle
+ * on and not behind the motion that was committed ahead.
  *
  * What is taken back first becomes the beginning of the stored tail (the same
  * motion, published in the same atomic word): if the planner is late with the

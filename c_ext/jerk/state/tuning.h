@@ -879,8 +879,8 @@
  * bench/planner_parts.py, test_planner_optimum. */
 #define GAP 3e-4
 
-/* Share of the objective: a gap that has grown to it is given up. 1e6: up to
- * 14 % more work with steps of the override, for stops that are too short.
+/* A gap that has grown to it is given up. 1e6: up to 14 % more work with steps
+ * of the override, for stops that are too short. Unit: share of the objective.
  * Evidence: test_extreme_limits, `bench planner` (live). */
 #define HOPELESS 1e2
 
