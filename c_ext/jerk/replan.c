@@ -146,7 +146,7 @@ static bool solve_fall(jerk_planner *planner, struct grid *grid) {
     planner->finer = false;
     problem_from_grid(planner, grid, planner->x, planner->accel);
     bool legal = guess_window(planner, grid, true, 1.0)
-                 && solve_guess(planner, grid, 1, SINK_ITERATIONS);
+                 && solve_guess(planner, grid, SINK_TRIES, SINK_ITERATIONS);
     if (!legal) {
         give_back(grid);
     }

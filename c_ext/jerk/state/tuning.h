@@ -364,9 +364,10 @@
  * test_feed_hold_distance. */
 #define STOP_ITERATIONS 28
 
-/* Of the rows' first residuals: with less left the stop found so far is tried
- * as guess. Unit: share. Evidence: test_feed_hold_distance. */
-#define NEARLY_MET 0.03
+/* Of the rows' first residuals: a stop or a fall that fails with less left is
+ * tried again, with lowered limits or from the stop found so far. Unit: share.
+ * Evidence: test_feed_hold_distance, `bench planner` (live). */
+#define NEARLY_MET 0.02
 
 /* Of the distance that has failed: the next one, before any was found. Long
  * stops cost the most. Unit: share. Evidence: `bench planner` (live). */
@@ -546,7 +547,11 @@
 
 /* Of the solver, for a fall that is deeper than that of the plan. Unit:
  * iterations. Evidence: `bench planner` (live). */
-#define SINK_ITERATIONS 25
+#define SINK_ITERATIONS 16
+
+/* Solutions that are checked for such a fall. Unit: count. Evidence:
+ * `bench planner` (live). */
+#define SINK_TRIES 2
 
 /* ---- Length of planner intervals ---- */
 
