@@ -48,10 +48,9 @@ def compare(
         cpu = time.process_time() - cpu
         stats, total = planner.stats, float(laws["time"].sum())
         speed = rows["blocks"].sum() / cpu
-        worst_ms = 1e3 * stats["worst_solve_s"]
         print(
             f"  jerk  W{window:3d}: {total:.5f} s, ratio {total / best3:.5f},"
-            f" {speed:8.0f} bl/s, worst solve {worst_ms:.2f} ms,"
+            f" {speed:8.0f} bl/s,"
             f" failed {stats['failed']:.0f} of {stats['solves']:.0f}"
         )
         _acceleration_limited(lim, window, per_block, rows, best2)

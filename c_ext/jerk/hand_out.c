@@ -1,7 +1,6 @@
 /* What is handed out: laws from the plan, and a new plan when enough of the old
  * one is used up. */
 #include <math.h>
-#include <time.h>
 #include "jerk/hand_out.h"
 #include "jerk/window/history.h"
 #include "jerk/path/caps.h"
@@ -39,12 +38,6 @@ static bool worth_planning(const jerk_planner *planner) {
     return pl->since >= pl->refresh * pl->count && pl->remaining < pl->lasts;
 }
 
-static double thread_cpu_s(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
-
 static bool zero_factor(const jerk_planner *planner) {
     const jerk_interval *interval = ring_at(planner, planner->head);
     return planner->head != planner->tail
@@ -80,7 +73,6 @@ static void earn(jerk_planner *planner, double seconds) {
 }
 
 static void plan_again(jerk_planner *planner) {
-    double t0 = thread_cpu_s();
     uint64_t work = planner->stats.work;
     bool met = true;
     if (planner->hold || zero_factor(planner)) {
@@ -103,8 +95,6 @@ static void plan_again(jerk_planner *planner) {
             ? TRY_AGAIN_S
             : fmin(TRY_AGAIN_MAX_S, fmax(TRY_AGAIN_S, 2.0 * planner->waited_s));
     planner->again_s = fmax(planner->waited_s, earned_in(planner, work));
-    planner->stats.worst_solve_s =
-        fmax(planner->stats.worst_solve_s, thread_cpu_s() - t0);
 }
 
 /* Segment `next` of the plan is the caller's: the path and the state move on.

@@ -225,7 +225,7 @@ class JerkPlanner:
 
     @property
     def stats(self) -> dict[str, float]:
-        """Counters of solves, refusals, holds; the worst solve in CPU seconds."""
+        """Counters of solves, refusals and holds."""
         out = ffi.new("jerk_stats *")
         lib.jerk_get_stats(self._handle, out)
         return {

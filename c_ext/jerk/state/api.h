@@ -91,7 +91,6 @@ typedef struct jerk_stats {
         iterations;
     uint64_t work;        /* iterations, each times the planner intervals */
     uint64_t spent;       /* the same, and what solves have beside it */
-    double worst_solve_s; /* CPU seconds of the slowest plan */
     uint64_t straight;    /* lines from rest to rest, without the solver */
     uint64_t segments;    /* planner intervals handed out */
     double worst_ratio;   /* largest ratio in an accepted plan */

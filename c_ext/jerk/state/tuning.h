@@ -429,11 +429,12 @@
  * Unit: iterations. Evidence: `bench planner`. */
 #define BESIDE_ITERATIONS 6
 
-/* So much is there at first, is kept for harder places, and may be owed: with
- * seven times as much, saw-teeth of 4 to 16 s take 0.91 to 0.97 of the motion
- * time and 0.05 to 0.12 of it for planning. Unit: as spent. Evidence: `bench
- * planner` (saw-teeth), test_work_earned. */
-#define WORK_KEPT 3e5
+/* So much is there at first, is kept for harder places, and may be owed. With
+ * three times as much saw-teeth of 1 to 4 s take up to 0.11 of the motion time
+ * for planning, and 0.92 to 1.07 of it for their motion; with half as much they
+ * take 1.02 to 1.3. Unit: as spent. Evidence: `bench planner` (saw-teeth),
+ * test_work_earned. */
+#define WORK_KEPT 1e5
 
 /* A window may take so much in any case: from rest something must be planned.
  * Unit: as spent. Evidence: `bench planner` (saw-teeth), test_work_earned. */
@@ -442,7 +443,7 @@
 /* Of what is kept: with less there, work is scarce. Windows are longer then,
  * fewer of their intervals are made finer, and what was found over longer steps
  * is the guess. Unit: share. Evidence: `bench planner` (saw-teeth). */
-#define SCARCE 0.8
+#define SCARCE 0.7
 
 /* Room for more intervals where work is scarce: of a longer window more is
  * driven before it brakes for its end. Unit: intervals. Evidence: `bench
