@@ -36,6 +36,7 @@ static inline double step_length(vec most) {
 bool IPM_SOLVE(struct problem *problem, int max_iterations) {
     int rows = count_sides(problem);
     double least = 0.0;
+    double lowest = INFINITY; /* gap so far */
     if (!problem->paused) {
         set_scale(problem);
         start(problem, START_MU / rows);
@@ -56,7 +57,8 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
         struct scan scan = predict(problem);
         double gap = sum(scan.sl);
         double mu = gap / rows;
-        if (!(gap < HOPELESS)) {
+        lowest = fmin(lowest, gap);
+        if (!(gap < fmin(HOPELESS, problem->may_rise * lowest))) {
             return false;
         }
         double ap = fmin(1.0, 1.0 / fmax(1e-9, top(scan.ps)));

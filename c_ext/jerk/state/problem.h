@@ -131,6 +131,7 @@ typedef struct problem {
     int iterations;
     double pause;        /* the solver stops once at this gap; 0: it does not */
     bool paused;         /* it has, and goes on from there */
+    double may_rise;     /* at so many times the least gap it gives up */
     double missed, dual; /* shares of the first residuals that are left */
     bool solved;
     double gap;

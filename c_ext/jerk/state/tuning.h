@@ -309,6 +309,10 @@
  * is integrated. Unit: factor. Evidence: test_feed_hold_distance (circle). */
 #define BRAKE_UNEVEN 3.0
 
+/* So many times: shorter stops than the brake are looked for. Unit: factor.
+ * Evidence: test_feed_hold_on_bends. */
+#define BRAKE_CHANGES 1.2
+
 /* Of the stored tail: a brake that is longer gains nothing. Unit: share.
  * Evidence: test_feed_hold_distance. */
 #define BRAKE_AS_TAIL 0.97
@@ -352,9 +356,14 @@
 /* So many are tried. Unit: count. Evidence: test_feed_hold_on_bends. */
 #define STOPS_NEAR 4
 
-/* Of the stop that a fall has led to: none shorter is looked for. Unit: share.
- * Evidence: test_feed_hold_on_bends. */
-#define STOP_LEAST 0.88
+/* Of the stop that was found: where the path bends none is looked for that is
+ * shorter by less. Unit: share. Evidence: test_feed_hold_on_bends. */
+#define STOP_NEARLY_SHORTEST 0.02
+
+/* Of the least gap so far: with a larger one the solver gives a stop up. It
+ * saves a sixth of the work of holds. Unit: factor. Evidence: `bench planner`
+ * (live). */
+#define STOP_GAP_RISES 10.0
 
 /* Solutions that are checked for one stopping distance. Unit: count.
  * Evidence: test_feed_hold_distance. */

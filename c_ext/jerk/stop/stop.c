@@ -8,10 +8,9 @@
 #include "jerk/stop/tries.h"
 #include "jerk/stop/way.h"
 
-/* Whether the jerk along the path stays much the same over the grid. Elsewhere
- * a brake that goes as deep as it can at each place need not be the shortest.
- */
-static bool even(const jerk_planner *planner, const struct grid *grid) {
+/* How many times the jerk along the path changes over the grid. A brake that
+ * goes as deep as it can at each place need not be the shortest then. */
+static double unevenness(const jerk_planner *planner, const struct grid *grid) {
     double least = 1e30;
     double most = 0.0;
     for (int k = 0; k < grid->count; k++) {
@@ -24,7 +23,7 @@ static bool even(const jerk_planner *planner, const struct grid *grid) {
         least = fmin(least, jerk);
         most = fmax(most, jerk);
     }
-    return most <= BRAKE_UNEVEN * least;
+    return most / least;
 }
 
 /* The fastest brake is integrated and made the plan, or the stored tail of
@@ -76,12 +75,12 @@ static void halve(jerk_planner *planner, double low, int tries) {
     }
 }
 
-/* From the stop that is the plan to shorter ones, each with the last one as
- * guess.  How far a slow axis goes depends much on the last percent of its jerk
- * where it is about to turn. */
-static void shorten(jerk_planner *planner) {
+/* From the stop that is the plan to shorter ones, by `least` of it each time or
+ * by more, each with the last one as guess.  How far a slow axis goes depends
+ * much on the last percent of its jerk where it is about to turn. */
+static void shorten(jerk_planner *planner, double least) {
     double less = STOP_SHORTER;
-    for (int i = 0; i < STOPS_SHORTER && less >= CLOSE_ENOUGH; i++) {
+    for (int i = 0; i < STOPS_SHORTER && less >= least; i++) {
         if (!try_shorter(planner, 1.0 - less)) {
             less *= 0.5;
         }
@@ -108,20 +107,21 @@ static double longest_failure(jerk_planner *planner,
     return tail;
 }
 
-/* On a path of even limits: the deepest brake, or the deepest fall of the speed
- * and one stop nearer. False: no stop; the speed falls for now. */
+/* The deepest brake, or the deepest fall of the speed; shorter where the limits
+ * of the path change. False: no stop; the speed falls for now. */
 static bool brake_deeply(jerk_planner *planner,
                          double tail,
                          double first,
-                         double likely) {
-    if (brake_now(planner, tail, first, &likely)) {
-        return true;
+                         double likely,
+                         bool changes) {
+    bool brakes = brake_now(planner, tail, first, &likely);
+    if (!brakes && !fall_to_rest(planner, tail)) {
+        return false;
     }
-    if (fall_to_rest(planner, tail)) {
-        halve(planner, STOP_LEAST * planner->plan.remaining, 1);
-        return true;
+    if (changes || !brakes) {
+        shorten(planner, STOP_NEARLY_SHORTEST);
     }
-    return false;
+    return true;
 }
 
 /* Replace the plan by the shortest stop; the stored tail is the longest that is
@@ -134,15 +134,18 @@ bool shortest_stop(jerk_planner *planner, int hopeless) {
     planner->stats.holds++;
     if (tail > NEAR_ENOUGH * likely) {
         double first = fmin(ALMOST * tail, BRAKE_WAYS * likely);
-        if (grid_to(planner, grid, first) && grid->count >= 2
-            && even(planner, grid)) {
-            return brake_deeply(planner, tail, first, likely);
+        double uneven = grid_to(planner, grid, first) && grid->count >= 2
+                            ? unevenness(planner, grid)
+                            : INFINITY;
+        if (uneven <= BRAKE_UNEVEN) {
+            bool changes = uneven > BRAKE_CHANGES;
+            return brake_deeply(planner, tail, first, likely, changes);
         }
     }
     double low = longest_failure(planner, tail, likely, hopeless);
     if (low < tail) {
         halve(planner, low, MAX_HALVINGS);
-        shorten(planner);
+        shorten(planner, CLOSE_ENOUGH);
     }
     return low < tail || tail <= NEAR_ENOUGH * way_down_to(planner, 0.0);
 }

@@ -37,6 +37,7 @@ static bool lay_stop(jerk_planner *planner, double distance) {
         return false;
     }
     allow_present(planner, grid, INFINITY, INFINITY);
+    grid->may_rise = STOP_GAP_RISES;
     planner->stats.hold_solves++;
     return true;
 }
@@ -67,18 +68,13 @@ bool try_shorter(jerk_planner *planner, double share) {
 
 bool take_brake(jerk_planner *planner, const brake_path *brake) {
     struct grid *grid = &planner->grid;
-    if (!grid_to(planner, grid, brake->s[brake->count]) || grid->count < 2) {
+    if (!lay_stop(planner, brake->s[brake->count])) {
         return false;
     }
-    allow_present(planner, grid, INFINITY, INFINITY);
-    planner->stats.hold_solves++;
     problem_from_grid(planner, grid, planner->x, planner->accel);
     brake_speeds(planner, grid, brake, planner->scratch);
-    if (!guess_from(planner, grid, planner->scratch)
-        || !solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS)) {
-        give_back(grid);
-        return false;
-    }
-    grid->stands = false;
-    return plan_accept(planner, grid, true);
+    return take_stop(
+        planner,
+        guess_from(planner, grid, planner->scratch)
+            && solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS));
 }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from cnc_core.benchmarks.jerk_paths import Knots, contour
+from cnc_core.benchmarks.jerk_paths import Knots, contour, random_waves
 from cnc_core.engine.jerk_planner import JerkPlanner, Limits, sample
 from support.drive import FloatArray
 from support.shortest_stop import shortest_by_programs
@@ -56,9 +56,9 @@ def held(
 def test_a_hold_on_bends_is_hardly_longer_than_the_shortest(
     feed: float, seconds: float
 ) -> None:
-    """At most 1.18 of the stop that linear programs find at the cycle.  An
-    integrated brake went up to four times as far, where a bend let it brake no
-    deeper for a moment.
+    """At most 1.1 of the stop that linear programs find at the cycle; theirs may
+    begin 1.5 cycles ahead of the hold.  An integrated brake went up to four times
+    as far, where a bend let it brake no deeper for a moment.
     """
     driven, begin, stats = held(feed, seconds)
     assert stats["worst_ratio"] <= 1.012
@@ -68,7 +68,55 @@ def test_a_hold_on_bends_is_hardly_longer_than_the_shortest(
     path = Path(contour(400, 3))
     best = shortest_by_programs(path, s, DT, np.full(3, A), np.full(3, J))
     assert np.isfinite(best)
-    assert s[-1] - s[2] <= 1.18 * (best - s[2])
+    assert s[-1] - s[2] <= 1.1 * (best - s[2])
+
+
+def random_machine(seed: int) -> tuple[Knots, float, Limits]:
+    """Waves in space, their feed, and limits of three axes."""
+    rng = np.random.default_rng(seed)
+    waves = random_waves(rng, 3)
+    v = rng.uniform(50.0, 400.0, 3)
+    a = 10.0 ** rng.uniform(3.0, 4.0, 3)
+    j = 10.0 ** (4.0 + rng.uniform(0.0, rng.uniform(0.7, 2.0), 3))
+    feed = float(rng.choice([30.0, 100.0, 300.0]))
+    return waves, feed, Limits(v.tolist(), a.tolist(), j.tolist())
+
+
+@pytest.mark.ci_cases
+@pytest.mark.parametrize(
+    ("seed", "share"),
+    [(7, 0.61), (17, 0.773), (18, 0.559), (19, 0.451)],
+)
+def test_a_hold_between_axes_that_take_turns_is_hardly_longer_than_the_shortest(
+    seed: int, share: float
+) -> None:
+    """Random machines and waves, at a share of their motion time: at most 1.05 of
+    the stop that linear programs find from the hold on.  The deepest brake, and
+    one stop nearer than the deepest fall, took 1.06 to 1.38 of it.
+    """
+    waves, feed, limits = random_machine(seed)
+    held, free = JerkPlanner(limits), JerkPlanner(limits)
+    for planner in (held, free):
+        planner.push(waves.intervals(feed))
+        planner.finish()
+    on = free.take()
+    before = held.take(share * float(on["time"].sum()))
+    held.hold(True)
+    begin = round(before["time"].sum() / DT)
+    driven = sample(np.concatenate([before, held.take()]), DT)[:, 0]
+    s = driven[
+        np.minimum(np.arange(begin - 2, len(driven) + 30), len(driven) - 1)
+    ]
+    best = shortest_by_programs(
+        Path(waves),
+        s,
+        DT,
+        np.array(limits.a),
+        np.array(limits.j),
+        sample(on, DT)[begin - 2 : begin + 8, 0],
+    )
+    assert np.isfinite(best)
+    assert s[-1] - s[2] <= 1.05 * (best - s[2])
 
 
 @pytest.mark.parametrize("feed", [100.0, 300.0])
@@ -77,5 +125,5 @@ def test_holds_on_bends_are_cheap(feed: float) -> None:
     300 mm/s halving the distance took 55 000 and 680 000.
     """
     spent = [held(feed, t)[2]["spent"] for t in np.linspace(0.05, 1.0, 20)]
-    assert np.mean(spent) <= 22_000
+    assert np.mean(spent) <= 18_000
     assert max(spent) <= 120_000
