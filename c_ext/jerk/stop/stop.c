@@ -108,7 +108,7 @@ static double longest_failure(jerk_planner *planner,
 }
 
 /* The deepest brake, or the deepest fall of the speed; shorter where the limits
- * of the path change. False: no stop; the speed falls for now. */
+ * of the path change. False: no stop, but the speed may fall now. */
 static bool brake_deeply(jerk_planner *planner,
                          double tail,
                          double first,
@@ -124,6 +124,23 @@ static bool brake_deeply(jerk_planner *planner,
     return true;
 }
 
+/* A stop that is searched for by its length, so many times at the most without
+ * one; then shorter ones. Where limits change little (`even`) fewer do. */
+static bool search(jerk_planner *planner,
+                   double tail,
+                   double likely,
+                   int hopeless,
+                   bool even) {
+    double low =
+        longest_failure(planner, tail, likely, even ? hopeless / 2 : hopeless);
+    if (low >= tail) {
+        return false;
+    }
+    halve(planner, low, even ? 1 : MAX_HALVINGS);
+    shorten(planner, even ? STOP_NEARLY_SHORTEST : CLOSE_ENOUGH);
+    return true;
+}
+
 /* Replace the plan by the shortest stop; the stored tail is the longest that is
  * considered. False if none was found that is shorter by much; given up after
  * so many tries without one. */
@@ -131,23 +148,21 @@ bool shortest_stop(jerk_planner *planner, int hopeless) {
     struct grid *grid = &planner->grid;
     double tail = stored_tail(planner);
     double likely = likely_stop(planner);
+    bool even = false;
     planner->stats.holds++;
     if (tail > NEAR_ENOUGH * likely) {
         double first = fmin(ALMOST * tail, BRAKE_WAYS * likely);
         double uneven = grid_to(planner, grid, first) && grid->count >= 2
                             ? unevenness(planner, grid)
                             : INFINITY;
-        if (uneven <= BRAKE_UNEVEN) {
-            bool changes = uneven > BRAKE_CHANGES;
-            return brake_deeply(planner, tail, first, likely, changes);
+        even = uneven <= BRAKE_UNEVEN;
+        bool changes = uneven > BRAKE_CHANGES;
+        if (even && brake_deeply(planner, tail, first, likely, changes)) {
+            return true;
         }
     }
-    double low = longest_failure(planner, tail, likely, hopeless);
-    if (low < tail) {
-        halve(planner, low, MAX_HALVINGS);
-        shorten(planner, CLOSE_ENOUGH);
-    }
-    return low < tail || tail <= NEAR_ENOUGH * way_down_to(planner, 0.0);
+    return search(planner, tail, likely, hopeless, even)
+           || tail <= NEAR_ENOUGH * way_down_to(planner, 0.0);
 }
 
 bool plan_stop(jerk_planner *planner) {

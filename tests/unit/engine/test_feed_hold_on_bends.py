@@ -85,14 +85,14 @@ def random_machine(seed: int) -> tuple[Knots, float, Limits]:
 @pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("seed", "share"),
-    [(7, 0.61), (17, 0.773), (18, 0.559), (19, 0.451)],
+    [(7, 0.61), (17, 0.773), (18, 0.559), (19, 0.451), (104, 0.71)],
 )
 def test_a_hold_between_axes_that_take_turns_is_hardly_longer_than_the_shortest(
     seed: int, share: float
 ) -> None:
     """Random machines and waves, at a share of their motion time: at most 1.05 of
     the stop that linear programs find from the hold on.  The deepest brake, and
-    one stop nearer than the deepest fall, took 1.06 to 1.38 of it.
+    one stop nearer than the deepest fall, took 1.06 to 1.6 of it.
     """
     waves, feed, limits = random_machine(seed)
     held, free = JerkPlanner(limits), JerkPlanner(limits)
