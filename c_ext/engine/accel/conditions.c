@@ -5,7 +5,7 @@
 #include "engine/accel/profile.h"
 #include "engine/accel/tuning.h"
 #include "engine/commit/cpu_clock.h"
-#include "engine/path/technology_counts.h"
+#include "engine/path/stands.h"
 #include "engine/run/dispatch.h"
 #include "engine/state/state.h"
 
@@ -13,9 +13,7 @@
  * are sized for, and which gates are open. */
 typedef struct conditions {
     double reserve_override;
-    struct techno_counts done, done_again;
-    bool single, m01;
-    uint32_t held_axes;
+    struct stand_orders stands;
 } conditions;
 
 bool state_feasible(struct engine *engine, uint64_t end, double curved) {
@@ -37,11 +35,7 @@ bool state_feasible(struct engine *engine, uint64_t end, double curved) {
 static uint64_t plan_under(struct engine *engine,
                            const struct conditions *conditions) {
     engine->plan.reserve_override = conditions->reserve_override;
-    engine->plan.done = conditions->done;
-    engine->plan.done_again = conditions->done_again;
-    engine->plan.single = conditions->single;
-    engine->plan.m01 = conditions->m01;
-    engine->plan.held_axes = conditions->held_axes;
+    engine->plan.stands = conditions->stands;
     engine->accel.capped = engine->commit.piece;
     corner_caps(engine);
     uint64_t end = window_end(engine);
@@ -55,30 +49,7 @@ static double reserve_wanted(const struct plan_conditions *plan) {
 
 bool conditions_hold(struct engine *engine) {
     return reserve_wanted(&engine->plan) == engine->plan.reserve_override
-           && ATOMIC_GET(engine->orders.single) == engine->plan.single
-           && ATOMIC_GET(engine->orders.m01) == engine->plan.m01
-           && ATOMIC_GET(engine->orders.held_axes) == engine->plan.held_axes
-           && same_techno(&engine->technology.done, &engine->plan.done)
-           && same_techno(&engine->technology.done_again,
-                          &engine->plan.done_again);
-}
-
-static struct conditions conditions_now(const struct plan_conditions *plan) {
-    return (struct conditions){plan->reserve_override,
-                               plan->done,
-                               plan->done_again,
-                               plan->single,
-                               plan->m01,
-                               plan->held_axes};
-}
-
-static struct conditions conditions_wanted(struct engine *engine) {
-    return (struct conditions){reserve_wanted(&engine->plan),
-                               techno_done(&engine->technology.done),
-                               techno_done(&engine->technology.done_again),
-                               ATOMIC_GET(engine->orders.single),
-                               ATOMIC_GET(engine->orders.m01),
-                               ATOMIC_GET(engine->orders.held_axes)};
+           && same_stand_orders(engine, &engine->plan.stands);
 }
 
 /* New conditions are taken over where the present state can be continued
@@ -92,8 +63,10 @@ static uint64_t choose_conditions(struct engine *engine) {
         backward_pass(engine, end);
         return end;
     }
-    struct conditions old = conditions_now(&engine->plan),
-                      want = conditions_wanted(engine);
+    struct conditions old = {engine->plan.reserve_override,
+                             engine->plan.stands};
+    struct conditions want = {reserve_wanted(&engine->plan),
+                              stand_orders_now(engine)};
     uint64_t end = plan_under(engine, &want);
     if (state_feasible(engine,
                        end,

@@ -15,16 +15,10 @@
 #include "engine/commit/planner.h"
 #include "engine/jerk_adapter/path_push.h"
 #include "engine/jerk_adapter/tuning.h"
-#include "engine/path/technology_counts.h"
+#include "engine/path/stands.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
 #include "jerk/state/api.h"
-
-typedef struct conditions {
-    struct techno_counts done, done_again;
-    uint32_t held_axes;
-    bool single, m01;
-} conditions;
 
 static jerk_config config_of(const engine_config *cfg) {
     jerk_config config = {.axes = cfg->axis_count,
@@ -151,31 +145,12 @@ void jerk_adapter_free(struct engine *engine) {
     }
 }
 
-static void read_conditions(struct engine *engine,
-                            struct conditions *conditions) {
-    memset(conditions, 0, sizeof *conditions);
-    conditions->done = techno_done(&engine->technology.done);
-    conditions->done_again = techno_done(&engine->technology.done_again);
-    conditions->single = ATOMIC_GET(engine->orders.single);
-    conditions->m01 = ATOMIC_GET(engine->orders.m01);
-    conditions->held_axes = ATOMIC_GET(engine->orders.held_axes);
-}
-
-static bool conditions_change(struct engine *engine) {
-    struct conditions want;
-    read_conditions(engine, &want);
-    bool same =
-        engine->plan.single == want.single && engine->plan.m01 == want.m01
-        && engine->plan.held_axes == want.held_axes
-        && memcmp(&engine->plan.done, &want.done, sizeof want.done) == 0
-        && memcmp(&engine->plan.done_again, &want.done_again, sizeof want.done)
-               == 0;
-    engine->plan.done = want.done;
-    engine->plan.done_again = want.done_again;
-    engine->plan.single = want.single;
-    engine->plan.m01 = want.m01;
-    engine->plan.held_axes = want.held_axes;
-    return !same;
+static bool stands_change(struct engine *engine) {
+    if (same_stand_orders(engine, &engine->plan.stands)) {
+        return false;
+    }
+    engine->plan.stands = stand_orders_now(engine);
+    return true;
 }
 
 static void set_speeds(struct engine *engine) {
@@ -387,7 +362,7 @@ static double take_back(struct engine *engine, double seconds) {
 static bool write_plan(struct engine *engine,
                        struct writer *writer,
                        struct tail *tail) {
-    bool changed = conditions_change(engine);
+    bool changed = stands_change(engine);
     if (changed) {
         update_stands(engine);
     }

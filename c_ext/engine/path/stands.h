@@ -5,18 +5,26 @@
 #include "engine/path/technology_counts.h"
 #include "engine/state/state.h"
 
+struct stand_orders stand_orders_now(const struct engine *engine);
+
+/* Whether they are still the same. */
+bool same_stand_orders(const struct engine *engine,
+                       const struct stand_orders *then);
+
 static inline bool stands_before(const struct plan_conditions *plan,
                                  const struct piece *piece) {
-    if (piece->m01 && plan->m01) {
+    const struct stand_orders *orders = &plan->stands;
+    if (piece->m01 && orders->m01) {
         return true;
     }
-    if ((piece->new_block && plan->single)
-        || (piece->moving & plan->held_axes)) {
+    if ((piece->new_block && orders->single)
+        || (piece->moving & orders->held_axes)) {
         return true;
     }
     return piece->stop_before
            || (piece->gated
-               && !gate_open(piece->replay ? &plan->done_again : &plan->done,
+               && !gate_open(piece->replay ? &orders->done_again
+                                           : &orders->done,
                              &piece->need));
 }
 

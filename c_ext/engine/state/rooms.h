@@ -235,13 +235,20 @@ typedef struct pace {
     double last_us; /* the planner writes it, GEO records it */
 } pace;
 
-/* What operator and PLC may change while the path moves: orders, and which
- * gates are open. */
+/* What decides where the axes must stand: functions that open gates, on the way
+ * and on a way that has been driven before; held axes, single block, M01. */
+typedef struct stand_orders {
+    struct techno_counts done, done_again;
+    uint32_t held_axes;
+    bool single, m01;
+} stand_orders;
+
+/* What operator and PLC may change while the path moves. */
 typedef struct orders_seen {
     double override, rapid, ext_speed;
-    int hold, single, m01, rt_loop, backward, simulate;
-    uint32_t held_axes, shortcuts, inserts;
-    struct techno_counts done, done_again;
+    int hold, rt_loop, backward, simulate;
+    uint32_t shortcuts, inserts;
+    struct stand_orders stands;
 } orders_seen;
 
 typedef struct commit_state {
@@ -276,9 +283,7 @@ typedef struct plan_conditions {
     double ext_speed;
     double reserve_override; /* that zones are sized for */
     bool hold;
-    bool single, m01;
-    uint32_t held_axes;
-    struct techno_counts done, done_again;
+    struct stand_orders stands;
     uint32_t editions; /* of the timetable */
 } plan_conditions;
 

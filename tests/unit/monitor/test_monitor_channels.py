@@ -118,6 +118,11 @@ def test_a_channel_that_is_none_shows_the_first(
         assert page.frame(lambda f: f["channel"] == 1)["channel"] == 1
 
 
+def actions_in(frame: dict[str, Any]) -> list[dict[str, Any]]:
+    """Of its events those that say what a page has done."""
+    return [event for event in frame["events"] if event["kind"] == "action"]
+
+
 def test_an_order_acts_on_its_channel_and_is_told_with_it(
     cell: PlcRunner, client: TestClient
 ) -> None:
@@ -133,13 +138,9 @@ def test_an_order_acts_on_its_channel_and_is_told_with_it(
             for i in range(2)
         ]
         assert held == [False, True]
-        done = [
-            event
-            for _ in range(3)
-            for event in page.frame()["events"]
-            if event["kind"] == "action"
-        ]
-        (event,) = done
+        told = page.frame(actions_in)
+        (event,) = actions_in(told)
+        assert not actions_in(page.frame()) + actions_in(page.frame())
         assert event["text"] == "channel 2: feedhold True"
         assert event["who"].startswith("Ada (page ")
         for wrong in (2, -1, "1", 1.5, True, None):
