@@ -50,8 +50,8 @@ def compare(
         speed = rows["blocks"].sum() / cpu
         print(
             f"  jerk  W{window:3d}: {total:.5f} s, ratio {total / best3:.5f},"
-            f" {speed:8.0f} bl/s,"
-            f" failed {stats['failed']:.0f} of {stats['solves']:.0f}"
+            f" {speed:8.0f} bl/s, failed {stats['failed']:.0f}"
+            f" of {stats['solves']:.0f}"
         )
         _acceleration_limited(lim, window, per_block, rows, best2)
 

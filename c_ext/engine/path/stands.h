@@ -5,6 +5,7 @@
 #include "engine/path/technology_counts.h"
 #include "engine/state/state.h"
 
+/* As operator, PLC and acknowledged functions have it now. */
 struct stand_orders stand_orders_now(const struct engine *engine);
 
 /* Whether they are still the same. */

@@ -92,7 +92,7 @@ def test_a_hold_between_axes_that_take_turns_is_hardly_longer_than_the_shortest(
 ) -> None:
     """Random machines and waves, at a share of their motion time: at most 1.05 of
     the stop that linear programs find from the hold on.  The deepest brake, and
-    one stop nearer than the deepest fall, took 1.06 to 1.6 of it.
+    one stop nearer than the deepest fall, took up to 1.6 of it.
     """
     waves, feed, limits = random_machine(seed)
     held, free = JerkPlanner(limits), JerkPlanner(limits)
