@@ -372,7 +372,7 @@ static bool grid_fill(jerk_planner *planner,
     grid->stands = extent->stands;
     grid->sinks = false;
     grid->usable = JERK_USABLE;
-    grid->may_rise = INFINITY;
+    grid->stops = false;
     grid->finest = extent->length / 24.0;
     if (count > grid->max) {
         return false;
@@ -526,7 +526,7 @@ bool grid_of_plan(jerk_planner *planner,
     grid->stands = pl->stands;
     grid->sinks = false;
     grid->usable = JERK_USABLE;
-    grid->may_rise = INFINITY;
+    grid->stops = false;
     grid->finer = 1.0;
     states->x[0] = planner->x;
     states->accel[0] = planner->accel;

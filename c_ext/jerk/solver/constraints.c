@@ -307,7 +307,8 @@ void problem_from_grid(jerk_planner *planner,
     problem->u0 = u0;
     problem->terminal = 1.5 * grid->seg[grid->count - 1].length;
     problem->convex = convex_share(planner);
-    problem->may_rise = grid->may_rise;
+    problem->ends = grid->sinks ? FALL_GAP : GAP;
+    problem->stops = grid->stops;
     clear_rows(problem);
     for (int k = 0; k < grid->count; k++) {
         problem->lengths[k] = grid->seg[k].length;

@@ -20,7 +20,7 @@ static int count_sides(const struct problem *problem) {
     for (int i = 0; i < problem->blocks; i++) {
         const struct used *used = &problem->used[i];
         int two_sided = 2 * used->jerk + acc_used(used) + mid_used(used);
-        sides += LANES * (2 * two_sided + ONE_SIDED_ROWS);
+        sides += LANES * (2 * two_sided + used->end - used->first);
     }
     return sides;
 }
@@ -44,11 +44,15 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
         problem->missed = problem->dual = 1.0;
     } else {
         reopen(problem);
-        take_in(problem, ACC_NEAR, problem->gap / rows);
+        take_in(problem, ROWS_NEAR, problem->gap / rows);
         rows = count_sides(problem);
     }
     problem->paused = false;
     for (; problem->iterations < max_iterations; problem->iterations++) {
+        if (problem->iterations > 0
+            && catch_falling(problem, problem->gap / rows)) {
+            rows = count_sides(problem);
+        }
         gather(problem, least);
         if (!riccati_factor(problem)) {
             return false;
@@ -58,7 +62,8 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
         double gap = sum(scan.sl);
         double mu = gap / rows;
         lowest = fmin(lowest, gap);
-        if (!(gap < fmin(HOPELESS, problem->may_rise * lowest))) {
+        if (!(gap < HOPELESS)
+            || (problem->stops && gap > STOP_GAP_RISES * lowest)) {
             return false;
         }
         double ap = fmin(1.0, 1.0 / fmax(1e-9, top(scan.ps)));
@@ -82,7 +87,7 @@ bool IPM_SOLVE(struct problem *problem, int max_iterations) {
         least = CENTRED * sigma * mu;
         problem->missed *= 1.0 - ap;
         problem->dual *= 1.0 - ad;
-        if (problem->gap < GAP && problem->missed < ROWS_MET
+        if (problem->gap < problem->ends && problem->missed < ROWS_MET
             && problem->dual < 1e-2) {
             if (take_in(problem, 1.0, problem->gap / rows)) {
                 rows = count_sides(problem);

@@ -217,8 +217,9 @@ static inline void gather_one(const struct problem *problem,
                               const struct block *block,
                               struct totals *totals,
                               vec least) {
-    struct one_sided *row = one_rows_of(problem, i);
-    for (int k = 0; k < ONE_SIDED_ROWS; k++, row++) {
+    const struct used *used = &problem->used[i];
+    struct one_sided *row = one_rows_of(problem, i) + used->first;
+    for (int k = used->first; k < used->end; k++, row++) {
         vec value = one_value(row, block->x[0], block->accel[0], block->input);
         vec t;
         vec weight = side(value,

@@ -79,15 +79,58 @@ static inline void start_acc(two_sided *row,
     }
 }
 
+/* The one-sided rows from..to of block i begin. */
 static void start_one(const struct problem *problem,
                       int i,
                       const struct block *block,
+                      int from,
+                      int to,
                       double mu) {
-    struct one_sided *row = one_rows_of(problem, i);
-    for (int k = 0; k < ONE_SIDED_ROWS; k++, row++) {
+    struct one_sided *row = one_rows_of(problem, i) + from;
+    for (int k = from; k < to; k++, row++) {
         vec value = one_value(row, block->x[0], block->accel[0], block->input);
         start_side(value, row->bound, mu, &row->slack, &row->dual);
     }
+}
+
+/* Whether one of the rows from..to has come above so many times its bound. */
+static inline bool above(const struct problem *problem,
+                         int i,
+                         const struct block *block,
+                         int from,
+                         int to,
+                         double times) {
+    const struct one_sided *row = one_rows_of(problem, i) + from;
+    vec most = set1(-1.0);
+    for (int k = from; k < to; k++, row++) {
+        vec value = one_value(row, block->x[0], block->accel[0], block->input);
+        most = vmax(most, value - times * row->bound);
+    }
+    return top(most) > 0.0;
+}
+
+/* Caps that were left out begin where x has come above such a share of them,
+ * floors where it is below them over that share; false: neither. */
+static inline bool take_in_one(const struct problem *problem,
+                               int i,
+                               const struct block *block,
+                               double share,
+                               double mu) {
+    struct used *used = &problem->used[i];
+    bool caps =
+        used->first > 0 && above(problem, i, block, 0, FIRST_FLOOR, share);
+    bool floors =
+        used->end < ONE_SIDED_ROWS
+        && above(problem, i, block, FIRST_FLOOR, ONE_SIDED_ROWS, 1.0 / share);
+    if (caps) {
+        start_one(problem, i, block, 0, FIRST_FLOOR, mu);
+        used->first = 0;
+    }
+    if (floors) {
+        start_one(problem, i, block, FIRST_FLOOR, ONE_SIDED_ROWS, mu);
+        used->end = ONE_SIDED_ROWS;
+    }
+    return caps || floors;
 }
 
 /* Largest acceleration of block i over its limits: at the starts of its stages
@@ -136,29 +179,34 @@ static void start(struct problem *problem, double mu) {
         vec x, accel;
         middle_of(block.length, block.x, block.accel, block.input, &x, &accel);
         struct used *used = &problem->used[i];
-        used->far = most_acc(problem, i, &block, x, accel) < ACC_FAR;
+        used->far = most_acc(problem, i, &block, x, accel) < ROWS_FAR;
         if (!used->far) {
             start_accs(problem, i, &block, x, accel, mu);
         }
         start_jerk(problem, i, &block, mu);
-        start_one(problem, i, &block, mu);
+        used->first = used->end = FIRST_FLOOR;
+        take_in_one(problem, i, &block, problem->stops ? 0.0 : ROWS_FAR, mu);
     }
 }
 
-/* Rows of acceleration that were left out begin where the iterate has come
- * above such a share of their limits; false: nowhere. */
-static bool take_in(struct problem *problem, double above, double mu) {
+/* Rows that were left out begin where the iterate has come above such a share
+ * of their limits; false: nowhere. */
+static bool take_in(struct problem *problem, double share, double mu) {
     bool any = false;
     for (int i = 0; i < problem->blocks; i++) {
         struct used *used = &problem->used[i];
         struct block block;
         vec x, accel;
-        if (!used->far) {
+        if (!used->far && used->first == 0 && used->end == ONE_SIDED_ROWS) {
             continue;
         }
         block_at(problem, i, &block);
+        any = take_in_one(problem, i, &block, share, mu) || any;
+        if (!used->far) {
+            continue;
+        }
         middle_of(block.length, block.x, block.accel, block.input, &x, &accel);
-        used->far = !(most_acc(problem, i, &block, x, accel) > above);
+        used->far = !(most_acc(problem, i, &block, x, accel) > share);
         if (!used->far) {
             start_accs(problem, i, &block, x, accel, mu);
             any = true;
@@ -166,6 +214,28 @@ static bool take_in(struct problem *problem, double above, double mu) {
     }
     if (any) {
         problem->missed = fmax(problem->missed, MISSED_SO);
+    }
+    return any;
+}
+
+/* Floors that were left out begin where x has fallen to where the tangents end;
+ * false: nowhere. */
+static bool catch_falling(struct problem *problem, double mu) {
+    bool any = false;
+    for (int i = 0; i < problem->blocks; i++) {
+        struct used *used = &problem->used[i];
+        int k = i * LANES;
+        if (used->end == ONE_SIDED_ROWS) {
+            continue;
+        }
+        vec low = LOWEST * load(problem->guess + k) * load(problem->on + k);
+        if (top(low - load(problem->x + k)) > 0.0) {
+            struct block block;
+            block_at(problem, i, &block);
+            start_one(problem, i, &block, FIRST_FLOOR, ONE_SIDED_ROWS, mu);
+            used->end = ONE_SIDED_ROWS;
+            any = true;
+        }
     }
     return any;
 }

@@ -193,8 +193,9 @@ static inline void predict_one(struct problem *problem,
                                const struct change *dz,
                                struct scan *scan,
                                struct two_slopes *all) {
-    struct one_sided *row = one_rows_of(problem, i);
-    for (int n = 0; n < ONE_SIDED_ROWS; n++, row++) {
+    const struct used *used = &problem->used[i];
+    struct one_sided *row = one_rows_of(problem, i) + used->first;
+    for (int n = used->first; n < used->end; n++, row++) {
         vec dq = one_value(row, dz->x[0], dz->accel[0], dz->input);
         vec k1;
         side_predict(dq,
@@ -331,8 +332,9 @@ static inline void correct_one(struct problem *problem,
                                const struct change *dz,
                                vec mu,
                                struct scan *scan) {
-    struct one_sided *row = one_rows_of(problem, i);
-    for (int k = 0; k < ONE_SIDED_ROWS; k++, row++) {
+    const struct used *used = &problem->used[i];
+    struct one_sided *row = one_rows_of(problem, i) + used->first;
+    for (int k = used->first; k < used->end; k++, row++) {
         side_correct(one_value(row, dz->x[0], dz->accel[0], dz->input),
                      row->residual,
                      row->dual,
@@ -400,8 +402,8 @@ static double move(struct problem *problem, double ap, double ad) {
         move_rows(jerk_rows_of(problem, i, 1), used->jerk, ap, ad, &gap);
         move_rows(acc_rows_of(problem, i), acc_used(used), ap, ad, &gap);
         move_rows(mid_rows_of(problem, i), mid_used(used), ap, ad, &gap);
-        struct one_sided *one = one_rows_of(problem, i);
-        for (int k = 0; k < ONE_SIDED_ROWS; k++, one++) {
+        struct one_sided *one = one_rows_of(problem, i) + used->first;
+        for (int k = used->first; k < used->end; k++, one++) {
             one->slack -= ap * one->slack_drop;
             one->dual += ad * one->dual_step;
             gap += one->slack * one->dual;

@@ -47,7 +47,9 @@ typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5
  * left out as long as it is far below its limits. */
 typedef struct used {
     int jerk, acc, mid;
-    bool far; /* acceleration: its rows are left out */
+    bool far;       /* acceleration: its rows are left out */
+    int first, end; /* one-sided rows: caps are left out where x is far below
+                       them, floors where it is far above */
 } used;
 
 /* Rows of acceleration that are there. */
@@ -66,11 +68,12 @@ typedef struct one_sided { /* b (x, u, c0, c1) <= bound */
  * end: x keeps them everywhere between. */
 enum {
     ROW_CAP,
-    ROW_FLOOR,
     ROW_RISE,
     FIRST_C_ROW,
     ROW_FALL = FIRST_C_ROW,
-    ROW_MID_FLOOR,
+    FIRST_FLOOR,
+    ROW_MID_FLOOR = FIRST_FLOOR,
+    ROW_FLOOR,
     ONE_SIDED_ROWS
 };
 
@@ -129,9 +132,10 @@ typedef struct problem {
     double convex;   /* what keeps a cost of c^2 positive: 1, less where c is
                         large (very slow machines) */
     int iterations;
-    double pause;        /* the solver stops once at this gap; 0: it does not */
-    bool paused;         /* it has, and goes on from there */
-    double may_rise;     /* at so many times the least gap it gives up */
+    double pause; /* the solver stops once at this gap; 0: it does not */
+    bool paused;  /* it has, and goes on from there */
+    double ends;  /* it has ended below this gap */
+    bool stops;   /* the way to rest is looked for, not the fastest motion */
     double missed, dual; /* shares of the first residuals that are left */
     bool solved;
     double gap;

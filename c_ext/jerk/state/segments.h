@@ -50,9 +50,8 @@ typedef struct grid {
                      rows hold the jerk at the faster end of each */
     bool sinks;   /* where more than `asked` is allowed the speed should fall */
     double ramp;  /* mm: over so much of it */
-    double usable;   /* share of the jerk limits that is planned with */
-    double may_rise; /* the solver gives up where the gap has come to so many
-                        times its least */
+    double usable; /* share of the jerk limits that is planned with */
+    bool stops;    /* a stop: over a length that may be too short */
     int count, used, max;
     bool from_standstill,
         stands; /* starts at rest; ends at a stand or at the end of the path */

@@ -37,7 +37,7 @@ static bool lay_stop(jerk_planner *planner, double distance) {
         return false;
     }
     allow_present(planner, grid, INFINITY, INFINITY);
-    grid->may_rise = STOP_GAP_RISES;
+    grid->stops = true;
     planner->stats.hold_solves++;
     return true;
 }

@@ -163,7 +163,7 @@ static double free_ratio(const jerk_planner *planner,
     look_at(&view, &law, &seen);
     double ends = ends_ratio(&view, &seen);
     double limits = greater(inside_ratio(&view, &seen), ends);
-    if (bends_unevenly(&view)) {
+    if (bends_unevenly(&view) || low < UNEVEN_SPEEDS * top_x) {
         limits = greater(limits, ratio_at_parts(&view, &law, UNEVEN_PARTS));
     }
     segment->bulge = bulge(limits, ends);

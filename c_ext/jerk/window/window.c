@@ -26,11 +26,12 @@ double way_from(const jerk_planner *planner,
     return 0.5 * v * (v / ramp + ramp / j);
 }
 
-/* The longest way to rest from a knot of the plan. */
+/* The longest way to rest from a knot of the plan's second half: the speed that
+ * it comes to, not that at which it begins. */
 static double stopping_way(const jerk_planner *planner,
                            const struct grid *grid) {
     double most = 0.0;
-    for (int k = 0; k < grid->count; k++) {
+    for (int k = grid->count / 2; k < grid->count; k++) {
         double v = planner->scale * sqrt(planner->prob.x[k]);
         most = greater(most, way_from(planner, grid->seg[k].interval, v));
     }
