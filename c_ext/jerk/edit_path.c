@@ -37,6 +37,7 @@ void jerk_stand(jerk_planner *planner, int64_t i, int stand) {
         return;
     }
     interval->flags ^= JERK_STAND;
+    ring_find_stand(planner);
     if (stand && jerk_passes(planner, i)) {
         planner->changed = true;
         planner->hurried = false; /* no waiting: the stand comes nearer */
@@ -50,20 +51,10 @@ void jerk_stand(jerk_planner *planner, int64_t i, int stand) {
     planner->wait = 0;
 }
 
-void jerk_cut(jerk_planner *planner, int64_t i, double length) {
-    uint64_t at = planner->head + (uint64_t)i;
+/* The path ends at so many mm of its last interval. */
+static void shorten_last(jerk_planner *planner, double length) {
+    uint64_t at = planner->tail - 1;
     jerk_interval *interval = &planner->ring[at & planner->mask];
-    planner->tail = at;
-    planner->finished = false;
-    forget_laws(planner); /* they know the path as it was, ... */
-    if (planner->at_standstill) {
-        forget_plan(planner); /* ... and so does a plan that has not begun;
-                                 another one ends ahead of the cut */
-    }
-    if (!(length > 0.0)) {
-        return;
-    }
-    planner->tail++;
     if (length >= interval->length) {
         interval->flags &= ~JERK_STAND;
         return;
@@ -73,6 +64,21 @@ void jerk_cut(jerk_planner *planner, int64_t i, double length) {
     interval->blocks = whole.blocks;
     struct steps *steps = &planner->steps[at & planner->mask];
     steps->knots = ceil(interval->length / steps->longest);
+}
+
+void jerk_cut(jerk_planner *planner, int64_t i, double length) {
+    planner->tail = planner->head + (uint64_t)i;
+    planner->finished = false;
+    forget_laws(planner); /* they know the path as it was, ... */
+    if (planner->at_standstill) {
+        forget_plan(planner); /* ... and so does a plan that has not begun;
+                                 another one ends ahead of the cut */
+    }
+    if (length > 0.0) {
+        planner->tail++;
+        shorten_last(planner, length);
+    }
+    ring_find_stand(planner);
 }
 
 void jerk_brake(jerk_planner *planner) {
@@ -87,6 +93,7 @@ void jerk_brake(jerk_planner *planner) {
 
 void jerk_reset(jerk_planner *planner) {
     planner->tail = planner->head;
+    planner->stand_end = 0;
     planner->finished = false;
     planner->changed = false;
     planner->at_standstill = true;

@@ -240,28 +240,10 @@ int64_t jerk_take(jerk_planner *planner,
     return count;
 }
 
-/* The last interval is counted with the next look: a stand may still come to
- * its end. */
-int jerk_ready_now(const jerk_planner *planner, jerk_known *known) {
-    for (uint64_t i = planner->head + known->count; i != planner->tail; i++) {
-        const jerk_interval *interval = ring_at(planner, i);
-        double knots = known->knots + knots_at(planner, i);
-        int blocks = known->blocks + (int)interval->blocks;
-        if ((interval->flags & JERK_STAND) || knots >= planner->cfg.window_knots
-            || blocks >= planner->cfg.window_blocks) {
-            return 1;
-        }
-        if (i + 1 != planner->tail) {
-            *known = (jerk_known){known->count + 1, knots, blocks};
-        }
-    }
-    return planner->finished || jerk_room(planner) == 0;
-}
-
 /* The whole look-ahead is known, or all there will ever be. */
 int jerk_ready(const jerk_planner *planner) {
-    jerk_known known = {0};
-    return jerk_ready_now(planner, &known);
+    return ring_reaches(planner) || planner->finished
+           || jerk_room(planner) == 0;
 }
 
 int64_t jerk_tail(const jerk_planner *planner, jerk_law *laws, int64_t max) {

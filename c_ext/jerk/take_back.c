@@ -4,6 +4,7 @@
 #include "jerk/hand_out.h"
 #include "jerk/window/history.h"
 #include "jerk/path/joints.h"
+#include "jerk/path/ring.h"
 #include "jerk/state/state.h"
 
 /* The plan moves `by` places up in its arrays. */
@@ -105,6 +106,7 @@ bool take_back_laws(jerk_planner *planner, uint64_t count) {
         }
         put_back(planner, handed);
     }
+    ring_find_stand(planner);
     pl->since = pl->since > (int)count ? pl->since - (int)count : 0;
     return true;
 }

@@ -113,10 +113,8 @@ static bool push_interval(struct engine *engine) {
 
 void push_path(struct engine *engine) {
     struct jerk_adapter *adapter = &engine->jerk_adapter;
-    jerk_known known = {0};
     close_boundary(engine);
-    while (adapter->next < engine->run.head
-           && !jerk_ready_now(adapter->planner, &known)) {
+    while (adapter->next < engine->run.head && !jerk_ready(adapter->planner)) {
         if (!is_motion(piece_at(&engine->run, adapter->next))) {
             adapter->next++;
             continue;

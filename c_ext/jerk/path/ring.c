@@ -25,6 +25,39 @@ int64_t jerk_room(const jerk_planner *planner) {
            - HANDED_MAX;
 }
 
+/* What was pushed up to the end of ring interval i. */
+static void count_to(const jerk_planner *planner,
+                     uint64_t i,
+                     double *knots,
+                     int64_t *blocks) {
+    const struct steps *steps = steps_at(planner, i);
+    *knots = steps->knots_before + steps->knots;
+    *blocks = steps->blocks_before + ring_at(planner, i)->blocks;
+}
+
+bool ring_reaches(const jerk_planner *planner) {
+    double knots;
+    int64_t blocks;
+    if (planner->head == planner->tail) {
+        return false;
+    }
+    const struct steps *first = steps_at(planner, planner->head);
+    count_to(planner, planner->tail - 1, &knots, &blocks);
+    knots += knots_at(planner, planner->head) - first->knots;
+    return planner->stand_end > planner->head
+           || knots - first->knots_before >= planner->cfg.window_knots
+           || blocks - first->blocks_before >= planner->cfg.window_blocks;
+}
+
+void ring_find_stand(jerk_planner *planner) {
+    uint64_t end = planner->tail;
+    while (end > planner->head
+           && !(ring_at(planner, end - 1)->flags & JERK_STAND)) {
+        end--;
+    }
+    planner->stand_end = end > planner->head ? end : 0;
+}
+
 int64_t jerk_push(jerk_planner *planner,
                   const jerk_interval *intervals,
                   int64_t count) {
@@ -40,11 +73,20 @@ int64_t jerk_push(jerk_planner *planner,
         if (error) {
             return i > 0 ? i : error;
         }
+        struct steps *steps = &planner->steps[planner->tail & planner->mask];
         planner->ring[planner->tail & planner->mask] = *interval;
         planner->tight[planner->tail & planner->mask] = 1.0;
-        planner->steps[planner->tail & planner->mask] =
-            interval_steps(planner, interval);
+        *steps = interval_steps(planner, interval);
+        if (planner->tail > 0) {
+            count_to(planner,
+                     planner->tail - 1,
+                     &steps->knots_before,
+                     &steps->blocks_before);
+        }
         planner->tail++;
+        if (interval->flags & JERK_STAND) {
+            planner->stand_end = planner->tail;
+        }
         planner->finished = false;
     }
     return count;

@@ -10,6 +10,12 @@ void interval_part(const jerk_interval *in,
                    int axes,
                    jerk_interval *out);
 
+/* The window is full of what is ahead, or a stand is. */
+bool ring_reaches(const jerk_planner *planner);
+
+/* Which interval is the last that ends at a stand, where one has gone. */
+void ring_find_stand(jerk_planner *planner);
+
 /* So many mm at the head were handed out; `whole`: the head interval ends. */
 void ring_consume(jerk_planner *planner, double length, bool whole);
 #endif

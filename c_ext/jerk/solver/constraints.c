@@ -17,18 +17,18 @@ static two_sided *jerk_row(struct problem *problem, int k, int end, int i) {
                           + i];
 }
 
+/* The rest of a row is set where the solver begins with it. */
+static void clear_coefficients(two_sided *rows, int count) {
+    for (int i = 0; i < count; i++) {
+        memset(rows[i].coef, 0, sizeof rows[i].coef);
+    }
+}
+
 static void clear_rows(struct problem *problem) {
-    memset(problem->jerk,
-           0,
-           sizeof *problem->jerk
-               * (size_t)(problem->blocks * 2 * problem->axes));
-    memset(problem->acc,
-           0,
-           sizeof *problem->acc
-               * (size_t)(problem->blocks * 2 * problem->axes));
-    memset(problem->mid,
-           0,
-           sizeof *problem->mid * (size_t)(problem->blocks * problem->axes));
+    int rows = problem->blocks * problem->axes;
+    clear_coefficients(problem->jerk, 2 * rows);
+    clear_coefficients(problem->acc, 2 * rows);
+    clear_coefficients(problem->mid, rows);
     memset(problem->used, 0, sizeof *problem->used * (size_t)problem->blocks);
     memset(problem->one,
            0,

@@ -179,17 +179,6 @@ double jerk_advance(jerk_planner *planner, double seconds);
 /* Whether enough is known to go on without planning a stop too early. */
 int jerk_ready(const jerk_planner *planner);
 
-/* What is known of the path ahead, from a first look at it on. */
-typedef struct jerk_known {
-    uint64_t count; /* intervals ahead that have been counted */
-    double knots;
-    int blocks;
-} jerk_known;
-
-/* As jerk_ready, on from the last look; the path may only have grown since, and
- * a stand may have come to its end. */
-int jerk_ready_now(const jerk_planner *planner, jerk_known *known);
-
 /* 1: a law was handed out; 0: at rest, nothing to do. */
 int jerk_next(jerk_planner *planner, jerk_law *law);
 

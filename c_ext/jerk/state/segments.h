@@ -73,5 +73,7 @@ typedef struct steps {
     double top[2]; /* squared speed that the bend at its ends allows, mm2/s2 */
     double along;  /* largest acceleration along the path, mm/s2 */
     double knots;  /* such intervals, of the whole interval as pushed */
+    double knots_before; /* knots and blocks of all that was pushed ahead */
+    int64_t blocks_before;
 } steps;
 #endif

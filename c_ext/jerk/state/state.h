@@ -37,6 +37,7 @@ struct jerk_planner {
     struct steps *steps; /* as `ring` */
     uint64_t head, tail,
         mask; /* intervals head..tail-1; the head one may be trimmed */
+    uint64_t stand_end; /* behind the last of them that ends at a stand */
     bool finished, hold, changed, at_standstill;
     const uint64_t
         *gone; /* no plan is accepted once bit 0 is set; NULL: always */
