@@ -309,6 +309,7 @@ void problem_from_grid(jerk_planner *planner,
     problem->convex = convex_share(planner);
     problem->ends = grid->sinks ? FALL_GAP : GAP;
     problem->stops = grid->stops;
+    problem->whole = grid->stops || planner->scarce;
     clear_rows(problem);
     for (int k = 0; k < grid->count; k++) {
         problem->lengths[k] = grid->seg[k].length;

@@ -185,7 +185,7 @@ static void start(struct problem *problem, double mu) {
         }
         start_jerk(problem, i, &block, mu);
         used->first = used->end = FIRST_FLOOR;
-        take_in_one(problem, i, &block, problem->stops ? 0.0 : ROWS_FAR, mu);
+        take_in_one(problem, i, &block, problem->whole ? 0.0 : ROWS_FAR, mu);
     }
 }
 

@@ -136,6 +136,7 @@ typedef struct problem {
     bool paused;  /* it has, and goes on from there */
     double ends;  /* it has ended below this gap */
     bool stops;   /* the way to rest is looked for, not the fastest motion */
+    bool whole;   /* all caps and floors: a stop, or many windows fail */
     double missed, dual; /* shares of the first residuals that are left */
     bool solved;
     double gap;

@@ -244,7 +244,7 @@
 #define UNEVEN_PARTS 9
 
 /* The speed does where its square comes to less than so much of what it was.
- * Unit: share. Evidence: test_live_limits. */
+ * Unit: share. Evidence: legality of random programs. */
 #define UNEVEN_SPEEDS 0.25
 
 /* Below it a speed is taken as this, to divide by. Unit: squared speed,
