@@ -13,7 +13,8 @@ void interval_part(const jerk_interval *in,
 /* The window is full of what is ahead, or a stand is. */
 bool ring_reaches(const jerk_planner *planner);
 
-/* Which interval is the last that ends at a stand, where one has gone. */
+/* Which interval is the last that ends at a stand: one may have come or gone.
+ */
 void ring_find_stand(jerk_planner *planner);
 
 /* So many mm at the head were handed out; `whole`: the head interval ends. */

@@ -184,8 +184,10 @@ static void start(struct problem *problem, double mu) {
             start_accs(problem, i, &block, x, accel, mu);
         }
         start_jerk(problem, i, &block, mu);
-        used->first = used->end = FIRST_FLOOR;
-        take_in_one(problem, i, &block, problem->whole ? 0.0 : ROWS_FAR, mu);
+        used->first = problem->whole ? 0 : FIRST_FLOOR;
+        used->end = problem->whole ? ONE_SIDED_ROWS : FIRST_FLOOR;
+        start_one(problem, i, &block, used->first, used->end, mu);
+        take_in_one(problem, i, &block, ROWS_FAR, mu);
     }
 }
 

@@ -43,8 +43,8 @@ typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5
 } two_sided;
 
 /* Rows of a block that say something: of jerk at either end of its stages, of
- * acceleration at their starts and in their middles.  Those of acceleration are
- * left out as long as it is far below its limits. */
+ * acceleration at their starts and in their middles, caps and floors.  All but
+ * those of jerk are left out as long as the motion is far from their limits. */
 typedef struct used {
     int jerk, acc, mid;
     bool far;       /* acceleration: its rows are left out */
