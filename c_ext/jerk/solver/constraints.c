@@ -307,7 +307,7 @@ void problem_from_grid(jerk_planner *planner,
     problem->u0 = u0;
     problem->terminal = 1.5 * grid->seg[grid->count - 1].length;
     problem->convex = convex_share(planner);
-    problem->ends = grid->sinks ? FALL_GAP : GAP;
+    problem->ends = grid->sinks && !grid->stops ? FALL_GAP : GAP;
     problem->stops = grid->stops;
     problem->whole = grid->stops || planner->scarce;
     clear_rows(problem);
@@ -342,6 +342,7 @@ static double set_objective(jerk_planner *planner, const struct grid *grid) {
     struct problem *problem = &planner->prob;
     double sum = 0.0;
     double top = 0.0;
+    double pull = grid->stops ? STOP_PULL : PULL;
     for (int k = 1; k < grid->count; k++) {
         top = greater(top, problem->guess[k]);
     }
@@ -359,8 +360,8 @@ static double set_objective(jerk_planner *planner, const struct grid *grid) {
         bool falls =
             grid->sinks && cap_at(planner, grid, k) > ABOVE_ASKED * asked;
         problem->slope[k] = falls ? 0.0 : weight * x * sqrt(x);
-        problem->weight[k] = falls ? PULL * weight : 0.0;
-        problem->pull[k] = falls ? PULL * weight / asked : 0.0;
+        problem->weight[k] = falls ? pull * weight : 0.0;
+        problem->pull[k] = falls ? pull * weight / asked : 0.0;
     }
     return sum;
 }

@@ -51,7 +51,7 @@ typedef struct grid {
     bool sinks;   /* where more than `asked` is allowed the speed should fall */
     double ramp;  /* mm: over so much of it */
     double usable; /* share of the jerk limits that is planned with */
-    bool stops;    /* a stop: over a length that may be too short */
+    bool stops;    /* a stop, or the fall ahead of one */
     int count, used, max;
     bool from_standstill,
         stands; /* starts at rest; ends at a stand or at the end of the path */

@@ -520,6 +520,10 @@
  * Evidence: `bench planner` (live). */
 #define PULL 0.1
 
+/* The same on the way to a stop: with PULL one of 42 stops on a contour is 1.15
+ * times as long. Unit: factor. Evidence: test_feed_hold_on_bends. */
+#define STOP_PULL 2.0
+
 /* Of the present squared speed: one plan falls no deeper. Unit: share.
  * Evidence: `bench planner` (live). */
 #define DEEPEST_FALL 0.25

@@ -37,6 +37,7 @@ static bool fall_over(jerk_planner *planner, double reach) {
     allow_present(planner, grid, INFINITY, INFINITY);
     ask_for(grid, asked);
     grid->ramp = INFINITY;
+    grid->stops = true;
     if (!solve_window(planner, grid, true, 1.0)) {
         give_back(grid);
         return false;
