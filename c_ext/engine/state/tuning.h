@@ -10,7 +10,7 @@
 #define COMMIT_HIGH_S 0.020 /* s: ... up to this */
 /* s: ... or up to this, pumped on one thread without jerk, where no order has
  * changed since the last commit ... */
-#define COMMIT_FAR_S 0.200
+#define COMMIT_FAR_S 1.0
 /* pieces: ... and no further than so many, so that the window keeps its room */
 #define FAR_PIECES 40u
 #define COMMIT_LOW_CYCLES 2.0  /* cycles: at least so many, ... */
