@@ -140,8 +140,7 @@ static void jerk_rows(const jerk_planner *planner,
             int axis = problem->axis[i];
             double weight =
                 f3
-                / (segment->share * usable * jerk_max(planner, interval, axis)
-                   * entry_slack(problem, k));
+                / (segment->share * usable * jerk_max(planner, interval, axis));
             add_form(&forms,
                      weight * interval->d3[end][axis],
                      weight * 3.0 * interval->d2[end][axis],
@@ -320,7 +319,9 @@ void problem_from_grid(jerk_planner *planner,
         if (k < problem->first || k > grid->count - 2) {
             continue;
         }
-        jerk_rows(planner, problem, &grid->seg[k], grid->usable, k);
+        double usable =
+            greater(grid->usable, JERK_USABLE * entry_slack(problem, k));
+        jerk_rows(planner, problem, &grid->seg[k], usable, k);
         mid_rows(planner, problem, &grid->seg[k], k);
         problem->on[k] = 1.0;
     }

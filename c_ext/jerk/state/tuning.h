@@ -195,8 +195,9 @@
  * more work. Unit: share. Evidence: `bench planner`, test_slower_plan. */
 #define MISSED_SO 1e-4
 
-/* Solutions that are checked before a window has failed. Unit: count.
- * Evidence: bench/planner_parts.py, test_planner_optimum. */
+/* Solutions that are checked before a window or a stop has failed. With 3 the
+ * stops of test_feed_hold_on_bends are longer. Unit: count. Evidence:
+ * bench/planner_parts.py, test_planner_optimum, test_feed_hold_on_bends. */
 #define TIGHTENINGS 4
 
 /* Beyond this ratio of the checker nothing is lowered. Unit: share. Evidence:
@@ -369,10 +370,6 @@
  * saves a sixth of the work of holds. Unit: factor. Evidence: `bench planner`
  * (live). */
 #define STOP_GAP_RISES 10.0
-
-/* Solutions that are checked for one stopping distance. Unit: count.
- * Evidence: test_feed_hold_distance. */
-#define STOP_TRIES 3
 
 /* Of the solver, for one stopping distance. Unit: iterations. Evidence:
  * test_feed_hold_distance. */

@@ -12,7 +12,7 @@
 static bool solve_like(jerk_planner *planner, struct grid *grid, double found) {
     problem_from_grid(planner, grid, planner->x, planner->accel);
     return guess_stop_like(planner, grid, found)
-           && solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS);
+           && solve_guess(planner, grid, TIGHTENINGS, STOP_ITERATIONS);
 }
 
 /* Solve for a stop over the grid: from a profile of constant limits, and where
@@ -20,7 +20,7 @@ static bool solve_like(jerk_planner *planner, struct grid *grid, double found) {
 static bool solve_stop(jerk_planner *planner, struct grid *grid, double found) {
     problem_from_grid(planner, grid, planner->x, planner->accel);
     if (guess_stop(planner, grid)
-        && solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS)) {
+        && solve_guess(planner, grid, TIGHTENINGS, STOP_ITERATIONS)) {
         return true;
     }
     if (!(found > 0.0) || !(planner->prob.missed < NEARLY_MET)) {
@@ -76,5 +76,5 @@ bool take_brake(jerk_planner *planner, const brake_path *brake) {
     return take_stop(
         planner,
         guess_from(planner, grid, planner->scratch)
-            && solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS));
+            && solve_guess(planner, grid, TIGHTENINGS, STOP_ITERATIONS));
 }

@@ -367,10 +367,7 @@ bool solve_window(jerk_planner *planner,
     planner->finer = false;
     problem_from_grid(planner, grid, planner->x, planner->accel);
     return guess_window(planner, grid, warm, shrink)
-           && solve_guess(planner,
-                          grid,
-                          grid->sinks ? STOP_TRIES : TIGHTENINGS,
-                          WINDOW_ITERATIONS);
+           && solve_guess(planner, grid, TIGHTENINGS, WINDOW_ITERATIONS);
 }
 
 bool solve_guess(jerk_planner *planner,
@@ -388,7 +385,7 @@ bool solve_guess(jerk_planner *planner,
         if (worst <= CHECK_SLACK) {
             return true;
         }
-        if (!solved && tries < TIGHTENINGS
+        if (!solved && (grid->sinks || grid->stops)
             && planner->prob.missed > NEARLY_MET) {
             return false;
         }
