@@ -5,6 +5,8 @@
  * It integrates the accelerations again, evaluates the true limits of every
  * axis at both ends and at places inside each interval, LANES of them at a
  * time, and looks for minima of speed.  Nothing of the planner's rows is used.
+ * The one thing that it changes of a plan is the bow of an interval that would
+ * not be legal without.
  */
 #include "jerk/window/bow.h"
 #include "jerk/window/ratios.h"
@@ -55,6 +57,27 @@ static double bulge(double most, double ends) {
     return most > 0.0 ? most / greater(ends, 0.8 * most) : 1.0;
 }
 
+/* The bow that the look at an interval asks for, and the look with it; false:
+ * it is as good as it is. `at`: x and u at its start. */
+static bool bend_again(const view *view,
+                       const struct segment *segment,
+                       const double at[2],
+                       const double input[2],
+                       double *bow,
+                       jerk_law *law,
+                       look *seen) {
+    double x = at[0];
+    double accel = at[1];
+    double bent = bow_for(view, seen, *segment->tight, *bow);
+    if (bent == *bow || !isfinite(bent)) {
+        return false;
+    }
+    *bow = bent;
+    *law = law_of(segment->length, &x, &accel, input, bent);
+    look_at(view, law, seen);
+    return true;
+}
+
 /* For the planner, ahead of a check: largest ratio of the interval; `*more`: by
  * what it is more than at the ends. */
 double CHECKER(bend_inside)(const jerk_planner *planner,
@@ -64,18 +87,12 @@ double CHECKER(bend_inside)(const jerk_planner *planner,
                             const double input[2],
                             double *bow,
                             double *more) {
-    double x1 = x;
-    double u1 = accel;
+    const double at[2] = {x, accel};
     const view view = view_of(planner, segment);
-    jerk_law law = law_of(segment->length, &x1, &u1, input, *bow);
+    jerk_law law = law_of(segment->length, &x, &accel, input, *bow);
     look seen;
     look_at(&view, &law, &seen);
-    double bent = bow_for(&view, &seen, *segment->tight, *bow);
-    if (bent != *bow && isfinite(bent)) {
-        *bow = bent;
-        law = law_of(segment->length, &x, &accel, input, bent);
-        look_at(&view, &law, &seen);
-    }
+    bend_again(&view, segment, at, input, bow, &law, &seen);
     double ends = ends_ratio(&view, &seen);
     double most = greater(inside_ratio(&view, &seen), ends);
     *more = bulge(most, ends);
@@ -139,6 +156,69 @@ static int turning_points(const jerk_law *law, double t[TURN_PARTS]) {
     return count;
 }
 
+/* What an interval does under a law. */
+typedef struct driven {
+    double ends, limits; /* largest ratios: at its ends, anywhere */
+    double low, top_x;   /* squared speeds */
+} driven;
+
+static bool uneven(const view *view, const driven *at) {
+    return bends_unevenly(view) || at->low < UNEVEN_SPEEDS * at->top_x;
+}
+
+/* `x0`, `x1`: squared speeds at its ends. */
+static driven drive(const view *view,
+                    const jerk_law *law,
+                    const look *seen,
+                    double x0,
+                    double x1) {
+    double turns[TURN_PARTS];
+    driven out = {.low = lesser(x0, x1), .top_x = greater(x0, x1)};
+    out.ends = ends_ratio(view, seen);
+    out.limits = greater(inside_ratio(view, seen), out.ends);
+    if (uneven(view, &out)) {
+        out.limits =
+            greater(out.limits, ratio_at_parts(view, law, UNEVEN_PARTS));
+    }
+    for (int i = turning_points(law, turns) - 1; i >= 0; i--) {
+        vec s, t = set1(turns[i]);
+        double v = motion_at(law, &t, &s).v[0];
+        if (v * v > out.top_x) {
+            out.limits = greater(out.limits, ratio_at_times(view, law, &t));
+        }
+        out.top_x = greater(out.top_x, v * v);
+        out.low = v > 0.0 ? lesser(out.low, v * v) : 0.0;
+    }
+    return out;
+}
+
+static bool is_law(const jerk_law *law) {
+    return isfinite(law->time + law->snap + law->crackle + law->pop);
+}
+
+/* An interval that is not legal may be so with another bow: nothing else of the
+ * plan changes by it. `at`, `x1`: x and u at its start, x at its end. */
+static void bend_to_fit(const view *view,
+                        const struct segment *segment,
+                        const double at[2],
+                        double x1,
+                        const double input[2],
+                        look *seen,
+                        driven *driven,
+                        double *bow) {
+    jerk_law law;
+    double bent = *bow;
+    if (!bend_again(view, segment, at, input, &bent, &law, seen)
+        || !is_law(&law)) {
+        return;
+    }
+    const struct driven then = drive(view, &law, seen, at[0], x1);
+    if (then.limits <= CHECK_SLACK) {
+        *driven = then;
+        *bow = bent;
+    }
+}
+
 /* One interval with free inputs; x, u advance. */
 static double free_ratio(const jerk_planner *planner,
                          struct grid *grid,
@@ -146,40 +226,28 @@ static double free_ratio(const jerk_planner *planner,
                          double *x,
                          double *accel,
                          const double input[2],
-                         double bow) {
+                         double *bow) {
     struct segment *segment = &grid->seg[k];
-    double x0 = *x;
-    double turns[TURN_PARTS];
-    const jerk_law law = law_of(segment->length, x, accel, input, bow);
+    const double at[2] = {*x, *accel};
+    const jerk_law law = law_of(segment->length, x, accel, input, *bow);
     double x1 = *x;
-    double top_x = greater(x0, x1);
-    double low = lesser(x0, x1);
-    if (!(low > LEAST_DIP * top_x)
-        || !isfinite(law.time + law.snap + law.crackle + law.pop)) {
+    if (!(lesser(at[0], x1) > LEAST_DIP * greater(at[0], x1))
+        || !is_law(&law)) {
         return INFINITY;
     }
     const view view = view_of(planner, segment);
     look seen;
     look_at(&view, &law, &seen);
-    double ends = ends_ratio(&view, &seen);
-    double limits = greater(inside_ratio(&view, &seen), ends);
-    if (bends_unevenly(&view) || low < UNEVEN_SPEEDS * top_x) {
-        limits = greater(limits, ratio_at_parts(&view, &law, UNEVEN_PARTS));
+    driven driven = drive(&view, &law, &seen, at[0], x1);
+    if (driven.limits > CHECK_SLACK) {
+        bend_to_fit(&view, segment, at, x1, input, &seen, &driven, bow);
     }
-    segment->bulge = bulge(limits, ends);
-    for (int i = turning_points(&law, turns) - 1; i >= 0; i--) {
-        vec s, t = set1(turns[i]);
-        double v = motion_at(&law, &t, &s).v[0];
-        if (v * v > top_x) {
-            limits = greater(limits, ratio_at_times(&view, &law, &t));
-        }
-        top_x = greater(top_x, v * v);
-        low = v > 0.0 ? lesser(low, v * v) : 0.0;
-    }
-    if (!(low > LEAST_DIP * top_x)) {
+    segment->bulge = bulge(driven.limits, driven.ends);
+    if (!(driven.low > LEAST_DIP * driven.top_x)) {
         return INFINITY;
     }
-    double feed = feed_ratio(planner, grid, k, x0, x1, top_x);
+    double limits = driven.limits;
+    double feed = feed_ratio(planner, grid, k, at[0], x1, driven.top_x);
     segment->excess = limits > CHECK_SLACK ? limits : 0.0;
     segment->fast = feed > CHECK_SLACK ? feed : 0.0;
     return greater(limits, feed);
@@ -326,7 +394,8 @@ double CHECKER(plan_check)(const jerk_planner *planner,
         const double input[2] = {problem->input[0][k] * f2,
                                  problem->input[1][k] * f2};
         double bow = problem->bow[k] * f2;
-        double ratio = free_ratio(planner, grid, k, &x, &accel, input, bow);
+        double ratio = free_ratio(planner, grid, k, &x, &accel, input, &bow);
+        problem->bow[k] = grid->seg[k].bow = bow / f2;
         if (!(ratio <= worst)) {
             worst = ratio;
         }
