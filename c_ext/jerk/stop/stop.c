@@ -149,8 +149,9 @@ bool shortest_stop(jerk_planner *planner, int hopeless) {
     double tail = stored_tail(planner);
     double likely = likely_stop(planner);
     bool even = false;
+    bool far = tail > NEAR_ENOUGH * likely;
     planner->stats.holds++;
-    if (tail > NEAR_ENOUGH * likely) {
+    if (far) {
         double first = fmin(ALMOST * tail, BRAKE_WAYS * likely);
         double uneven = grid_to(planner, grid, first) && grid->count >= 2
                             ? unevenness(planner, grid)
@@ -161,8 +162,14 @@ bool shortest_stop(jerk_planner *planner, int hopeless) {
             return true;
         }
     }
-    return search(planner, tail, likely, hopeless, even)
-           || tail <= NEAR_ENOUGH * way_down_to(planner, 0.0);
+    if (search(planner, tail, likely, hopeless, even)) {
+        return true;
+    }
+    if (far && !even && fall_to_rest(planner, tail)) {
+        shorten(planner, CLOSE_ENOUGH);
+        return true;
+    }
+    return tail <= NEAR_ENOUGH * way_down_to(planner, 0.0);
 }
 
 bool plan_stop(jerk_planner *planner) {
