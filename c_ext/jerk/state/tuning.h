@@ -761,11 +761,10 @@
 
 /* ---- Rows of the window's problem ---- */
 
-/* Path jerk inside an interval over that at its ends that is left to its bow.
- * With 1.003 a fine wave between unequal limits takes 1.09 of the work, with
- * 1.04 it takes 1.07 of the time. Unit: share. Evidence: `bench planner`,
- * test_work_earned. */
-#define SWELLS 1.02
+/* Path jerk inside an interval over that at its ends that is left to the
+ * checker. Unit: share. Evidence: bench/planner_parts.py,
+ * test_planner_optimum, test_osai_dynamics. */
+#define SWELLS 1.003
 
 /* The most of it that is set aside, by the guess. Unit: share. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */
