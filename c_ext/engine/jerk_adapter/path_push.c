@@ -121,6 +121,9 @@ void push_path(struct engine *engine) {
         }
         if (adapter->at <= 0.0) {
             close_boundary(engine);
+            if (jerk_ready(adapter->planner)) {
+                break; /* a stand: one interval behind it is no window */
+            }
         }
         if (!push_interval(engine)) {
             break;
