@@ -28,6 +28,7 @@ static void lay_out_path(jerk_planner *planner, struct arena *arena) {
     planner->ring =
         take(arena, sizeof *planner->ring * (size_t)(planner->mask + 1));
     planner->tight = doubles(arena, (size_t)(planner->mask + 1));
+    planner->acc_tight = doubles(arena, (size_t)(planner->mask + 1));
     planner->steps =
         take(arena, sizeof *planner->steps * (size_t)(planner->mask + 1));
     planner->grid.seg = take(arena, sizeof(struct segment) * count);

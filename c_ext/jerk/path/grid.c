@@ -38,6 +38,7 @@ static bool add_segment(const jerk_planner *planner,
     segment->tight = straight(planner, interval)
                          ? &segment->own
                          : &planner->tight[i & planner->mask];
+    segment->acc_tight = &planner->acc_tight[i & planner->mask];
     segment->before = *segment->tight;
     segment_limits(planner, segment);
     return true;

@@ -76,6 +76,7 @@ int64_t jerk_push(jerk_planner *planner,
         struct steps *steps = &planner->steps[planner->tail & planner->mask];
         planner->ring[planner->tail & planner->mask] = *interval;
         planner->tight[planner->tail & planner->mask] = 1.0;
+        planner->acc_tight[planner->tail & planner->mask] = 1.0;
         *steps = interval_steps(planner, interval);
         if (planner->tail > 0) {
             count_to(planner,

@@ -169,7 +169,7 @@ static double acc_weight(const jerk_planner *planner,
                          int axis,
                          int k) {
     return planner->scale * planner->scale
-           / (ACC_USABLE * segment->acc[axis]
+           / (ACC_USABLE * segment->acc[axis] * *segment->acc_tight
               * acc_max(planner, segment->interval, axis)
               * entry_slack(problem, k));
 }

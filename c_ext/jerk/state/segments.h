@@ -19,10 +19,13 @@ typedef struct segment {
     double *tight; /* share of the jerk limit, lowered where a check failed: the
                       ring interval's; on a line its own */
     double own;    /* on a line */
-    double before; /* *tight when the grid was made */
-    double bow;    /* of the input (problem.h), scaled */
+    double *acc_tight;   /* the same of the acceleration limits: the ring
+                            interval's */
+    double before;       /* *tight when the grid was made */
+    double bow;          /* of the input (problem.h), scaled */
     double excess, fast; /* ratios of the last check (limits; feed) where they
                             were too large, else 0 */
+    double heavy;        /* the same of the acceleration limits alone */
     double leave; /* of the jerk limit, that the last check has asked it to
                      leave to kinks; else 0 */
     double jump;  /* share of the jerk limit that jumps of derivatives nearby

@@ -34,6 +34,7 @@ struct jerk_planner {
     double scale; /* F */
     jerk_interval *ring;
     double *tight;       /* as `ring` */
+    double *acc_tight;   /* as `ring` */
     struct steps *steps; /* as `ring` */
     uint64_t head, tail,
         mask; /* intervals head..tail-1; the head one may be trimmed */

@@ -219,6 +219,26 @@ static void bend_to_fit(const view *view,
     }
 }
 
+/* Largest ratio of an acceleration to its limit; 0 where it is small enough. */
+static double heavy_ratio(const view *view, const jerk_law *law) {
+    vec most = set1(0.0);
+    for (int k = 0; k <= UNEVEN_PARTS; k += LANES) {
+        vec t = law->time * parts_from(k, UNEVEN_PARTS, UNEVEN_PARTS);
+        vec s;
+        bends at;
+        const motion motion = motion_at(law, &t, &s);
+        s = s / view->length;
+        bends_inside(view, &s, &at);
+        for (int n = 0; n < view->count; n++) {
+            vec v2 = motion.v * motion.v;
+            vec acc = at.d1[n] * motion.a + at.d2[n] * v2;
+            most = vmax(most, size_of(acc) * view->acc[n]);
+        }
+    }
+    double ratio = largest(most);
+    return ratio > CHECK_SLACK ? ratio : 0.0;
+}
+
 /* One interval with free inputs; x, u advance. */
 static double free_ratio(const jerk_planner *planner,
                          struct grid *grid,
@@ -249,6 +269,7 @@ static double free_ratio(const jerk_planner *planner,
     double limits = driven.limits;
     double feed = feed_ratio(planner, grid, k, at[0], x1, driven.top_x);
     segment->excess = limits > CHECK_SLACK ? limits : 0.0;
+    segment->heavy = limits > CHECK_SLACK ? heavy_ratio(&view, &law) : 0.0;
     segment->fast = feed > CHECK_SLACK ? feed : 0.0;
     return greater(limits, feed);
 }

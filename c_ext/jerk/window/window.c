@@ -163,7 +163,7 @@ static bool tighten_present(jerk_planner *planner, struct grid *grid) {
 }
 
 /* Between its ends an interval may exceed a limit by a few percent: less of the
- * jerk is planned with there, from now on. */
+ * jerk is planned with there, from now on, or less of the acceleration. */
 static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
     if (!isfinite(worst)) {
         return false;
@@ -188,14 +188,19 @@ static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
         if (segment->excess <= 0.0) {
             continue;
         }
+        if (segment->heavy > 0.0) {
+            double acc = *segment->acc_tight * AIM / segment->heavy;
+            *segment->acc_tight = greater(TIGHTEST, acc);
+            continue;
+        }
         double share = segment->share / segment->jump * AIM / segment->excess;
         *segment->tight = lesser(*segment->tight, greater(TIGHTEST, share));
     }
-    bool slower = false;
+    bool other = false; /* rows than those of jerk have to change */
     for (int k = 0; k < grid->count; k++) {
-        slower = slower || grid->seg[k].fast > 0.0;
+        other = other || grid->seg[k].fast > 0.0 || grid->seg[k].heavy > 0.0;
     }
-    if (planner->prob.solved && worst < NEARLY && !slower) {
+    if (planner->prob.solved && worst < NEARLY && !other) {
         return tighten_present(planner, grid);
     }
     for (int k = 0; k < grid->count; k++) {
