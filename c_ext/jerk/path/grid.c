@@ -229,6 +229,17 @@ static double grading_at(const jerk_planner *planner, uint64_t i, double at) {
                                                            : GRADING;
 }
 
+/* Step where the window begins in motion: what it begins with asks for all of
+ * the jerk, and where the speed changes much an interval has more inside. */
+static double entry_step(const jerk_planner *planner, const struct grid *grid) {
+    uint64_t head = planner->head;
+    double change = ENTRY_STEP * planner->x / fmax(1e-30, fabs(planner->accel));
+    double least = SLOWEST_KNOT * finest_at(planner, grid, head);
+    double v = planner->scale * sqrt(planner->x);
+    return lesser(slow_length(planner, grid, head, v, SLOWEST_KNOT),
+                  greater(least, change));
+}
+
 /* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1
  * values). */
 static void knot_steps(const jerk_planner *planner,
@@ -239,13 +250,8 @@ static void knot_steps(const jerk_planner *planner,
     double *step = grid->step;
     uint64_t head = planner->head;
     uint64_t end = head + (uint64_t)count - 1;
-    step[0] = planner->at_standstill
-                  ? BEHIND_STANDSTILL * standstill[0]
-                  : slow_length(planner,
-                                grid,
-                                head,
-                                planner->scale * sqrt(planner->x),
-                                SLOWEST_KNOT);
+    step[0] = planner->at_standstill ? BEHIND_STANDSTILL * standstill[0]
+                                     : entry_step(planner, grid);
     step[count] =
         stands
             ? BEHIND_STANDSTILL * standstill[1]

@@ -783,6 +783,12 @@
  * test_planner_optimum. */
 #define ENTRY_SLACK 0.01
 
+/* First step of a window that begins in motion: of the way over which its
+ * squared speed would double or vanish. With 0.2 a window that begins in the
+ * steepest rise fails. Unit: twice that way. Evidence:
+ * test_windows_in_a_rise. */
+#define ENTRY_STEP 0.1
+
 /* Rows that differ by less are the same. Unit: share. Evidence: rounding. */
 #define SAME_ROW 1e-6
 
