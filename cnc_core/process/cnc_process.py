@@ -303,7 +303,27 @@ class CncProcess:
             self._look_at_waits()
             if not self.side.plc.attached:
                 break
-        return not self._plc_lost()
+        return self._scan_ended() and not self._plc_lost()
+
+    def _scan_ended(self) -> bool:
+        """Until the PLC's scan of this cycle has ended (lockstep): what the start
+        of a program changes comes behind it. False if the run's time is over.
+        """
+        plc, until = self.side.plc, time.monotonic() + FIRST_SCAN_S
+        while (
+            not self.stop_signal
+            and self.options.run.clock == "lockstep"
+            and plc.attached
+            and plc.scans_due
+            and not self._released()
+            and time.monotonic() < until
+        ):
+            if not self._in_time():
+                return False
+            self.plc.look()
+            self._look_at_waits()
+            time.sleep(0.0002)
+        return True
 
     def _released(self) -> bool:
         """Whether the PLC has let a cycle begin (lockstep)."""
