@@ -11,6 +11,7 @@ import resource
 import shutil
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -273,21 +274,9 @@ class CncProcess:
         A client that asks or steps by hand does not scan (``scans_due`` 0, or
         it releases a cycle).
         """
-        plc, until = self.side.plc, time.monotonic() + FIRST_SCAN_S
-        while (
-            not self.stop_signal
-            and plc.attached
-            and plc.scans_due
-            and not plc.scans
-            and time.monotonic() < until
-        ):
-            if self._released():
-                break
-            if not self._in_time():
-                return False
-            self.plc.look()
-            self._look_at_waits()
-            time.sleep(0.0005)
+        plc = self.side.plc
+        if not self._scans_until(lambda: plc.scans > 0 or self._released()):
+            return False
         if self.options.run.clock == "realtime":
             return not self._plc_lost()
         cycle = int(self.engine.state.cycle)
@@ -303,26 +292,30 @@ class CncProcess:
             self._look_at_waits()
             if not self.side.plc.attached:
                 break
-        return self._scan_ended() and not self._plc_lost()
+        # what the start of a program changes comes behind the scan of this cycle
+        if self.options.run.clock == "lockstep" and not self._scans_until(
+            self._released
+        ):
+            return False
+        return not self._plc_lost()
 
-    def _scan_ended(self) -> bool:
-        """Until the PLC's scan of this cycle has ended (lockstep): what the start
-        of a program changes comes behind it. False if the run's time is over.
+    def _scans_until(self, done: Callable[[], bool]) -> bool:
+        """While a PLC that scans has not brought this about; False if the run's
+        time is over.
         """
         plc, until = self.side.plc, time.monotonic() + FIRST_SCAN_S
         while (
             not self.stop_signal
-            and self.options.run.clock == "lockstep"
             and plc.attached
             and plc.scans_due
-            and not self._released()
+            and not done()
             and time.monotonic() < until
         ):
             if not self._in_time():
                 return False
             self.plc.look()
             self._look_at_waits()
-            time.sleep(0.0002)
+            time.sleep(0.0005)
         return True
 
     def _released(self) -> bool:

@@ -783,10 +783,10 @@
  * test_planner_optimum. */
 #define ENTRY_SLACK 0.01
 
-/* First step of a window that begins in motion: of the way over which its
- * squared speed would double or vanish. With 0.2 a window that begins in the
- * steepest rise fails. Unit: twice that way. Evidence:
- * test_windows_in_a_rise. */
+/* First step of a window that begins in motion: of the squared speed over the
+ * acceleration there. The squared speed changes by twice that share over it.
+ * With 0.2 a window that begins in the steepest rise fails. Unit: share.
+ * Evidence: test_windows_in_a_rise. */
 #define ENTRY_STEP 0.1
 
 /* Rows that differ by less are the same. Unit: share. Evidence: rounding. */

@@ -32,7 +32,7 @@ def test_a_window_that_begins_in_a_rise_is_found(
     )
     feed = float(rng.choice([1000, 3000, 6000, 12000, 20000]))
     tolerance = float(rng.choice([0.005, 0.01, 0.02, 0.05, 0.1]))
-    rng.uniform()
+    rng.uniform()  # the program that was found has this draw between
     at, text = np.zeros(3), f"F{feed:g}\n"
     for _ in range(50):
         at = at + rng.normal(size=3) * rng.choice([0.4, 2, 6])
