@@ -194,8 +194,8 @@ static void load_corner(struct engine *engine, uint64_t i, struct load *load) {
             (axis_load){.sum = piece_at(&engine->run, i)->jump[axis],
                         .most = NEVER};
     }
-    load->left = load->right =
-        (struct walk){i, 0.0, NEVER, (int)CORNERS_BEHIND};
+    load->left = (struct walk){i, 0.0, NEVER, (int)CORNERS_BEHIND};
+    load->right = (struct walk){i, 0.0, NEVER, (int)CORNERS_BEHIND};
     step_left(engine, &load->left, load);
     step_right(engine,
                &load->right,
@@ -448,6 +448,9 @@ void corner_caps(struct engine *engine) {
     while (engine->accel.capped < head) {
         struct piece *piece = piece_at(&engine->run, engine->accel.capped);
         const struct piece *before = piece;
+        curve_prefetch(&engine->store,
+                       piece_at(&engine->run, engine->accel.capped + 2),
+                       engine->cfg.axis_count);
         double fastest = -1.0;
         if (is_motion(piece)
             && !cap_corner(engine, engine->accel.capped, &before, &fastest)) {

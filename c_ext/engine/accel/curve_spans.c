@@ -263,20 +263,32 @@ static double kept_between(struct builder *builder,
     return x;
 }
 
+/* The speed `top` is not exceeded. What is not used is not cleared. */
+static void builder_begin(struct builder *builder,
+                          struct engine *engine,
+                          struct piece *piece,
+                          double top) {
+    const struct curve *curve = curve_of(&engine->store, piece);
+    builder->engine = engine;
+    builder->piece = piece;
+    builder->c = curve;
+    builder->scale = piece->whole / curve_length(curve);
+    builder->fast2 = top * top;
+    builder->loss = LOSS;
+    builder->starved = builder->likely = builder->counting = false;
+    builder->certified = false;
+    builder->count = 0;
+    set_axes(builder);
+}
+
 double curve_cruise2(struct engine *engine,
                      struct piece *piece,
                      const double *reserve,
                      double wanted) {
     const struct curve *curve = curve_of(&engine->store, piece);
-    double top = reachable(piece, OVER_FEED), x = 0.0;
-    struct builder builder; /* of which little is of use here: not cleared */
-    builder.engine = engine;
-    builder.piece = piece;
-    builder.c = curve;
-    builder.scale = piece->whole / curve_length(curve);
-    builder.fast2 = top * top;
-    builder.loss = LOSS;
-    set_axes(&builder);
+    double x = 0.0;
+    struct builder builder;
+    builder_begin(&builder, engine, piece, reachable(piece, OVER_FEED));
     for (int i = 0; i < curve->axes; i++) {
         builder.room[i] = builder.usable[i] - reserve[i];
     }
@@ -352,22 +364,18 @@ void curve_piece_spans(struct engine *engine,
                        const strip *strips,
                        int count,
                        bool stands) {
-    const struct curve *curve = curve_of(&engine->store, piece);
     double top =
         reachable(piece, greater(engine->plan.reserve_override, OVER_FEED));
     span_room first = spans_first(&engine->cfg, has);
-    struct builder builder = {
-        .engine = engine,
-        .piece = piece,
-        .c = curve,
-        .spans = has->spans,
-        .rows = has->rows,
-        .has = &first,
-        .scale = piece->whole / curve_length(curve),
-        .fast2 = top * top,
-        .strips = count,
-        .loss = seconds_about(&engine->cfg, piece) > LONG_S ? LOSS_LONG : LOSS};
-    set_axes(&builder);
+    struct builder builder;
+    builder_begin(&builder, engine, piece, top);
+    builder.spans = has->spans;
+    builder.rows = has->rows;
+    builder.has = &first;
+    builder.strips = count;
+    if (seconds_about(&engine->cfg, piece) > LONG_S) {
+        builder.loss = LOSS_LONG;
+    }
     knot_at(&builder, parameter_behind(&builder, 0.0), 0.0, &builder.ends[0]);
     knot_at(&builder,
             parameter_behind(&builder, piece->length),

@@ -24,6 +24,8 @@ static const struct piece *next_of(struct engine *engine, uint64_t i) {
 static void make_spans(struct engine *engine, uint64_t i) {
     const struct piece *next = next_of(engine, i);
     struct piece *piece = piece_at(&engine->run, i);
+    spans_prefetch(&engine->accel, i + 1);
+    spans_prefetch(&engine->accel, i - 1);
     piece_spans(engine, i, next);
     piece->spanned = true;
 }
@@ -179,6 +181,9 @@ void backward_pass(struct engine *engine, uint64_t end) {
     kept = kept < engine->accel.unsettled ? kept : engine->accel.unsettled;
     for (uint64_t i = end; i-- > engine->commit.piece;) {
         struct piece *piece = piece_at(&engine->run, i);
+        curve_prefetch(&engine->store,
+                       piece_at(&engine->run, i - 2),
+                       engine->cfg.axis_count);
         bool same = i < kept && is_motion(piece) && piece->settled,
              fixed = fixed_to > 0;
         controllable_v2 = need_before(engine, i, controllable_v2, &fixed);

@@ -89,6 +89,15 @@ void spans_grow(const engine_config *cfg,
     room_for(room, most, most * row);
 }
 
+void spans_prefetch(const struct accel_state *accel, uint64_t i) {
+    uint64_t slot = i & accel->span_mask;
+    const struct span *spans = &accel->spans[slot * FEW_ROOM];
+    __builtin_prefetch(&accel->span_slots[slot], 1);
+    for (int k = 0; k < 3; k++) {
+        __builtin_prefetch(&spans[k], 1);
+    }
+}
+
 bool spans_known(const struct engine *engine, uint64_t i) {
     return engine->run.pieces[i & engine->run.mask].spanned
            && engine->accel.span_slots[i & engine->accel.span_mask].owner == i;

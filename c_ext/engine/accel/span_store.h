@@ -20,6 +20,9 @@ void spans_grow(const engine_config *cfg,
                 double count,
                 uint32_t per_axis);
 
+/* The room of a piece that comes soon has not been touched for a long time. */
+void spans_prefetch(const struct accel_state *accel, uint64_t i);
+
 /* The stretches of piece i are those in the room it shares with others. */
 bool spans_known(const struct engine *engine, uint64_t i);
 #endif

@@ -68,17 +68,20 @@ static inline void emit_phase(struct writer *writer,
                               double a,
                               double time,
                               bool last) {
-    const phase ph = {.piece = writer->piece,
-                      .s0 = writer->s,
-                      .v0 = writer->v,
-                      .a = a,
-                      .time = time,
-                      .last = last};
-    if (writer->out || !cuts_phases(writer->engine)) {
-        *phase_slot(writer) = ph;
+    phase cut;
+    bool stays = writer->out || !cuts_phases(writer->engine);
+    phase *ph = stays ? phase_slot(writer) : &cut;
+    ph->piece = writer->piece;
+    ph->s0 = writer->s;
+    ph->v0 = writer->v;
+    ph->a = a;
+    ph->jerk = ph->snap = ph->crackle = ph->pop = 0.0;
+    ph->time = time;
+    ph->last = last;
+    if (stays) {
         writer->seconds += time;
     } else {
-        write_phase(writer, &ph);
+        write_phase(writer, ph);
     }
 }
 
