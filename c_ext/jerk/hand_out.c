@@ -54,16 +54,18 @@ static double earned_in(const jerk_planner *planner, uint64_t since) {
     return fmin(EARNED_MAX_S, work / WORK_PER_S);
 }
 
-/* A plan over the window takes what motion has earned. What the operator asks
- * for has its own budget. */
+/* A plan over the window takes what motion has earned; more is owed. What the
+ * operator asks for has its own budget: little of it is owed. */
 static bool plan_for_credit(jerk_planner *planner) {
     double spent = (double)planner->stats.spent;
     double may = fmax(LEAST_WORK, planner->credit);
+    double least =
+        planner->changed ? fmin(planner->credit, -WORK_KEPT) : -INFINITY;
     planner->scarce = planner->credit < SCARCE * WORK_KEPT;
     planner->most = planner->changed ? INFINITY : spent + may;
     bool met = plan_window(planner);
     double left = planner->credit - ((double)planner->stats.spent - spent);
-    planner->credit = fmax(-WORK_KEPT, left);
+    planner->credit = fmax(least, left);
     return met;
 }
 

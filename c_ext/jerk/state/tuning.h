@@ -432,19 +432,20 @@
 
 /* Work that a second of motion earns for windows: iterations, each times the
  * intervals. Planning then takes about a twentieth of the motion time at the
- * most. Unit: 1/s. Evidence: `bench planner` (hostile), test_unequal_jerk,
+ * most. 2e5: up to a sixth more work on saw-teeth, which take as long. Unit:
+ * 1/s. Evidence: `bench planner` (hostile), test_unequal_jerk,
  * test_work_earned. */
-#define WINDOW_WORK_PER_S 2e5
+#define WINDOW_WORK_PER_S 1.8e5
 
 /* Iterations' worth of guess, grid and check that a solve has beside them.
  * Unit: iterations. Evidence: `bench planner`. */
 #define BESIDE_ITERATIONS 6
 
-/* So much is there at first, is kept for harder places, and may be owed. With
- * three times as much saw-teeth of 1 to 4 s take up to 0.11 of the motion time
- * for planning, and 0.92 to 1.07 of it for their motion; with half as much they
- * take 1.02 to 1.3. Unit: as spent. Evidence: `bench planner` (saw-teeth),
- * test_work_earned. */
+/* So much is there at first, is kept for harder places, and may be owed for
+ * what the operator asks for. With three times as much saw-teeth of 1 to 4 s
+ * take up to 0.11 of the motion time for planning, and 0.92 to 1.07 of it for
+ * their motion; with half as much they take 1.02 to 1.3. Unit: as spent.
+ * Evidence: `bench planner` (saw-teeth), test_work_earned. */
 #define WORK_KEPT 1e5
 
 /* A window may take so much in any case: from rest something must be planned.

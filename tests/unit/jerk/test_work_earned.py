@@ -12,7 +12,7 @@ from cnc_core.benchmarks.jerk_paths import Knots, by_length
 from cnc_core.engine.jerk_planner import JerkPlanner, Limits, run
 from cnc_core.units import FloatArray
 
-WORK_PER_S, WORK_KEPT = 2e5, 1e5
+WORK_PER_S, WORK_KEPT = 1.8e5, 1e5
 """WINDOW_WORK_PER_S and WORK_KEPT of the planner's tuning table."""
 PERIOD_MM, HEIGHT_MM = 0.3, 0.03
 UNEQUAL = Limits([300.0, 300.0], [3000.0, 3000.0], [1.18e6, 8558.0])
