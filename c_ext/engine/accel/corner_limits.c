@@ -449,7 +449,7 @@ void corner_caps(struct engine *engine) {
         struct piece *piece = piece_at(&engine->run, engine->accel.capped);
         const struct piece *before = piece;
         curve_prefetch(&engine->store,
-                       piece_at(&engine->run, engine->accel.capped + 2),
+                       piece_at(&engine->run, engine->accel.capped + FETCHED_AHEAD),
                        engine->cfg.axis_count);
         double fastest = -1.0;
         if (is_motion(piece)

@@ -7,6 +7,7 @@
 #include "engine/accel/curved_span.h"
 #include "engine/accel/span_store.h"
 #include "engine/accel/spans.h"
+#include "engine/accel/tuning.h"
 #include "engine/path/speed_caps.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
@@ -182,7 +183,7 @@ void backward_pass(struct engine *engine, uint64_t end) {
     for (uint64_t i = end; i-- > engine->commit.piece;) {
         struct piece *piece = piece_at(&engine->run, i);
         curve_prefetch(&engine->store,
-                       piece_at(&engine->run, i - 2),
+                       piece_at(&engine->run, i - FETCHED_AHEAD),
                        engine->cfg.axis_count);
         bool same = i < kept && is_motion(piece) && piece->settled,
              fixed = fixed_to > 0;

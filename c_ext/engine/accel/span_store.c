@@ -93,7 +93,7 @@ void spans_prefetch(const struct accel_state *accel, uint64_t i) {
     uint64_t slot = i & accel->span_mask;
     const struct span *spans = &accel->spans[slot * FEW_ROOM];
     __builtin_prefetch(&accel->span_slots[slot], 1);
-    for (int k = 0; k < 3; k++) {
+    for (uint32_t k = 0; k < FETCHED; k++) {
         __builtin_prefetch(&spans[k], 1);
     }
 }

@@ -45,6 +45,9 @@
 #define FEW_ROOM (FEW + 1u) /* stretches: room for those */
 #define MORE_ROOM 1.25      /* factor: room of a piece that needs more */
 #define SLOTS 2u /* pieces, events among them, over motions of a window */
+/* pieces: what a curve has is fetched into the cache so far ahead of its use */
+#define FETCHED_AHEAD 2u
+#define FETCHED 3u /* stretches of the pieces beside it: the same */
 
 /* Parts of polynomials. Evidence: ratio to TOPP2 within 0.01 mm and blocks per
  * second, planner's page, 'Without jerk'. */
