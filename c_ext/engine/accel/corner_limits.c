@@ -448,9 +448,10 @@ void corner_caps(struct engine *engine) {
     while (engine->accel.capped < head) {
         struct piece *piece = piece_at(&engine->run, engine->accel.capped);
         const struct piece *before = piece;
-        curve_prefetch(&engine->store,
-                       piece_at(&engine->run, engine->accel.capped + FETCHED_AHEAD),
-                       engine->cfg.axis_count);
+        curve_prefetch(
+            &engine->store,
+            piece_at(&engine->run, engine->accel.capped + FETCHED_AHEAD),
+            engine->cfg.axis_count);
         double fastest = -1.0;
         if (is_motion(piece)
             && !cap_corner(engine, engine->accel.capped, &before, &fastest)) {
