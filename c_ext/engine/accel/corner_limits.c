@@ -22,6 +22,7 @@
 #include <string.h>
 #include "engine/accel/corner_limits.h"
 #include "engine/accel/corner_zones.h"
+#include "engine/accel/curve_spans.h"
 #include "engine/accel/tuning.h"
 #include "engine/path/speed_caps.h"
 #include "engine/path/stands.h"
@@ -194,6 +195,7 @@ static void load_corner(struct engine *engine, uint64_t i, struct load *load) {
             (axis_load){.sum = piece_at(&engine->run, i)->jump[axis],
                         .most = NEVER};
     }
+    /* one each: a copy of what was just written would wait for it */
     load->left = (struct walk){i, 0.0, NEVER, (int)CORNERS_BEHIND};
     load->right = (struct walk){i, 0.0, NEVER, (int)CORNERS_BEHIND};
     step_left(engine, &load->left, load);
@@ -448,10 +450,7 @@ void corner_caps(struct engine *engine) {
     while (engine->accel.capped < head) {
         struct piece *piece = piece_at(&engine->run, engine->accel.capped);
         const struct piece *before = piece;
-        curve_prefetch(
-            &engine->store,
-            piece_at(&engine->run, engine->accel.capped + FETCHED_AHEAD),
-            engine->cfg.axis_count);
+        curve_prefetch(engine, engine->accel.capped + FETCHED_AHEAD);
         double fastest = -1.0;
         if (is_motion(piece)
             && !cap_corner(engine, engine->accel.capped, &before, &fastest)) {

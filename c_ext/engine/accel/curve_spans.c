@@ -398,3 +398,17 @@ void curve_piece_spans(struct engine *engine,
         builder.loss *= MORE_LOSS;
     }
 }
+
+void curve_prefetch(const struct engine *engine, uint64_t i) {
+    const struct piece *piece = &engine->run.pieces[i & engine->run.mask];
+    if (piece->kind != PIECE_CURVE) {
+        return;
+    }
+    const struct curve *curve = curve_of(&engine->store, piece);
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        __builtin_prefetch(curve->c[axis]);
+    }
+    __builtin_prefetch(curve->s);
+    __builtin_prefetch(curve->bend);
+    __builtin_prefetch(&curve->natural);
+}

@@ -25,4 +25,8 @@ void curve_piece_spans(struct engine *engine,
                        const strip *strips,
                        int count,
                        bool stands);
+
+/* Of the curve of piece i, if it is one, what is looked at first: it has not
+ * been touched for a long time. */
+void curve_prefetch(const struct engine *engine, uint64_t i);
 #endif

@@ -4,6 +4,7 @@
 #include "engine/accel/lookahead.h"
 #include "engine/accel/corner_limits.h"
 #include "engine/accel/corner_zones.h"
+#include "engine/accel/curve_spans.h"
 #include "engine/accel/curved_span.h"
 #include "engine/accel/span_store.h"
 #include "engine/accel/spans.h"
@@ -182,9 +183,7 @@ void backward_pass(struct engine *engine, uint64_t end) {
     kept = kept < engine->accel.unsettled ? kept : engine->accel.unsettled;
     for (uint64_t i = end; i-- > engine->commit.piece;) {
         struct piece *piece = piece_at(&engine->run, i);
-        curve_prefetch(&engine->store,
-                       piece_at(&engine->run, i - FETCHED_AHEAD),
-                       engine->cfg.axis_count);
+        curve_prefetch(engine, i - FETCHED_AHEAD);
         bool same = i < kept && is_motion(piece) && piece->settled,
              fixed = fixed_to > 0;
         controllable_v2 = need_before(engine, i, controllable_v2, &fixed);

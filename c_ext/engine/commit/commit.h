@@ -64,6 +64,8 @@ static inline phase *phase_slot(struct writer *writer) {
                 .ring[writer->engine->commit.written++ & (PHASE_RING - 1)];
 }
 
+/* Written field by field where it stays: a copy would wait for what was just
+ * written. */
 static inline void emit_phase(struct writer *writer,
                               double a,
                               double time,

@@ -156,23 +156,6 @@ static inline const struct curve *curve_of(const struct piece_store *store,
     return &store->curves[piece->origin & store->mask];
 }
 
-/* Of the curve what the planner looks at first; it has not been touched for a
- * long time. */
-static inline void curve_prefetch(const struct piece_store *store,
-                                  const struct piece *piece,
-                                  int axes) {
-    if (piece->kind != PIECE_CURVE) {
-        return;
-    }
-    const struct curve *curve = curve_of(store, piece);
-    for (int axis = 0; axis < axes; axis++) {
-        __builtin_prefetch(curve->c[axis]);
-    }
-    __builtin_prefetch(curve->s);
-    __builtin_prefetch(curve->bend);
-    __builtin_prefetch(&curve->natural);
-}
-
 static inline double piece_v_max(const engine_config *cfg,
                                  const struct piece *piece,
                                  int axis) {
