@@ -244,6 +244,10 @@
  * legality of random programs. */
 #define UNEVEN_PARTS 9
 
+/* And where the path jerk changes its sign while an acceleration comes so near
+ * to its limit. Unit: share. Evidence: legality of random programs. */
+#define SWING_NEAR 0.85
+
 /* The speed does where its square comes to less than so much of what it was.
  * Unit: share. Evidence: legality of random programs. */
 #define UNEVEN_SPEEDS 0.25

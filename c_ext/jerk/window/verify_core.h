@@ -162,8 +162,31 @@ typedef struct driven {
     double low, top_x;   /* squared speeds */
 } driven;
 
-static bool uneven(const view *view, const driven *at) {
-    return bends_unevenly(view) || at->low < UNEVEN_SPEEDS * at->top_x;
+/* Largest acceleration over its limit, of the places that were looked at. */
+static double most_acceleration(const view *view, const look *seen) {
+    vec most = set1(0.0);
+    for (int n = 0; n < view->count; n++) {
+        vec ends = seen->ends.d1[n] * seen->at_ends.a
+                   + seen->ends.d2[n] * seen->at_ends.v * seen->at_ends.v;
+        vec inside = seen->inside.d1[n] * seen->within.a
+                     + seen->inside.d2[n] * seen->within.v * seen->within.v;
+        most = vmax(most, vmax(size_of(ends), size_of(inside)) * view->acc[n]);
+    }
+    return largest(most);
+}
+
+/* Whether the path jerk changes its sign: an acceleration near its limit may be
+ * above it between the places that were looked at. */
+static bool swings(const view *view, const look *seen) {
+    vec most = vmax(seen->at_ends.j, seen->within.j);
+    vec least = vmax(-seen->at_ends.j, -seen->within.j);
+    return largest(most) > 0.0 && largest(least) > 0.0
+           && most_acceleration(view, seen) > SWING_NEAR;
+}
+
+static bool uneven(const view *view, const look *seen, const driven *at) {
+    return bends_unevenly(view) || at->low < UNEVEN_SPEEDS * at->top_x
+           || swings(view, seen);
 }
 
 /* `x0`, `x1`: squared speeds at its ends. */
@@ -176,7 +199,7 @@ static driven drive(const view *view,
     driven out = {.low = lesser(x0, x1), .top_x = greater(x0, x1)};
     out.ends = ends_ratio(view, seen);
     out.limits = greater(inside_ratio(view, seen), out.ends);
-    if (uneven(view, &out)) {
+    if (uneven(view, seen, &out)) {
         out.limits =
             greater(out.limits, ratio_at_parts(view, law, UNEVEN_PARTS));
     }
