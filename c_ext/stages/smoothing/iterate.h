@@ -7,6 +7,11 @@
 bool iterate(nc_smooth *smooth, int end, double *deviation);
 
 /* refine.c */
+/* The curve goes on as the window before has left it, and little by little as
+ * it was found now; `kept` control points show that. False: that is not
+ * certified up to nodes[end], and the curve is as it was. */
+bool take_up(nc_smooth *smooth, int end, double *deviation);
+
 /* The window's curve, certified up to nodes[end], gives way to a faster one
  * that is certified too. `join`: span at which the next window goes on, 0: the
  * section ends. `deviation`: of each span. */

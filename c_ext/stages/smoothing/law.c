@@ -15,16 +15,13 @@
 #include "stages/square.h"
 #include "maths/plain.h"
 
-/* The motion at one place, of the axes that move, one after another. */
+/* The motion at one place. */
 typedef struct motion {
-    double y, y1, y2; /* and derivatives by t */
-    double q1[NC_AXES], q2[NC_AXES], q3[NC_AXES];
-    double jerk[NC_AXES]; /* over the limit of each axis */
-    double sum;           /* of the fourth powers of these */
-    double bend;          /* y'' + 2 y'^2 */
-    double cube;          /* e^3y over the limit */
-    double weight;        /* time at this place, s */
-    double over;          /* of y, above the feed */
+    struct pace pace;
+    const double *penalty;
+    double q1[AXES_EVEN], q2[AXES_EVEN], q3[AXES_EVEN]; /* derivatives by t */
+    double jerk[NC_AXES]; /* of the axes that move, over the limit of each */
+    double sum;           /* of the fourth powers of these, with penalties */
 } motion;
 
 typedef double basis_row[ORDER];
@@ -81,53 +78,60 @@ static void lay_places(struct window *window) {
     }
 }
 
-static void axes_at(const nc_smooth *smooth,
-                    int span,
-                    int place,
-                    struct motion *out) {
-    const struct window *window = &smooth->window;
-    const basis_row *basis = window->place[span][place];
-    out->sum = 0.0;
-    for (int k = 0; k < window->moving_n; k++) {
-        int axis = window->moving[k];
-        double q1 = 0.0;
-        double q2 = 0.0;
-        double q3 = 0.0;
-        for (int j = 0; j < ORDER; j++) {
-            double control = window->control[span + j][axis];
-            q1 += basis[1][j] * control;
-            q2 += basis[2][j] * control;
-            q3 += basis[3][j] * control;
-        }
-        out->q1[k] = q1;
-        out->q2[k] = q2;
-        out->q3[k] = q3;
-        double jerk = out->cube * (q3 + 3.0 * out->y1 * q2 + out->bend * q1);
-        out->jerk[k] = jerk * smooth->slowness[axis];
-        out->sum += square(square(out->jerk[k]));
-    }
-}
-
 static void motion_at(const nc_smooth *smooth,
                       int span,
                       int place,
                       struct motion *out) {
     const struct window *window = &smooth->window;
     const basis_row *basis = window->place[span][place];
-    const double *law = window->law + span;
-    out->y = dot(basis[0], law, ORDER);
-    out->y1 = dot(basis[1], law, ORDER);
-    out->y2 = dot(basis[2], law, ORDER);
-    double slow = plain_exp(-out->y);
-    out->cube = 1.0 / (slow * slow * slow * smooth->cfg.jerk);
-    out->weight = place_weight[place] * span_length(window, span) * slow;
-    out->over = fmax(0.0, out->y - window->law_top[span]);
-    out->bend = out->y2 + 2.0 * square(out->y1);
-    axes_at(smooth, span, place, out);
+    const struct pace *pace = &window->pace[span][place];
+    out->pace = *pace;
+    out->penalty = window->penalty[span][place];
+    out->sum = 0.0;
+    for (int axis = 0; axis < smooth->cfg.axes; axis += 2) {
+        pair q1 = {0.0, 0.0};
+        pair q2 = q1;
+        pair q3 = q1;
+        for (int j = 0; j < ORDER; j++) {
+            pair control = *(const pair *)(window->control[span + j] + axis);
+            q1 += basis[1][j] * control;
+            q2 += basis[2][j] * control;
+            q3 += basis[3][j] * control;
+        }
+        *(pair *)(out->q1 + axis) = q1;
+        *(pair *)(out->q2 + axis) = q2;
+        *(pair *)(out->q3 + axis) = q3;
+    }
+    for (int k = 0; k < window->moving_n; k++) {
+        int axis = window->moving[k];
+        double by_law =
+            3.0 * pace->y1 * out->q2[axis] + pace->bend * out->q1[axis];
+        double jerk = pace->cube * (out->q3[axis] + by_law);
+        out->jerk[k] = jerk * smooth->slowness[axis];
+        out->sum += out->penalty[k] * square(square(out->jerk[k]));
+    }
+}
+
+void law_changed(nc_smooth *smooth) {
+    struct window *window = &smooth->window;
+    for (int k = 0; k < window->spans; k++) {
+        const double *law = window->law + k;
+        for (int place = 0; place < LAW_PLACES; place++) {
+            const basis_row *basis = window->place[k][place];
+            struct pace *pace = &window->pace[k][place];
+            double y = dot(basis[0], law, ORDER);
+            double slow = plain_exp(-y);
+            pace->y1 = dot(basis[1], law, ORDER);
+            pace->bend = dot(basis[2], law, ORDER) + 2.0 * square(pace->y1);
+            pace->cube = 1.0 / (slow * slow * slow * smooth->cfg.jerk);
+            pace->weight = place_weight[place] * span_length(window, k) * slow;
+            pace->over = fmax(0.0, y - window->law_top[k]);
+        }
+    }
 }
 
 static double cost_at(const struct motion *at) {
-    return 1.0 + LAW_JERK * at->sum + LAW_TOP * square(at->over);
+    return 1.0 + LAW_JERK * at->sum + LAW_TOP * square(at->pace.over);
 }
 
 double law_cost(const nc_smooth *smooth) {
@@ -136,7 +140,7 @@ double law_cost(const nc_smooth *smooth) {
         for (int place = 0; place < LAW_PLACES; place++) {
             struct motion at;
             motion_at(smooth, k, place, &at);
-            cost += at.weight * cost_at(&at);
+            cost += at.pace.weight * cost_at(&at);
         }
     }
     return cost;
@@ -150,15 +154,16 @@ typedef struct law_system {
 
 /* How the jerk of a moving axis changes with the control points of y. */
 static void jerk_along(const struct motion *at,
+                       int k,
                        int axis,
                        double slowness,
                        const basis_row *basis,
                        double *out) {
-    double cube = slowness * at->cube;
+    double cube = slowness * at->pace.cube;
     double q1 = cube * at->q1[axis];
-    double first = 3.0 * cube * at->q2[axis] + 4.0 * at->y1 * q1;
+    double first = 3.0 * cube * at->q2[axis] + 4.0 * at->pace.y1 * q1;
     for (int j = 0; j < ORDER; j++) {
-        out[j] = 3.0 * at->jerk[axis] * basis[0][j] + first * basis[1][j]
+        out[j] = 3.0 * at->jerk[k] * basis[0][j] + first * basis[1][j]
                  + q1 * basis[2][j];
     }
 }
@@ -187,27 +192,28 @@ static void add_place(const nc_smooth *smooth,
     double (*band)[ORDER] = system->band + ORDER + span;
     struct motion at;
     motion_at(smooth, span, place, &at);
+    double weight = at.pace.weight;
     double along[ORDER];
     double all[ORDER] = {0.0};
     for (int k = 0; k < window->moving_n; k++) {
-        double heavy = 4.0 * LAW_JERK * square(at.jerk[k]);
-        double slowness = smooth->slowness[window->moving[k]];
-        jerk_along(&at, k, slowness, basis, along);
-        add_product(band, 3.0 * heavy * at.weight, along, along);
+        double heavy = 4.0 * LAW_JERK * at.penalty[k] * square(at.jerk[k]);
+        int axis = window->moving[k];
+        jerk_along(&at, k, axis, smooth->slowness[axis], basis, along);
+        add_product(band, 3.0 * heavy * weight, along, along);
         for (int j = 0; j < ORDER; j++) {
             all[j] += heavy * at.jerk[k] * along[j];
         }
     }
     double cost = cost_at(&at);
-    double steep = at.over > 0.0 ? 2.0 * LAW_TOP : 0.0;
-    add_product(band, at.weight * (cost + steep), basis[0], basis[0]);
+    double steep = at.pace.over > 0.0 ? 2.0 * LAW_TOP : 0.0;
+    add_product(band, weight * (cost + steep), basis[0], basis[0]);
     if (LAW_JERK * at.sum < 2.0) {
-        add_product(band, -at.weight, basis[0], all);
-        add_product(band, -at.weight, all, basis[0]);
+        add_product(band, -weight, basis[0], all);
+        add_product(band, -weight, all, basis[0]);
     }
     for (int j = 0; j < ORDER; j++) {
-        double slope = (cost - steep * at.over) * basis[0][j] - all[j];
-        system->right[ORDER + span + j][0] += at.weight * slope;
+        double slope = (cost - steep * at.pace.over) * basis[0][j] - all[j];
+        system->right[ORDER + span + j][0] += weight * slope;
     }
 }
 
@@ -259,6 +265,7 @@ static double move(nc_smooth *smooth) {
     for (int k = 0; k < smooth->window.spans + 5; k++) {
         smooth->window.law[k] += share * system.right[ORDER + k][0];
     }
+    law_changed(smooth);
     return most;
 }
 
@@ -276,16 +283,17 @@ static void roughness_at(nc_smooth *smooth, int span, int place) {
     struct motion at;
     motion_at(smooth, span, place, &at);
     for (int j = 0; j < ORDER; j++) {
-        row[j] =
-            basis[3][j] + 3.0 * at.y1 * basis[2][j] + at.bend * basis[1][j];
+        row[j] = basis[3][j] + 3.0 * at.pace.y1 * basis[2][j]
+                 + at.pace.bend * basis[1][j];
     }
     for (int k = 0; k < window->moving_n; k++) {
         int axis = window->moving[k];
         double jerk = at.jerk[k];
         double heavy = square(jerk) + LAW_FLOOR;
         double aim = jerk - jerk * square(jerk) / (3.0 * heavy);
-        double cube = smooth->slowness[axis] * at.cube;
-        double weight = 12.0 * LAW_JERK * at.weight * square(cube);
+        double cube = smooth->slowness[axis] * at.pace.cube;
+        double weight =
+            12.0 * LAW_JERK * at.penalty[k] * at.pace.weight * square(cube);
         double pull = weight * heavy * aim / cube;
         window->heavy[span][place][axis] = weight * heavy;
         for (int j = 0; j < ORDER; j++) {
@@ -304,6 +312,11 @@ void law_roughness(nc_smooth *smooth) {
     }
 }
 
+double kept_share(const struct window *window, int control) {
+    double share = fmin(1.0, 2.0 - 2.0 * control / window->kept);
+    return share * share * (3.0 - 2.0 * share);
+}
+
 /* Speed at which a span may be driven, from its bend and third derivative. */
 static double speed_of(const nc_smooth *smooth, int span) {
     const struct window *window = &smooth->window;
@@ -312,10 +325,11 @@ static double speed_of(const nc_smooth *smooth, int span) {
     for (int place = 0; place < LAW_PLACES; place++) {
         struct motion at;
         motion_at(smooth, span, place, &at);
-        second = fmax(second, dot(at.q2, at.q2, window->moving_n));
+        second = fmax(second, dot(at.q2, at.q2, smooth->cfg.axes));
         for (int k = 0; k < window->moving_n; k++) {
-            double slowness = smooth->slowness[window->moving[k]];
-            third += place_weight[place] * square(slowness * at.q3[k]);
+            int axis = window->moving[k];
+            double slowness = smooth->slowness[axis];
+            third += place_weight[place] * square(slowness * at.q3[axis]);
         }
     }
     double v = plain_exp(window->law_top[span]);
@@ -395,6 +409,56 @@ static void first_guess(nc_smooth *smooth, bool rests, bool stops) {
         int k = j < 2 ? 0 : j - 2 < last ? j - 2 : last;
         window->law[j] = plain_log(fmax(power[k], 1e-6)) / 1.5 - LAW_SLOWER;
     }
+    for (int j = window->law_head; j < window->kept; j++) {
+        double off = smooth->keep.law[j] - window->law[j];
+        window->law[j] += kept_share(window, j) * off;
+    }
+}
+
+static void lay_penalties(struct window *window) {
+    for (int k = 0; k < window->spans; k++) {
+        for (int place = 0; place < LAW_PLACES; place++) {
+            for (int i = 0; i < window->moving_n; i++) {
+                window->penalty[k][place][i] = 1.0;
+            }
+        }
+    }
+}
+
+/* Whether the cost is little more than the time: law and curve suit each other.
+ */
+static bool settled(const nc_smooth *smooth) {
+    const struct window *window = &smooth->window;
+    double time = 0.0;
+    for (int k = 0; k < window->spans; k++) {
+        for (int place = 0; place < LAW_PLACES; place++) {
+            time += window->pace[k][place].weight;
+        }
+    }
+    return law_cost(smooth) < LAW_SUITS * time;
+}
+
+/* Lawson's way to the least maximum: a weight grows by what it weighs. At a
+ * line the law may be too fast: no jerk becomes cheaper. Between two nothing
+ * changes.
+ */
+void law_reweigh(nc_smooth *smooth) {
+    struct window *window = &smooth->window;
+    int lines = (window->fixed_head == 3) + (window->fixed_tail == 3);
+    double least = lines > 0 ? 1.0 : PENALTY_LEAST;
+    if (lines == 2 || !settled(smooth)) {
+        return;
+    }
+    for (int k = 0; k < window->spans; k++) {
+        for (int place = 0; place < LAW_PLACES; place++) {
+            struct motion at;
+            motion_at(smooth, k, place, &at);
+            for (int i = 0; i < window->moving_n; i++) {
+                double *penalty = &window->penalty[k][place][i];
+                *penalty = fmax(*penalty * sqrt(fabs(at.jerk[i])), least);
+            }
+        }
+    }
 }
 
 bool law_begin(nc_smooth *smooth, int end, bool final) {
@@ -408,6 +472,8 @@ bool law_begin(nc_smooth *smooth, int end, bool final) {
     for (int j = window->law_head; j < last + 6; j++) {
         window->law[j] = 0.0;
     }
+    law_changed(smooth);
+    lay_penalties(window);
     first_guess(smooth, rests, stops);
     if (rests) {
         window->law_head = 1;
@@ -417,6 +483,7 @@ bool law_begin(nc_smooth *smooth, int end, bool final) {
     if (stops) {
         window->law[last + 5] = rest(smooth, span_length(window, last));
     }
+    law_changed(smooth);
     for (int i = 0; i < LAW_STEPS; i++) {
         double most = move(smooth);
         if (!isfinite(most)) {

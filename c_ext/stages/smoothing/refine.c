@@ -268,8 +268,37 @@ static void take_law(nc_smooth *smooth, struct best *best) {
         for (int k = 0; k < window->spans + 5; k++) {
             window->law[k] = 0.5 * (window->law[k] + best->law[k]);
         }
+        law_changed(smooth);
     }
     memcpy(window->law, best->law, sizeof best->law);
+    law_changed(smooth);
+}
+
+bool take_up(nc_smooth *smooth, int end, double *deviation) {
+    struct window *window = &smooth->window;
+    double control[CONTROLS][AXES_EVEN], found[SPANS_ROOM];
+    double unused[CONTROLS] = {0.0}; /* no step is held back */
+    int sites = window->sites_n;
+    memcpy(control, window->control, sizeof control);
+    for (; window->kept > window->fixed_head; window->kept -= BESIDE) {
+        for (int k = 0; k < window->kept; k++) {
+            double share = kept_share(window, k);
+            for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+                double now = control[k][axis];
+                double off = smooth->keep.control[k][axis] - now;
+                window->control[k][axis] = now + share * off;
+            }
+        }
+        bool good = certified(smooth, end, found, unused);
+        window->sites_n = sites;
+        if (good) {
+            memcpy(deviation, found, sizeof found);
+            return true;
+        }
+        memcpy(window->control, control, sizeof control);
+    }
+    window->kept = 0;
+    return false;
 }
 
 void refine_window(nc_smooth *smooth, int end, int join, double *deviation) {
@@ -286,8 +315,7 @@ void refine_window(nc_smooth *smooth, int end, int join, double *deviation) {
     best.cost = law_cost(smooth);
     double share = WALL_FIRST;
     for (int i = 0; i < REFINE; i++) {
-        double before = best.cost;
-        double weight = share * before;
+        double weight = share * best.cost;
         law_roughness(smooth);
         set_walls(smooth, join, weight);
         best.walls = walls(smooth);
@@ -295,8 +323,9 @@ void refine_window(nc_smooth *smooth, int end, int join, double *deviation) {
         smooth->stats.solves++;
         take_step(smooth, &best, end, weight);
         take_law(smooth, &best);
-        if (share == WALL_LAST && before - best.cost < REFINE_GAIN * before) {
-            break;
+        if (i >= REWEIGH_FROM) {
+            law_reweigh(smooth);
+            best.cost = law_cost(smooth);
         }
         share = fmax(WALL_LAST, WALL_NEXT * share);
     }

@@ -47,9 +47,19 @@ void spline_hull(const struct window *window,
  * `end`: node where the window ends, `final`: and the section. */
 bool law_begin(nc_smooth *smooth, int end, bool final);
 
+/* What a kept control point has of the window before: 1, then less and less. */
+double kept_share(const struct window *window, int control);
+
 /* One step towards the fastest law for the present curve; false: there is none.
  */
 bool law_step(nc_smooth *smooth);
+
+/* The control points of the law are other ones. */
+void law_changed(nc_smooth *smooth);
+
+/* Places and axes whose jerk is above its limit cost more from now on, others
+ * less. */
+void law_reweigh(nc_smooth *smooth);
 
 /* What the motion costs: its time, s, and a part for its jerk. */
 double law_cost(const nc_smooth *smooth);

@@ -70,6 +70,15 @@ typedef struct site {
     double aim[AXES_EVEN], force[2];
 } site;
 
+/* What follows at one place from the law of motion alone: from y = ln v and its
+ * derivatives by t. */
+typedef struct pace {
+    double y1, bend; /* bend: y'' + 2 y'^2 */
+    double cube;     /* e^3y over the limit of the jerk */
+    double weight;   /* time at this place, s */
+    double over;     /* of y, above the feed */
+} pace;
+
 typedef struct window {
     double tau[KNOTS];                      /* knots */
     double control[CONTROLS][AXES_EVEN];    /* control points */
@@ -91,6 +100,7 @@ typedef struct window {
                   [ORDER]; /* of the system, as far as the band reaches: row i,
                               control points i + 0.. */
     int spans, sites_n, fixed_head, fixed_tail;
+    int kept; /* control points that the window before has too */
     /* The law of motion (law.c), if there is one: control points of ln v, how
      * many are fixed, and the largest ln v of each span */
     bool timed;
@@ -99,6 +109,9 @@ typedef struct window {
     int moving[NC_AXES], moving_n; /* axes that move */
     /* basis functions and three derivatives at the places looked at */
     double place[SPANS_ROOM][LAW_PLACES][4][ORDER];
+    struct pace pace[SPANS_ROOM][LAW_PLACES];
+    /* of the jerk of every axis that moves: what draws it to its limit */
+    double penalty[SPANS_ROOM][LAW_PLACES][NC_AXES];
     /* roughness at each place: a row over the control points, squared with a
      * weight for every axis; and what it draws them to, times the weight */
     double row[SPANS_ROOM][LAW_PLACES][ORDER];

@@ -110,7 +110,7 @@
 
 /* A window can hold at the most. Unit: spans. Evidence:
  * bench/test_bench_smoothing.py. */
-#define SPANS_ROOM 160
+#define SPANS_ROOM 240
 
 /* Committed of a full window. Unit: spans. Evidence:
  * bench/test_bench_smoothing.py. */
@@ -127,6 +127,10 @@
 /* What is written, and the control points it shares with what follows, feel
  * no later knot. Unit: knots. Evidence: tests/property/test_smoothing.py. */
 #define HEAD_KNOTS 10
+
+/* Of a coarse window before, its last ones are laid anew: they did not know
+ * what follows. Unit: spans. Evidence: bench/tube_oracle.py. */
+#define LOOSE 10
 
 /* ---- Points that pull (sites.c) ---- */
 
@@ -209,11 +213,11 @@
 /* A window whose knots are that many for each point is coarse, and worth it.
  * Unit: factor. Evidence: bench/tube_oracle.py, bench/test_bench_smoothing.py.
  */
-#define COARSE 1.2
+#define COARSE 0.8
 
 /* Knot spans of a coarse window. Unit: factor on their wanted length. Evidence:
  * bench/tube_oracle.py. */
-#define COARSE_SIZE 0.5
+#define COARSE_SIZE 0.4
 
 /* Run-out of a curve at a kink, of machines with limited jerk. Unit: tolerances
  * over the turn. Evidence: bench/tube_oracle.py. */
@@ -270,11 +274,20 @@
 #define LAW_FLOOR 0.05
 
 /* Solutions of a refinement at the most. Unit: count. Evidence: as above. */
-#define REFINE 30
+#define REFINE 26
 
-/* Gain of one below which no more are worth it. Unit: share of the cost.
- * Evidence: as above. */
-#define REFINE_GAIN 2e-4
+/* Penalties change while the cost is below so many times the time. Unit:
+ * factor. Evidence: random polylines of several windows. */
+#define LAW_SUITS 1.25
+
+/* From which one on the penalties of the jerk change. Unit: count. Evidence: as
+ * above. */
+#define REWEIGH_FROM 3
+
+/* Least penalty of a jerk far below its limit. Unit: factor. Evidence: as
+ * above.
+ */
+#define PENALTY_LEAST 0.4
 
 /* Cost of being near the tolerance, at first. Unit: share of the cost for each
  * wall. Evidence: as above. */
@@ -282,7 +295,7 @@
 
 /* Its change from one solution to the next. Unit: factor. Evidence: as above.
  */
-#define WALL_NEXT 0.7
+#define WALL_NEXT 0.8
 
 /* The same at the end. Unit: share. Evidence: as above. */
 #define WALL_LAST 1e-5

@@ -27,16 +27,21 @@ static int lay_out(nc_smooth *smooth, int end, bool final) {
     struct window *window = &smooth->window;
     window->law_head = smooth->keep.valid && smooth->keep.timed ? 5 : 0;
     window->timed = false;
+    window->kept = 0;
     int count; /* knots up to and with the last one, once */
     if (smooth->keep.valid) {
         count = smooth->keep.spans + 6 < HEAD_KNOTS ? smooth->keep.spans + 6
                                                     : HEAD_KNOTS;
+        if (smooth->keep.timed && smooth->keep.spans + 6 - LOOSE > count) {
+            count = smooth->keep.spans + 6 - LOOSE;
+        }
         memcpy(window->tau, smooth->keep.tau, sizeof(double) * (size_t)count);
         memcpy(window->control,
                smooth->keep.control,
                sizeof(window->control[0]) * 5);
         memcpy(window->law, smooth->keep.law, sizeof *window->law * 5);
         window->fixed_head = 5;
+        window->kept = smooth->keep.timed ? count - 6 : 0;
     } else {
         for (count = 0; count < 6; count++) {
             window->tau[count] = smooth->out_t;
@@ -190,14 +195,15 @@ static bool solve_window(nc_smooth *smooth,
                          double *deviation) {
     bool coarse = is_coarse(smooth, end);
     lay_sites(smooth, end);
-    if (!iterate(smooth, end, deviation)) {
-        return false;
-    }
+    bool found = iterate(smooth, end, deviation);
     if (coarse) {
+        found = take_up(smooth, end, deviation) || found;
+    }
+    if (found && coarse) {
         int join = final ? 0 : commit_of(&smooth->window);
         refine_window(smooth, end, join, deviation);
     }
-    return true;
+    return found;
 }
 
 /* Write what is certified and keep what is not written. */
