@@ -273,7 +273,7 @@
  * above. */
 #define LAW_FLOOR 0.05
 
-/* Solutions of a refinement at the most. Unit: count. Evidence: as above. */
+/* Solutions of a refinement. Unit: count. Evidence: as above. */
 #define REFINE 26
 
 /* Penalties change while the cost is below so many times the time. Unit:
@@ -285,8 +285,7 @@
 #define REWEIGH_FROM 3
 
 /* Least penalty of a jerk far below its limit. Unit: factor. Evidence: as
- * above.
- */
+ * above. */
 #define PENALTY_LEAST 0.4
 
 /* Cost of being near the tolerance, at first. Unit: share of the cost for each
