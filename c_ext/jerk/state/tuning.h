@@ -244,13 +244,14 @@
  * legality of random programs. */
 #define UNEVEN_PARTS 9
 
-/* And where the path jerk changes its sign while an acceleration comes so near
- * to its limit. Unit: share. Evidence: legality of random programs. */
-#define SWING_NEAR 0.85
-
 /* The speed does where its square comes to less than so much of what it was.
  * Unit: share. Evidence: legality of random programs. */
 #define UNEVEN_SPEEDS 0.25
+
+/* It looks there too where the path jerk changes its sign while an acceleration
+ * comes so near to its limit. Unit: share. Evidence:
+ * test_an_acceleration_is_largest_between_the_places_looked_at. */
+#define SWING_NEAR 0.85
 
 /* Below it a speed is taken as this, to divide by. Unit: squared speed,
  * scaled. Evidence: rounding. */

@@ -152,7 +152,8 @@ typedef struct law_system {
     pair right[ORDER + CONTROLS + ORDER];
 } law_system;
 
-/* How the jerk of a moving axis changes with the control points of y. */
+/* How the jerk of an axis, the k-th of those that move, changes with the
+ * control points of y. */
 static void jerk_along(const struct motion *at,
                        int k,
                        int axis,
