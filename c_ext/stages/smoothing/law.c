@@ -446,7 +446,6 @@ static bool settled(const nc_smooth *smooth) {
 void law_reweigh(nc_smooth *smooth) {
     struct window *window = &smooth->window;
     int lines = (window->fixed_head == 3) + (window->fixed_tail == 3);
-    double least = lines > 0 ? 1.0 : PENALTY_LEAST;
     if (lines == 2 || !settled(smooth)) {
         return;
     }
@@ -456,7 +455,9 @@ void law_reweigh(nc_smooth *smooth) {
             motion_at(smooth, k, place, &at);
             for (int i = 0; i < window->moving_n; i++) {
                 double *penalty = &window->penalty[k][place][i];
-                *penalty = fmax(*penalty * sqrt(fabs(at.jerk[i])), least);
+                double wanted = *penalty * sqrt(fabs(at.jerk[i]));
+                double least = smooth->penalty_least[window->moving[i]];
+                *penalty = fmax(wanted, lines > 0 ? 1.0 : least);
             }
         }
     }

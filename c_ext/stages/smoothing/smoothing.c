@@ -360,12 +360,16 @@ static void take_motion(nc_smooth *smooth,
     stop_here(smooth);
 }
 
-/* How slow the axis is, where the slowest linear one has 1. */
-static double slowness(const nc_smooth *smooth, int axis) {
+/* How slow the axis is, where that with the least jerk has 1. A linear axis
+ * above 1 has little acceleration; it is as slow as that one, but what is said
+ * to be its jerk need not come to the limit. */
+static void set_slowness(nc_smooth *smooth, int axis) {
     double jerk = smooth->cfg.axis_jerk[axis] * smooth->scale[axis];
     double slow = jerk > 0.0 ? smooth->cfg.jerk / jerk : 0.0;
     bool rotary = smooth->cfg.rotary >> axis & 1;
-    return fmax(QUICKEST, rotary ? slow : fmin(1.0, slow));
+    bool weak = !rotary && slow > 1.0;
+    smooth->slowness[axis] = fmax(QUICKEST, weak ? 1.0 : slow);
+    smooth->penalty_least[axis] = weak ? 1.0 : PENALTY_LEAST;
 }
 
 static void set_mode(nc_smooth *smooth, const nc_block *row) {
@@ -389,7 +393,7 @@ static void set_mode(nc_smooth *smooth, const nc_block *row) {
         smooth->scale[axis] =
             smooth->tol > 0.0 && smooth->cfg.rotary >> axis & 1 ? tol / rotary
                                                                 : 1.0;
-        smooth->slowness[axis] = slowness(smooth, axis);
+        set_slowness(smooth, axis);
     }
     nc_smooth_resync(smooth, old);
 }

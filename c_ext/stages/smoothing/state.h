@@ -141,6 +141,7 @@ struct nc_smooth {
     double scale[NC_AXES];    /* scaled = scale * axis value */
     double slowness[NC_AXES]; /* least limit of jerk over that of the axis, both
                                  scaled */
+    double penalty_least[NC_AXES]; /* of the jerk of each axis */
     uint16_t main_mask;
     /* commands of the path act at their programmed place */
     bool exact_commands;

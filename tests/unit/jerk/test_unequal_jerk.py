@@ -19,7 +19,7 @@ from support.limits import ratios
 # 1741 knots: 0.7066)
 CIRCLE_COPP = 0.70414
 JOINED_S = 1.509  # s: seed 5249, the best of W60, W120, W190
-WALK_S = 1.07593  # s: the best of W60, W120, W190, W250
+WALK_S = 1.06887  # s: the best of W60, W120, W190, W250
 
 
 def _saw_tooth(lines: int) -> str:
