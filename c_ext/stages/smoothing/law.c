@@ -13,13 +13,14 @@
 #include "stages/smoothing/spline_fit.h"
 #include "stages/smoothing/state.h"
 #include "stages/square.h"
+#include "maths/order.h"
 #include "maths/plain.h"
 
 /* The motion at one place. */
 typedef struct motion {
-    struct pace pace;
+    const struct pace *pace;
+    const struct rates *rates;
     const double *penalty;
-    double q1[AXES_EVEN], q2[AXES_EVEN], q3[AXES_EVEN]; /* derivatives by t */
     double jerk[NC_AXES]; /* of the axes that move, over the limit of each */
     double sum;           /* of the fourth powers of these, with penalties */
 } motion;
@@ -78,35 +79,47 @@ static void lay_places(struct window *window) {
     }
 }
 
+void curve_changed(nc_smooth *smooth) {
+    struct window *window = &smooth->window;
+    for (int span = 0; span < window->spans; span++) {
+        const double (*control)[AXES_EVEN] = window->control + span;
+        for (int place = 0; place < LAW_PLACES; place++) {
+            const basis_row *basis = window->place[span][place];
+            struct rates *out = &window->rates[span][place];
+            for (int axis = 0; axis < smooth->cfg.axes; axis += 2) {
+                pair q1 = {0.0, 0.0};
+                pair q2 = q1;
+                pair q3 = q1;
+                for (int j = 0; j < ORDER; j++) {
+                    pair at = *(const pair *)(control[j] + axis);
+                    q1 += basis[1][j] * at;
+                    q2 += basis[2][j] * at;
+                    q3 += basis[3][j] * at;
+                }
+                *(pair *)(out->q1 + axis) = q1;
+                *(pair *)(out->q2 + axis) = q2;
+                *(pair *)(out->q3 + axis) = q3;
+            }
+        }
+    }
+}
+
 static void motion_at(const nc_smooth *smooth,
                       int span,
                       int place,
                       struct motion *out) {
     const struct window *window = &smooth->window;
-    const basis_row *basis = window->place[span][place];
     const struct pace *pace = &window->pace[span][place];
-    out->pace = *pace;
+    const struct rates *rates = &window->rates[span][place];
+    out->pace = pace;
+    out->rates = rates;
     out->penalty = window->penalty[span][place];
     out->sum = 0.0;
-    for (int axis = 0; axis < smooth->cfg.axes; axis += 2) {
-        pair q1 = {0.0, 0.0};
-        pair q2 = q1;
-        pair q3 = q1;
-        for (int j = 0; j < ORDER; j++) {
-            pair control = *(const pair *)(window->control[span + j] + axis);
-            q1 += basis[1][j] * control;
-            q2 += basis[2][j] * control;
-            q3 += basis[3][j] * control;
-        }
-        *(pair *)(out->q1 + axis) = q1;
-        *(pair *)(out->q2 + axis) = q2;
-        *(pair *)(out->q3 + axis) = q3;
-    }
     for (int k = 0; k < window->moving_n; k++) {
         int axis = window->moving[k];
         double by_law =
-            3.0 * pace->y1 * out->q2[axis] + pace->bend * out->q1[axis];
-        double jerk = pace->cube * (out->q3[axis] + by_law);
+            3.0 * pace->y1 * rates->q2[axis] + pace->bend * rates->q1[axis];
+        double jerk = pace->cube * (rates->q3[axis] + by_law);
         out->jerk[k] = jerk * smooth->slowness[axis];
         out->sum += out->penalty[k] * square(square(out->jerk[k]));
     }
@@ -125,13 +138,13 @@ void law_changed(nc_smooth *smooth) {
             pace->bend = dot(basis[2], law, ORDER) + 2.0 * square(pace->y1);
             pace->cube = 1.0 / (slow * slow * slow * smooth->cfg.jerk);
             pace->weight = place_weight[place] * span_length(window, k) * slow;
-            pace->over = fmax(0.0, y - window->law_top[k]);
+            pace->over = greater(0.0, y - window->law_top[k]);
         }
     }
 }
 
 static double cost_at(const struct motion *at) {
-    return 1.0 + LAW_JERK * at->sum + LAW_TOP * square(at->pace.over);
+    return 1.0 + LAW_JERK * at->sum + LAW_TOP * square(at->pace->over);
 }
 
 double law_cost(const nc_smooth *smooth) {
@@ -140,7 +153,7 @@ double law_cost(const nc_smooth *smooth) {
         for (int place = 0; place < LAW_PLACES; place++) {
             struct motion at;
             motion_at(smooth, k, place, &at);
-            cost += at.pace.weight * cost_at(&at);
+            cost += at.pace->weight * cost_at(&at);
         }
     }
     return cost;
@@ -160,9 +173,9 @@ static void jerk_along(const struct motion *at,
                        double slowness,
                        const basis_row *basis,
                        double *out) {
-    double cube = slowness * at->pace.cube;
-    double q1 = cube * at->q1[axis];
-    double first = 3.0 * cube * at->q2[axis] + 4.0 * at->pace.y1 * q1;
+    double cube = slowness * at->pace->cube;
+    double q1 = cube * at->rates->q1[axis];
+    double first = 3.0 * cube * at->rates->q2[axis] + 4.0 * at->pace->y1 * q1;
     for (int j = 0; j < ORDER; j++) {
         out[j] = 3.0 * at->jerk[k] * basis[0][j] + first * basis[1][j]
                  + q1 * basis[2][j];
@@ -193,7 +206,7 @@ static void add_place(const nc_smooth *smooth,
     double (*band)[ORDER] = system->band + ORDER + span;
     struct motion at;
     motion_at(smooth, span, place, &at);
-    double weight = at.pace.weight;
+    double weight = at.pace->weight;
     double along[ORDER];
     double all[ORDER] = {0.0};
     for (int k = 0; k < window->moving_n; k++) {
@@ -206,14 +219,14 @@ static void add_place(const nc_smooth *smooth,
         }
     }
     double cost = cost_at(&at);
-    double steep = at.pace.over > 0.0 ? 2.0 * LAW_TOP : 0.0;
+    double steep = at.pace->over > 0.0 ? 2.0 * LAW_TOP : 0.0;
     add_product(band, weight * (cost + steep), basis[0], basis[0]);
     if (LAW_JERK * at.sum < 2.0) {
         add_product(band, -weight, basis[0], all);
         add_product(band, -weight, all, basis[0]);
     }
     for (int j = 0; j < ORDER; j++) {
-        double slope = (cost - steep * at.pace.over) * basis[0][j] - all[j];
+        double slope = (cost - steep * at.pace->over) * basis[0][j] - all[j];
         system->right[ORDER + span + j][0] += weight * slope;
     }
 }
@@ -284,17 +297,17 @@ static void roughness_at(nc_smooth *smooth, int span, int place) {
     struct motion at;
     motion_at(smooth, span, place, &at);
     for (int j = 0; j < ORDER; j++) {
-        row[j] = basis[3][j] + 3.0 * at.pace.y1 * basis[2][j]
-                 + at.pace.bend * basis[1][j];
+        row[j] = basis[3][j] + 3.0 * at.pace->y1 * basis[2][j]
+                 + at.pace->bend * basis[1][j];
     }
     for (int k = 0; k < window->moving_n; k++) {
         int axis = window->moving[k];
         double jerk = at.jerk[k];
         double heavy = square(jerk) + LAW_FLOOR;
         double aim = jerk - jerk * square(jerk) / (3.0 * heavy);
-        double cube = smooth->slowness[axis] * at.pace.cube;
+        double cube = smooth->slowness[axis] * at.pace->cube;
         double weight =
-            12.0 * LAW_JERK * at.penalty[k] * at.pace.weight * square(cube);
+            12.0 * LAW_JERK * at.penalty[k] * at.pace->weight * square(cube);
         double pull = weight * heavy * aim / cube;
         window->heavy[span][place][axis] = weight * heavy;
         for (int j = 0; j < ORDER; j++) {
@@ -326,11 +339,13 @@ static double speed_of(const nc_smooth *smooth, int span) {
     for (int place = 0; place < LAW_PLACES; place++) {
         struct motion at;
         motion_at(smooth, span, place, &at);
-        second = fmax(second, dot(at.q2, at.q2, smooth->cfg.axes));
+        second =
+            fmax(second, dot(at.rates->q2, at.rates->q2, smooth->cfg.axes));
         for (int k = 0; k < window->moving_n; k++) {
             int axis = window->moving[k];
             double slowness = smooth->slowness[axis];
-            third += place_weight[place] * square(slowness * at.q3[axis]);
+            third +=
+                place_weight[place] * square(slowness * at.rates->q3[axis]);
         }
     }
     double v = plain_exp(window->law_top[span]);
@@ -428,39 +443,43 @@ static void lay_penalties(struct window *window) {
 
 /* Whether the cost is little more than the time: law and curve suit each other.
  */
-static bool settled(const nc_smooth *smooth) {
-    const struct window *window = &smooth->window;
+static bool settled(const struct window *window, double cost) {
     double time = 0.0;
     for (int k = 0; k < window->spans; k++) {
         for (int place = 0; place < LAW_PLACES; place++) {
             time += window->pace[k][place].weight;
         }
     }
-    return law_cost(smooth) < LAW_SUITS * time;
+    return cost < LAW_SUITS * time;
 }
 
 /* Lawson's way to the least maximum: a weight grows by what it weighs. At a
  * line the law may be too fast: no jerk becomes cheaper. Between two nothing
  * changes.
  */
-void law_reweigh(nc_smooth *smooth) {
+double law_reweigh(nc_smooth *smooth, double cost) {
     struct window *window = &smooth->window;
     int lines = (window->fixed_head == 3) + (window->fixed_tail == 3);
-    if (lines == 2 || !settled(smooth)) {
-        return;
+    if (lines == 2 || !settled(window, cost)) {
+        return cost;
     }
+    cost = 0.0;
     for (int k = 0; k < window->spans; k++) {
         for (int place = 0; place < LAW_PLACES; place++) {
             struct motion at;
             motion_at(smooth, k, place, &at);
+            at.sum = 0.0;
             for (int i = 0; i < window->moving_n; i++) {
                 double *penalty = &window->penalty[k][place][i];
                 double wanted = *penalty * sqrt(fabs(at.jerk[i]));
                 double least = smooth->penalty_least[window->moving[i]];
-                *penalty = fmax(wanted, lines > 0 ? 1.0 : least);
+                *penalty = greater(wanted, lines > 0 ? 1.0 : least);
+                at.sum += *penalty * square(square(at.jerk[i]));
             }
+            cost += at.pace->weight * cost_at(&at);
         }
     }
+    return cost;
 }
 
 bool law_begin(nc_smooth *smooth, int end, bool final) {
@@ -471,6 +490,7 @@ bool law_begin(nc_smooth *smooth, int end, bool final) {
     lay_places(window);
     lay_tops(smooth, end);
     lay_moving(smooth);
+    curve_changed(smooth);
     for (int j = window->law_head; j < last + 6; j++) {
         window->law[j] = 0.0;
     }

@@ -17,37 +17,37 @@ typedef struct best {
     double walls; /* how close it is to them */
 } best;
 
-/* Position at a wall, and squares of the residuals of linear and rotary axes.
- */
-static void look(const nc_smooth *smooth,
-                 const struct site *site,
-                 double *position,
-                 double sum[2]) {
-    const struct window *window = &smooth->window;
-    sum[0] = sum[1] = 0.0;
-    for (int axis = 0; axis < smooth->cfg.axes; axis++) {
-        double at = 0.0;
-        for (int j = 0; j < ORDER; j++) {
-            at += site->basis[j] * window->control[site->span + j][axis];
+/* Where the curve passes every wall, and squares of the residuals of linear and
+ * rotary axes there. */
+static void look_at_walls(nc_smooth *smooth) {
+    struct window *window = &smooth->window;
+    for (int k = 0; k < window->sites_n; k++) {
+        struct site *site = &window->sites[k];
+        const double (*control)[AXES_EVEN] = window->control + site->span;
+        site->off[0] = site->off[1] = 0.0;
+        for (int axis = 0; axis < smooth->cfg.axes; axis += 2) {
+            pair at = {0.0, 0.0};
+            for (int j = 0; j < ORDER; j++) {
+                at += site->basis[j] * *(const pair *)(control[j] + axis);
+            }
+            *(pair *)(site->passed + axis) = at;
         }
-        position[axis] = at;
-        sum[smooth->cfg.rotary >> axis & 1] +=
-            square(at - site->position[axis]);
+        for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+            site->off[smooth->cfg.rotary >> axis & 1] +=
+                square(site->passed[axis] - site->position[axis]);
+        }
     }
 }
 
 /* Minus the logarithms of the shares of room that are left; infinite: the curve
  * is behind a wall. */
-static double walls(const nc_smooth *smooth) {
-    const struct window *window = &smooth->window;
+static double walls(const struct window *window) {
     double product = 1.0;
     double sum = 0.0;
-    double position[NC_AXES], off[2];
     for (int k = 0; k < window->sites_n; k++) {
         const struct site *site = &window->sites[k];
-        look(smooth, site, position, off);
         for (int group = 0; group < 2; group++) {
-            double room = 1.0 - off[group] / square(site->target);
+            double room = 1.0 - site->off[group] / square(site->target);
             if (!(room > 0.0)) {
                 return INFINITY;
             }
@@ -70,10 +70,10 @@ static double wall_share(const struct site *site, int join) {
 /* Walls as springs, with their slope and curvature at the present curve. */
 static void set_walls(nc_smooth *smooth, int join, double weight) {
     struct window *window = &smooth->window;
-    double position[NC_AXES], off[2], share[2];
+    double share[2];
     for (int k = 0; k < window->sites_n; k++) {
         struct site *site = &window->sites[k];
-        look(smooth, site, position, off);
+        const double *off = site->off;
         double most = sqrt(fmax(off[0], off[1]));
         site->target =
             fmax(wall_share(site, join) * site->allowed, WALL_BEHIND * most);
@@ -84,9 +84,10 @@ static void set_walls(nc_smooth *smooth, int join, double weight) {
             site->force[group] = slope / share[group];
         }
         for (int axis = 0; axis < smooth->cfg.axes; axis++) {
-            double miss = position[axis] - site->position[axis];
+            double at = site->passed[axis];
+            double miss = at - site->position[axis];
             int group = smooth->cfg.rotary >> axis & 1;
-            site->aim[axis] = position[axis] - share[group] * miss;
+            site->aim[axis] = at - share[group] * miss;
         }
     }
 }
@@ -153,14 +154,12 @@ static void hold_back_all(double share[CONTROLS]) {
 }
 
 /* Is the curve ahead of all walls? The step is held back where it is not. */
-static bool inside_walls(const nc_smooth *smooth, double share[CONTROLS]) {
-    const struct window *window = &smooth->window;
-    double position[NC_AXES], off[2];
+static bool inside_walls(const struct window *window, double share[CONTROLS]) {
     int last = -1;
     for (int k = 0; k < window->sites_n; k++) {
         const struct site *site = &window->sites[k];
-        look(smooth, site, position, off);
-        if (fmax(off[0], off[1]) < square(site->target) || site->span == last) {
+        double most = fmax(site->off[0], site->off[1]);
+        if (most < square(site->target) || site->span == last) {
             continue;
         }
         last = site->span;
@@ -212,8 +211,10 @@ static void part_way(struct window *window,
     }
 }
 
-static void back(struct window *window, const struct best *best) {
-    memcpy(window->control, best->control, sizeof best->control);
+static void back(nc_smooth *smooth, const struct best *best) {
+    memcpy(smooth->window.control, best->control, sizeof best->control);
+    curve_changed(smooth);
+    look_at_walls(smooth);
 }
 
 /* As much of a step as is faster and certified. */
@@ -230,11 +231,13 @@ static bool take_step(nc_smooth *smooth,
     for (int i = 0; i < TRIES; i++) {
         int known = window->sites_n;
         part_way(window, best, full, share);
-        if (!inside_walls(smooth, share)) {
+        look_at_walls(smooth);
+        if (!inside_walls(window, share)) {
             continue;
         }
+        curve_changed(smooth);
         double cost = law_cost(smooth);
-        if (!(cost + weight * walls(smooth)
+        if (!(cost + weight * walls(window)
               < best->cost + weight * best->walls)) {
             hold_back_all(share);
             continue;
@@ -250,7 +253,7 @@ static bool take_step(nc_smooth *smooth,
             window->sites[k].target = INFINITY;
         }
     }
-    back(window, best);
+    back(smooth, best);
     return false;
 }
 
@@ -309,6 +312,7 @@ void refine_window(nc_smooth *smooth, int end, int join, double *deviation) {
     }
     window->timed = true;
     lay_walls(smooth, end);
+    look_at_walls(smooth);
     memcpy(best.control, window->control, sizeof best.control);
     memcpy(best.law, window->law, sizeof best.law);
     memcpy(best.deviation, deviation, sizeof best.deviation);
@@ -318,14 +322,13 @@ void refine_window(nc_smooth *smooth, int end, int join, double *deviation) {
         double weight = share * best.cost;
         law_roughness(smooth);
         set_walls(smooth, join, weight);
-        best.walls = walls(smooth);
+        best.walls = walls(window);
         spline_solve_timed(window, smooth->cfg.rotary);
         smooth->stats.solves++;
         take_step(smooth, &best, end, weight);
         take_law(smooth, &best);
         if (i >= REWEIGH_FROM) {
-            law_reweigh(smooth);
-            best.cost = law_cost(smooth);
+            best.cost = law_reweigh(smooth, best.cost);
         }
         share = fmax(WALL_LAST, WALL_NEXT * share);
     }

@@ -57,9 +57,12 @@ bool law_step(nc_smooth *smooth);
 /* The control points of the law are other ones. */
 void law_changed(nc_smooth *smooth);
 
+/* The curve is another one. */
+void curve_changed(nc_smooth *smooth);
+
 /* Places and axes whose jerk is above its limit cost more from now on, others
- * less. */
-void law_reweigh(nc_smooth *smooth);
+ * less. Takes and returns law_cost. */
+double law_reweigh(nc_smooth *smooth, double cost);
 
 /* What the motion costs: its time, s, and a part for its jerk. */
 double law_cost(const nc_smooth *smooth);

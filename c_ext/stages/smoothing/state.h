@@ -66,8 +66,10 @@ typedef struct site {
     double allowed;
     bool wish; /* the target is closer than the tolerance asks for */
     /* as a wall: where it draws the curve to, and how strongly it draws linear
-     * and rotary axes; the target is where it stands */
+     * and rotary axes; the target is where it stands. Where the curve passes
+     * it, and squares of how far off it is in linear and rotary axes. */
     double aim[AXES_EVEN], force[2];
+    double passed[AXES_EVEN], off[2];
 } site;
 
 /* What follows at one place from the law of motion alone: from y = ln v and its
@@ -78,6 +80,11 @@ typedef struct pace {
     double weight;   /* time at this place, s */
     double over;     /* of y, above the feed */
 } pace;
+
+/* What follows at one place from the curve alone: derivatives by t. */
+typedef struct rates {
+    double q1[AXES_EVEN], q2[AXES_EVEN], q3[AXES_EVEN];
+} rates;
 
 typedef struct window {
     double tau[KNOTS];                      /* knots */
@@ -110,6 +117,7 @@ typedef struct window {
     /* basis functions and three derivatives at the places looked at */
     double place[SPANS_ROOM][LAW_PLACES][4][ORDER];
     struct pace pace[SPANS_ROOM][LAW_PLACES];
+    struct rates rates[SPANS_ROOM][LAW_PLACES];
     /* of the jerk of every axis that moves: what draws it to its limit */
     double penalty[SPANS_ROOM][LAW_PLACES][NC_AXES];
     /* roughness at each place: a row over the control points, squared with a
