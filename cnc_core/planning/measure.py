@@ -253,16 +253,15 @@ class ElementTable:
         self, index: npt.NDArray[np.int64], pos: FloatArray
     ) -> FloatArray:
         assert self.rows is not None
-        rows, starts = self.rows[index], self.starts[index]
-        ends = rows["end"][:, : self.axes]
         here = self.measured
-        out = _line_distance(starts[:, here], ends[:, here], pos[:, here])
+        starts, ends = self.starts[:, here], self.rows["end"][:, here]
+        out = _line_distance(starts[index], ends[index], pos[:, here])
+        is_arc = (self.rows["type"] == CIRCULAR)[index]
+        planes = self.rows["plane"][index]
         for plane in (17, 18, 19):
-            arcs = (rows["type"] == CIRCULAR) & (rows["plane"] == plane)
+            arcs = is_arc & (planes == plane)
             if arcs.any():
-                out[arcs] = self._arc_distance(
-                    rows[arcs], starts[arcs], ends[arcs], pos[arcs], plane
-                )
+                out[arcs] = self._arc_distance(index[arcs], pos[arcs], plane)
         curves = self.curve_of[index] >= 0
         if curves.any():
             out[curves] = distance(
@@ -273,64 +272,91 @@ class ElementTable:
 
     def _arc_distance(
         self,
-        rows: AnyArray,
-        starts: FloatArray,
-        ends: FloatArray,
+        index: npt.NDArray[np.int64],
         pos: FloatArray,
         plane: int,
     ) -> FloatArray:
+        assert self.rows is not None
         first, second, _ = motion_planes(plane)
         columns = [self.main[first], self.main[second]]
-        d0, d = (
-            starts[:, columns] - rows["center"],
-            pos[:, columns] - rows["center"],
-        )
-        radius, angle0 = (
-            np.hypot(d0[:, 0], d0[:, 1]),
-            np.arctan2(d0[:, 1], d0[:, 0]),
-        )
-        turned = np.arctan2(d[:, 1], d[:, 0]) - angle0
-        turn_angle = np.mod(turned * np.sign(rows["angle"]), 2 * np.pi)
-        turn_angle = np.where(
-            turn_angle > 2 * np.pi - 1e-6, turn_angle - 2 * np.pi, turn_angle
-        )  # rounding at the start
-        share, whole = turn_angle / np.abs(rows["angle"]), np.abs(rows["angle"])
+        center, angle = self.rows["center"][index], self.rows["angle"][index]
+        starts, ends = self.starts[index], self.rows["end"][index]
+        d0 = starts[:, columns] - center
+        d = pos[:, columns] - center
+        turned = np.arctan2(d[:, 1], d[:, 0]) - np.arctan2(d0[:, 1], d0[:, 0])
+        at = np.mod(turned * np.sign(angle), 2 * np.pi)
+        # rounding at the start
+        at = np.where(at > 2 * np.pi - 1e-6, at - 2 * np.pi, at)
+        polar = np.column_stack([np.hypot(d[:, 0], d[:, 1]), at])
+        radius = np.hypot(d0[:, 0], d0[:, 1])
+        whole = np.abs(angle)
         others = [i for i in self.measured if i not in columns]
-        climb = (ends - starts)[:, others]
+        climb = ends[:, others] - starts[:, others]
+        beside = pos[:, others] - starts[:, others]
+        out = np.hypot(
+            _flat_arc_distance(polar, radius, whole),
+            np.linalg.norm(beside, axis=1),
+        )
+        some = climb.any(axis=1)
+        if some.any():
+            out[some] = _helix_distance(
+                polar[some],
+                radius[some],
+                whole[some],
+                beside[some],
+                climb[some],
+            )
+        return np.asarray(out)
 
-        def off_and_rate(t: FloatArray) -> tuple[FloatArray, FloatArray]:
-            angle = angle0 + rows["angle"] * t
-            plane_off = d - radius[:, None] * np.column_stack(
-                [np.cos(angle), np.sin(angle)]
-            )
-            plane_rate = (radius * rows["angle"])[:, None] * np.column_stack(
-                [-np.sin(angle), np.cos(angle)]
-            )
-            off = np.hstack(
-                [
-                    plane_off,
-                    pos[:, others] - (starts[:, others] + t[:, None] * climb),
-                ]
-            )
-            return off, np.hstack([plane_rate, climb])
 
-        # a helix of several turns: from the same angle in every turn to the
-        # nearest place, of all the nearest
-        best = np.full(len(pos), np.inf)
-        turns = int(np.ceil(whole.max() / (2 * np.pi)))
-        for turn in range(turns + 1):
-            t = np.clip(share + turn * 2 * np.pi / whole, 0.0, 1.0)
-            for _ in range(NEAREST_STEPS):
-                off, rate = off_and_rate(t)
-                best = np.minimum(best, np.linalg.norm(off, axis=1))
-                t = np.clip(
-                    t
-                    + (off * rate).sum(axis=1)
-                    / np.maximum((rate**2).sum(axis=1), 1e-300),
-                    0.0,
-                    1.0,
-                )
-        return np.asarray(best)
+def _off_circle(
+    polar: FloatArray, radius: FloatArray, angle: FloatArray
+) -> FloatArray:
+    """From the points of the circle at these angles (n, 2): outwards and along."""
+    away = polar[:, 1] - angle
+    outwards = polar[:, 0] * np.cos(away) - radius
+    return np.column_stack([outwards, polar[:, 0] * np.sin(away)])
+
+
+def _flat_arc_distance(
+    polar: FloatArray, radius: FloatArray, whole: FloatArray
+) -> FloatArray:
+    """Distance of positions (n, 2) from arcs in their plane. The arcs go from the
+    angle 0 to ``whole``; radius and angle of a position are as seen from there.
+    """
+    to_start = np.linalg.norm(_off_circle(polar, radius, 0.0 * whole), axis=1)
+    to_end = np.linalg.norm(_off_circle(polar, radius, whole), axis=1)
+    across = np.abs(polar[:, 0] - radius)
+    beyond = polar[:, 1] > whole
+    return np.where(beyond, np.minimum(to_start, to_end), across)
+
+
+def _helix_distance(
+    polar: FloatArray,
+    radius: FloatArray,
+    whole: FloatArray,
+    beside: FloatArray,
+    climb: FloatArray,
+) -> FloatArray:
+    """The same for arcs that climb in other axes; ``beside``: positions in these
+    axes, less those at the start.
+
+    From the start and from the same angle in every turn to the nearest place, of
+    all the nearest.
+    """
+    best = np.full(len(polar), np.inf)
+    length2 = (radius * whole) ** 2 + (climb**2).sum(axis=1)
+    turns = int(np.ceil(whole.max() / (2 * np.pi)))
+    for turn in range(-1, turns + 1):
+        t = np.clip((polar[:, 1] + turn * 2 * np.pi) / whole, 0.0, 1.0)
+        for _ in range(NEAREST_STEPS):
+            flat = _off_circle(polar, radius, whole * t)
+            rise = beside - t[:, None] * climb
+            off2 = (flat**2).sum(axis=1) + (rise**2).sum(axis=1)
+            best = np.minimum(best, np.sqrt(off2))
+            along = flat[:, 1] * radius * whole + (rise * climb).sum(axis=1)
+            t = np.clip(t + along / np.maximum(length2, 1e-300), 0.0, 1.0)
+    return best
 
 
 def _line_distance(
