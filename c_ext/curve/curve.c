@@ -235,6 +235,8 @@ void curve_third(const struct curve *curve, double parameter, double *d3) {
     }
 }
 
+/* Its length is that of the rule that leads into it: nothing jumps at its end.
+ */
 typedef struct cell {
     double from, to, length;
     double wrong;  /* above 1: must be cut */
@@ -269,9 +271,9 @@ static void judge(const struct curve *curve, struct cell *cell) {
     double low = INFINITY;
     double high = 0.0;
     double middle = 0.5 * (cell->from + cell->to);
-    double whole = integrate(curve, cell->from, cell->to, &low, &high);
-    cell->length = integrate(curve, cell->from, middle, &low, &high)
-                   + integrate(curve, middle, cell->to, &low, &high);
+    cell->length = integrate(curve, cell->from, cell->to, &low, &high);
+    double halves = integrate(curve, cell->from, middle, &low, &high)
+                    + integrate(curve, middle, cell->to, &low, &high);
     double speed_from = speed(curve, cell->from);
     double speed_to = speed(curve, cell->to);
     low = fmin(low, fmin(speed_from, speed_to));
@@ -283,7 +285,7 @@ static void judge(const struct curve *curve, struct cell *cell) {
         return;
     }
     cell->wrong =
-        fmax(fabs(whole - cell->length) / (QUADRATURE * (1.0 + cell->length)),
+        fmax(fabs(halves - cell->length) / (QUADRATURE * (1.0 + cell->length)),
              high / low / SPEED_RATIO);
     if (cell->length < SHORT_CELL) {
         return;
@@ -424,6 +426,25 @@ static double hermite_guess(const struct curve *curve, int i, double s) {
                  * (curve->dwds[i] * remainder - curve->dwds[i + 1] * t);
 }
 
+/* Change of the parameter over a length, by the speed there and its slope: what
+ * is left is of third order. */
+static double step_by(const struct curve *curve,
+                      double parameter,
+                      double length) {
+    double square = 0.0;
+    double product = 0.0;
+    for (int i = 0; i < curve->axes; i++) {
+        if (!(curve->metric >> i & 1)) {
+            continue;
+        }
+        double rate = first_derivative(curve->c[i], parameter);
+        square += rate * rate;
+        product += rate * second_derivative(curve->c[i], parameter);
+    }
+    double step = length / sqrt(square);
+    return step - 0.5 * step * step * product / square;
+}
+
 /* Normalised parameter 0..1 at arc length s. */
 double curve_parameter(const struct curve *curve, double s) {
     if (s <= 0.0) {
@@ -440,16 +461,17 @@ double curve_parameter(const struct curve *curve, double s) {
         i++;
     }
     double parameter = hermite_guess(curve, i, s);
+    double width = curve->w[i + 1] - curve->w[i];
     double low = 0.0;
     double high = 0.0;
-    for (int k = 0; k < CURVE_NEWTON; k++) {
+    for (int k = 0; k < CURVE_STEPS; k++) {
         parameter = fmin(fmax(parameter, curve->w[i]), curve->w[i + 1]);
-        double miss = curve->s[i]
-                      + integrate(curve, curve->w[i], parameter, &low, &high)
-                      - s;
-        parameter -= miss / speed(curve, parameter);
-        if (fabs(miss) < 1e-7) {
-            break; /* what is left is its square */
+        double miss = s - curve->s[i]
+                      - integrate(curve, curve->w[i], parameter, &low, &high);
+        double step = step_by(curve, parameter, miss);
+        parameter += step;
+        if (fabs(miss) * step * step < INVERSION * width * width) {
+            break;
         }
     }
     return fmin(fmax(parameter, curve->w[i]), curve->w[i + 1]);

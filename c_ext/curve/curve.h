@@ -5,8 +5,8 @@
  * axes in `metric` (the main axes, or all others where the main axes rest).
  * Cells cut the parameter so that an 8-point Gauss rule over any part of a cell
  * is exact to rounding; s -> parameter is a cubic Hermite guess and at most
- * CURVE_NEWTON steps, so its time is bounded. No state, no allocation: also
- * used by the smoothing stage.
+ * CURVE_STEPS steps of third order, so its time is bounded. No state, no
+ * allocation: also used by the smoothing stage.
  */
 #ifndef CURVE_H
 #define CURVE_H
@@ -16,7 +16,7 @@
 
 #define CURVE_ORDER 6 /* coefficients per axis */
 #define CURVE_CELLS 24
-#define CURVE_NEWTON 4
+#define CURVE_STEPS 4
 
 typedef struct curve {
     double c[NC_AXES][CURVE_ORDER]; /* ascending powers of w = parameter / its

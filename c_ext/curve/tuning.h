@@ -13,6 +13,11 @@
  * Unit: factor. Evidence: test_curve_derivatives. */
 #define SPEED_RATIO 3.0
 
+/* The parameter at a length may be off by about so much: axes that outrun the
+ * path a thousandfold show it as jerk. Unit: mm of the path. Evidence:
+ * test_axes_that_outrun_a_curve. */
+#define INVERSION 1e-14
+
 /* Turn that a cell should not exceed: limits are constant per cell. Unit:
  * rad. Evidence: bench/planner_programs.py. */
 #define CELL_TURN 0.35

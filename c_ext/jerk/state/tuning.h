@@ -152,9 +152,10 @@
 /* So often. Unit: count. Evidence: test_extreme_limits. */
 #define FALLBACK_TRIES 40
 
-/* Quarters of quarters of the window that such a move is tried over. Unit:
- * count. Evidence: test_extreme_limits. */
-#define FALLBACK_LENGTHS 6
+/* Quarters of quarters of the window that such a move is tried over: where axes
+ * outrun the path it may begin with nanometres. Unit: count. Evidence:
+ * test_extreme_limits, test_a_way_that_begins_with_nanometres. */
+#define FALLBACK_LENGTHS 16
 
 /* ---- The solver's use, between solver and checker ---- */
 

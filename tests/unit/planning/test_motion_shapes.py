@@ -66,6 +66,54 @@ def test_rotary_axis_outruns_a_tiny_way(tmp_path: Path) -> None:
     assert np.abs(np.diff(pos, n=3, axis=0)).max() / 0.001**3 <= 60000 * 1.02
 
 
+@pytest.mark.parametrize("seed", [4, 5, 6, 7])
+def test_axes_that_outrun_a_curve(tmp_path: Path, seed: int) -> None:
+    """A rotary axis turns degrees over arcs of hundredths of a mm, smoothed: what
+    the place on the curve is off by it has a thousandfold, and short cycles show
+    it as jerk (1.05 to 6.5 of the limit once).
+    """
+    rng = np.random.default_rng(seed)
+    lines = []
+    for turn in rng.uniform(-12.0, 12.0, 12):
+        i, j = rng.normal(size=2) * 0.02
+        way = f"X{i + j:.6f} Y{j - i:.6f} A{turn:.4f}"
+        lines.append(f"G3 {way} I{i:.6f} J{j:.6f}")
+    text = "\n".join(["G91 F3000", *lines, "M30"])
+    cell = CELL.replace("60000", "6000")
+    program = program_of(
+        tmp_path, text, "cycle_s = 0.00025\n" + cell, tolerance=0.01
+    )
+    assert planned(program, window=60).max_ratio["jerk"] <= 1.02
+
+
+def test_a_way_that_begins_with_nanometres(tmp_path: Path) -> None:
+    """Axes move 15 mm over arcs of micrometres: behind a standstill the path is
+    driven by nanometres at first (once the planner found no plan, for ever).
+    """
+    limits = {
+        "X": (2.7473804392355965, 91.99758330730333, 4722.546388734488),
+        "Y": (28.794520292158392, 29.833171992992735, 7596.0111788272025),
+        "Z": (287.8506159581171, 301.5713682880803, 1906.060005626326),
+        "U": (1057.3559699283746, 7850.054897776322, 1257453.0820507477),
+        "V": (274.0917877544649, 64.26236516454128, 683688.2731748219),
+        "W": (89.3160308202939, 1983.6685696252796, 4419.562851246905),
+    }
+    cell = "cycle_s = 0.01\n" + "".join(
+        f"[axes.{n}]\nv_max_mm_s = {v}\na_max_mm_s2 = {a}\nj_max_mm_s3 = {j}\n"
+        for n, (v, a, j) in limits.items()
+    )
+    text = """F3000 G0 X5.922672 Y5.05175 Z-0.137413 U28.979454 V10.617012 W5.662508
+    G3 X5.922477 Y5.057819 I-0.047008 J0.001531 U46.621203 V25.023854 W-7.763157
+    G3 X5.91422 Y5.032034 I0.008764 J-0.017021 F2855.07
+    G1 X5.657116 Y4.706906 F4557.01
+    G3 X5.664876 Y4.727203 Z-0.093821 I0.010543 J0.007601 U28.506642 V13.655766
+    M30
+    """
+    program = program_of(tmp_path, text, cell, tolerance=0.01)
+    result = planned(program, window=120)
+    assert max(result.max_ratio.values()) <= 1.02
+
+
 @pytest.mark.parametrize("seed", [3, 4, 7, 72, 124, 135])
 def test_corners_a_few_cycles_apart(seed: int) -> None:
     """Blocks of 0.025 mm rounded to 0.001 at a slow cycle: what several corners
