@@ -14,51 +14,40 @@ static double size_of(const double *row) {
     return greater(fabs(row[0]), largest);
 }
 
-/* Whether p c + q d is the row, but for `miss`. */
-static bool comes_to(const double *row,
-                     const double *one,
-                     const double *other,
-                     double p,
-                     double q,
-                     double miss) {
-    for (int i = 0; i < 3; i++) {
-        if (!(fabs(row[i] - p * one[i] - q * other[i]) <= miss)) {
-            return false;
-        }
-    }
-    return true;
-}
-
+/* Whether p c is the row, but for `miss`. */
 static bool one_implies(const double *row, const double *one, double miss) {
     double square = one[0] * one[0] + one[1] * one[1] + one[2] * one[2];
     double product = row[0] * one[0] + row[1] * one[1] + row[2] * one[2];
-    double p = product / square;
-    return square > 0.0 && fabs(p) <= 1.0 + SAME_ROW
-           && comes_to(row, one, one, p, 0.0, miss);
+    if (!(fabs(product) <= (1.0 + SAME_ROW) * square)) {
+        return false;
+    }
+    for (int i = 0; i < 3; i++) {
+        if (!(fabs(row[i] * square - product * one[i]) <= miss * square)) {
+            return false;
+        }
+    }
+    return square > 0.0;
 }
 
-/* By the two components in which the two rows differ most. */
+/* Whether p c + q d is the row, but for `miss`, by the two components in which
+ * the two rows differ most. A row that is not in their plane is another one. */
 static bool two_imply(const double *row,
                       const double *one,
                       const double *other,
                       double miss) {
-    double best = 0.0;
-    int at = 0;
-    for (int i = 0; i < 3; i++) {
-        int next = (i + 1) % 3;
-        double det = one[i] * other[next] - one[next] * other[i];
-        if (fabs(det) > fabs(best)) {
-            best = det;
-            at = i;
-        }
-    }
-    if (best == 0.0) {
+    const double normal[3] = {one[1] * other[2] - one[2] * other[1],
+                              one[2] * other[0] - one[0] * other[2],
+                              one[0] * other[1] - one[1] * other[0]};
+    double most = size_of(normal);
+    double off = row[0] * normal[0] + row[1] * normal[1] + row[2] * normal[2];
+    if (!(fabs(off) <= miss * most) || most == 0.0) {
         return false;
     }
+    int at = fabs(normal[2]) == most ? 0 : fabs(normal[0]) == most ? 1 : 2;
     int next = (at + 1) % 3;
-    double p = (row[at] * other[next] - row[next] * other[at]) / best;
-    double q = (one[at] * row[next] - one[next] * row[at]) / best;
-    return fabs(p) + fabs(q) <= 1.0 && comes_to(row, one, other, p, q, miss);
+    double by_one = row[at] * other[next] - row[next] * other[at];
+    double by_other = one[at] * row[next] - one[next] * row[at];
+    return fabs(by_one) + fabs(by_other) <= most;
 }
 
 static bool implied(double rows[][3], int count, int i) {
