@@ -29,7 +29,7 @@ static bool worth_planning(const jerk_planner *planner) {
         || planner->credit < 0.0) {
         return false;
     }
-    if (!pl->final) {
+    if (!pl->final || planner->near) {
         return true;
     }
     if (pl->stands || !more_path(planner)) {

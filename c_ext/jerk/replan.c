@@ -236,10 +236,13 @@ static int until_next_commit(const jerk_planner *planner,
 }
 
 /* A first answer to other speeds stands, or not: what reaches further has to
- * follow, or it is tried again. */
-static bool follow_soon(jerk_planner *planner, bool planned) {
+ * follow, or it is tried again. The answer may be the plan of before, of this
+ * edition: then nothing is waited for. */
+static bool follow_soon(jerk_planner *planner, bool planned, uint64_t before) {
     planner->changed = false;
-    planner->wait = until_next_commit(planner, &planner->grid);
+    planner->wait = planner->plan.edition == before
+                        ? 0
+                        : until_next_commit(planner, &planner->grid);
     if (planned) {
         planner->near = true;
         planner->was = speeds_now(planner);
@@ -268,14 +271,17 @@ static bool rests_first(jerk_planner *planner) {
  * tail; else the tail stays. False: it is not what is wanted. */
 bool plan_window(jerk_planner *planner) {
     struct grid *grid = &planner->grid;
+    uint64_t before = planner->plan.edition;
     if (rests_first(planner)) {
         return true;
     }
     if (is_hurried(planner)) {
-        return follow_soon(planner, plan_near(planner) || slow_down(planner));
+        bool planned = plan_near(planner) || slow_down(planner);
+        return follow_soon(planner, planned, before);
     }
     if (plan_straight(planner)) {
         planner->changed = false;
+        planner->near = false;
         return true;
     }
     double left = planner->plan.next < planner->plan.count
@@ -294,7 +300,7 @@ bool plan_window(jerk_planner *planner) {
     if (!grid->from_standstill && plan_is_faster(planner, grid)) {
         bool known = !planner->changed && !planner->near;
         if (!known && !slow_down(planner)) {
-            return follow_soon(planner, plan_near(planner));
+            return follow_soon(planner, plan_near(planner), before);
         }
         slowed = !known;
         planner->was = speeds_now(planner);
@@ -329,7 +335,7 @@ bool plan_window(jerk_planner *planner) {
         return true;
     }
     if (slowed) {
-        return follow_soon(planner, true);
+        return follow_soon(planner, true, before);
     }
     bool met = !changed || plan_stop(planner); /* the fastest way down */
     if (!changed) {

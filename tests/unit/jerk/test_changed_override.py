@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from cnc_core.benchmarks.jerk_paths import contour
-from cnc_core.engine.jerk_planner import JerkPlanner, Limits, sample
+from cnc_core.engine.jerk_planner import (
+    INTERVAL,
+    JerkPlanner,
+    Limits,
+    sample,
+)
 
 LIMITS = Limits([300.0] * 2, [3000.0] * 2, [50000.0] * 2)
 COMMIT_S = 0.01
@@ -66,6 +71,28 @@ def test_the_speed_follows_a_falling_override() -> None:
     speed = sample(laws, 0.001)[:, 1]
     assert speed.min() > 0.0
     assert speed.max() <= 1.3 * share * 100.0
+
+
+@pytest.mark.parametrize("begun_ms", [0.2, 0.4, 0.8, 3.0])
+@pytest.mark.parametrize("low", [0.01, 0.05])
+def test_a_change_just_behind_the_start_takes_effect(
+    low: float, begun_ms: float
+) -> None:
+    """A line is begun under a low override, which is raised before the speed comes
+    to 1 mm/s: it is not driven to its end under the low one.
+    """
+    line = np.zeros(1, INTERVAL)
+    line["length"], line["feed"], line["blocks"] = 60.0, 100.0, 1
+    line["d1"][:, :, 0] = 1.0
+    planner = JerkPlanner(LIMITS, window=120)
+    planner.push(line)
+    planner.finish()
+    planner.override(low)
+    time_s = float(planner.take(0.001 * begun_ms)["time"].sum())
+    planner.override(1.0)
+    while len(laws := planner.take(COMMIT_S)):
+        time_s += float(laws["time"].sum())
+    assert time_s < 0.8
 
 
 def _planned_mm(override: float, read: bool) -> float:
