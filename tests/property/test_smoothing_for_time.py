@@ -5,6 +5,7 @@ that its motion takes, inside the same certified tolerance.
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,9 @@ import pytest
 from cnc_core.blocks import BlockBatch
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine, Event
+from cnc_core.planning import plan_program
 from cnc_core.planning.measure import TrajectoryCheck
+from cnc_core.program import Program
 from support.drive import FloatArray, line_rows
 from support.smoothed_paths import (
     FIVE_AXES,
@@ -303,3 +306,27 @@ def test_rotary_axes_keep_to_their_own_tolerance() -> None:
     assert report.curves > len(rows)
     assert distance(points[:, :3], path[:, :3]) <= 0.01
     assert distance(points[:, 3:], path[:, 3:]) <= 0.05
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize(
+    ("seed", "turn", "tolerance", "one_window_s"),
+    [(2, 90, 0.05, 1.7543), (11, 60, 0.05, 1.3809), (9, 90, 0.02, 2.3502)],
+)
+def test_a_window_goes_on_at_the_speed_of_the_one_before(
+    tmp_path: Path,
+    seed: int,
+    turn: float,
+    tolerance: float,
+    one_window_s: float,
+) -> None:
+    """Several windows take the time that one large window for all of the polyline
+    takes. Found anew, at a speed that it does not know, a window makes these 1.08,
+    1.05 and 1.03 times as long.
+    """
+    lines = [f"G1 X{x:.4f} Y{y:.4f}" for x, y, _ in coarse(seed, turn, 40)[1:]]
+    path = tmp_path / "part.nc"
+    path.write_text("\n".join(["G90 F6000", *lines, "M30"]))
+    plan = plan_program(Program(path, CellConfig(), tolerance=tolerance))
+    assert plan.motion_time_s <= 1.005 * one_window_s
+    assert max(plan.max_ratio.values()) <= 1.02

@@ -4,6 +4,7 @@
 #include "jerk/window/history.h"
 #include "jerk/state/state.h"
 #include "jerk/window/straight_line.h"
+#include "maths/order.h"
 
 typedef struct line_limits {
     double v, a, j; /* along the line */
@@ -150,12 +151,8 @@ static double time_over(const jerk_law *law, double way) {
     return t;
 }
 
-/* One entry of the plan: `time` of constant jerk over `h` mm. */
-static void put(struct pen *pen,
-                double jerk,
-                double time,
-                double way,
-                bool whole) {
+/* One entry of the plan: `time` of constant jerk over `way` mm. */
+static void put(struct pen *pen, double jerk, double time, double way) {
     jerk_planner *planner = pen->planner;
     plan *pl = &planner->plan;
     const jerk_interval *interval = ring_at(planner, pen->i);
@@ -175,12 +172,19 @@ static void put(struct pen *pen,
     pl->time[k] = time;
     pl->tag[k] = interval->tag;
     pl->offset[k] = interval->offset + pen->at;
-    bool block_ends = whole && interval->blocks > 0;
-    pl->last[k] = (uint8_t)(whole + 2 * block_ends);
+    pl->last[k] = 0;
 }
 
-/* A phase of the profile, cut where the pushed intervals end. */
-static void phase(struct pen *pen, double jerk, double time, bool ends) {
+/* The pushed interval ends with the last entry. */
+static void end_interval(struct pen *pen) {
+    plan *pl = &pen->planner->plan;
+    const jerk_interval *interval = ring_at(pen->planner, pen->i);
+    pl->last[pl->count - 1] = (uint8_t)(interval->blocks > 0 ? 3 : 1);
+}
+
+/* A phase of the profile, cut where the pushed intervals end. Where the last
+ * one ends, the profile does: the last phase may be shorter than rounding. */
+static void phase(struct pen *pen, double jerk, double time) {
     while (time > LEAST_PHASE && pen->fits) {
         const jerk_interval *interval = ring_at(pen->planner, pen->i);
         jerk_law law = {.v0 = pen->v, .a0 = pen->a};
@@ -190,26 +194,34 @@ static void phase(struct pen *pen, double jerk, double time, bool ends) {
         jerk_at(&law, time, &end);
         double left = interval->length - pen->at;
         double part = time;
-        double way = end.s;
-        bool final = ends && pen->i + 1 == pen->planner->plan.end;
-        bool whole = final || way >= left - 1e-12;
-        if (whole) {
-            way = left;
-        }
-        if (!final && way < end.s) {
+        double way = lesser(end.s, left);
+        bool passed =
+            pen->i + 1 < pen->planner->plan.end && end.s >= left - 1e-12;
+        if (passed && way < end.s) {
             part = time_over(&law, way);
             jerk_at(&law, part, &end);
         }
-        put(pen, jerk, part, way, whole);
+        put(pen, jerk, part, passed ? left : way);
         pen->v = end.v;
         pen->a = end.a;
         pen->at += way;
-        time = final ? 0.0 : time - part;
-        if (whole && pen->i + 1 < pen->planner->plan.end) {
+        time -= part;
+        if (passed && pen->fits) {
+            end_interval(pen);
             pen->i++;
             pen->at = 0.0;
         }
     }
+}
+
+/* The profile ends where the line does. */
+static void end_line(struct pen *pen) {
+    plan *pl = &pen->planner->plan;
+    const jerk_interval *interval = ring_at(pen->planner, pen->i);
+    pl->lengths[pl->count - 1] += interval->length - pen->at;
+    end_interval(pen);
+    pl->x[pl->count] = 0.0;
+    pl->accel[pl->count] = 0.0;
 }
 
 /* Plan from rest to the next stand if a straight line leads there. */
@@ -240,22 +252,21 @@ bool plan_straight(jerk_planner *planner) {
     pl->remaining = length;
     pl->lasts = 0.0;
     struct pen pen = {.planner = planner, .i = planner->head, .fits = true};
-    phase(&pen, limits.j, t.ramp, false);
+    phase(&pen, limits.j, t.ramp);
     pen.a = limits.j * t.ramp;
-    phase(&pen, 0.0, t.hold, false);
-    phase(&pen, -limits.j, t.ramp, false);
+    phase(&pen, 0.0, t.hold);
+    phase(&pen, -limits.j, t.ramp);
     pen.a = 0.0;
-    phase(&pen, 0.0, t.cruise, false);
-    phase(&pen, -limits.j, t.ramp, false);
+    phase(&pen, 0.0, t.cruise);
+    phase(&pen, -limits.j, t.ramp);
     pen.a = -limits.j * t.ramp;
-    phase(&pen, 0.0, t.hold, false);
-    phase(&pen, limits.j, t.ramp, true);
+    phase(&pen, 0.0, t.hold);
+    phase(&pen, limits.j, t.ramp);
     if (!pen.fits || pl->count == 0) {
         pl->count = 0;
         return false;
     }
-    pl->x[pl->count] = 0.0;
-    pl->accel[pl->count] = 0.0;
+    end_line(&pen);
     planner->stats.straight++;
     return true;
 }

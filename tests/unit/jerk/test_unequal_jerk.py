@@ -18,7 +18,6 @@ from support.limits import ratios
 # s: TOPP3 by COPP of the smoothed path, 4181 knots (bench/planner_parts.py;
 # 1741 knots: 0.7066)
 CIRCLE_COPP = 0.70414
-JOINED_S = 1.509  # s: seed 5249, the best of W60, W120, W190
 WALK_S = 1.06887  # s: the best of W60, W120, W190, W250
 
 
@@ -146,17 +145,3 @@ def test_too_much_acceleration_inside_does_not_cost_jerk(
     plan = _plan(tmp_path / "walk.nc", text, cell, tolerance, window)
     assert _largest(plan, cell) <= 1.02
     assert plan.motion_time_s <= 1.003 * WALK_S
-
-
-@pytest.mark.ci
-def test_a_smoothed_window_goes_on_at_the_speed_of_the_one_before(
-    tmp_path: Path,
-) -> None:
-    """A curve whose window began with a speed that it did not know takes 1.14
-    of the time or more, whatever the planner's window.
-    """
-    cell, tolerance, text = _walk(5249)
-    path = tmp_path / "walk.nc"
-    plans = [_plan(path, text, cell, tolerance, n) for n in (60, 120, 190)]
-    assert max(_largest(plan, cell) for plan in plans) <= 1.02
-    assert min(plan.motion_time_s for plan in plans) <= 1.05 * JOINED_S

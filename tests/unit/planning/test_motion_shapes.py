@@ -66,6 +66,24 @@ def test_rotary_axis_outruns_a_tiny_way(tmp_path: Path) -> None:
     assert np.abs(np.diff(pos, n=3, axis=0)).max() / 0.001**3 <= 60000 * 1.02
 
 
+@pytest.mark.parametrize("jerk", [50_000, 80_000, 1e7, 1.5e9])
+def test_a_line_whose_last_phase_is_shorter_than_rounding(
+    tmp_path: Path, jerk: float
+) -> None:
+    """So little acceleration that the jerk lasts a microsecond or less: the line is
+    ended once (it was ended twice, and the process died).
+    """
+    cell = "".join(
+        f"[axes.{name}]\na_max_mm_s2 = 760\nj_max_mm_s3 = {jerk}\n"
+        for name in "XYZ"
+    )
+    text = "#VECTOR LIMIT ON [ACC=500]\nG1 X0.1 Y0.05 Z0.02 F6000\nX1\nM30\n"
+    result = planned(program_of(tmp_path, text, cell), window=30)
+    assert result.samples is not None
+    assert result.samples["pos"][-1] == pytest.approx([1.0, 0.05, 0.02])
+    assert max(result.max_ratio.values()) <= 1.02
+
+
 @pytest.mark.parametrize("seed", [4, 5, 6, 7])
 def test_axes_that_outrun_a_curve(tmp_path: Path, seed: int) -> None:
     """A rotary axis turns degrees over arcs of hundredths of a mm, smoothed: what
