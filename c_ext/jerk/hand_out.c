@@ -105,7 +105,6 @@ static void hand_out(jerk_planner *planner) {
     plan *pl = &planner->plan;
     int k = pl->next++;
     pl->since++;
-    planner->wait--;
     pl->remaining -= pl->lengths[k];
     planner->at_standstill = pl->next == pl->count;
     planner->x = planner->at_standstill ? 0.0 : pl->x[k + 1];
@@ -206,6 +205,7 @@ int jerk_next_within(jerk_planner *planner, jerk_law *law, double seconds) {
         split(planner, law, seconds);
     }
     planner->again_s = fmax(0.0, planner->again_s - law->time);
+    planner->wait--;
     earn(planner, law->time);
     planner->stats.laws++;
     return 1;

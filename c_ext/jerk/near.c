@@ -10,7 +10,7 @@
 #include "jerk/near.h"
 #include "jerk/path/grid.h"
 #include "jerk/state/state.h"
-#include "jerk/stop/way.h"
+#include "jerk/path/way.h"
 #include "jerk/window/window.h"
 
 /* The speed asked for on an interval, and possible there, mm/s. */

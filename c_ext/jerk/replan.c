@@ -9,7 +9,7 @@
 #include "jerk/solver/initial_guess.h"
 #include "jerk/state/state.h"
 #include "jerk/stop/stop.h"
-#include "jerk/stop/way.h"
+#include "jerk/path/way.h"
 #include "jerk/window/slower.h"
 #include "jerk/window/straight_line.h"
 #include "jerk/window/window.h"
@@ -224,15 +224,15 @@ static void reach_further(jerk_planner *planner, const struct grid *grid) {
     }
 }
 
-/* Segments of the grid that are driven until the next commit, or nearly. */
-static int until_next_commit(const jerk_planner *planner,
-                             const struct grid *grid) {
+/* Laws of the plan that are driven until the next commit, or nearly. */
+static int until_next_commit(const jerk_planner *planner) {
+    const plan *pl = &planner->plan;
     double way = NEXT_COMMIT_S * planner->scale * sqrt(planner->x);
-    int k = 1;
-    while (k < grid->count && grid->from_start[k] < way) {
-        k++;
+    int k = pl->next;
+    for (double at = 0.0; k < pl->count && (at < way || k == pl->next); k++) {
+        at += pl->lengths[k];
     }
-    return k;
+    return k - pl->next;
 }
 
 /* A first answer to other speeds stands, or not: what reaches further has to
@@ -240,9 +240,8 @@ static int until_next_commit(const jerk_planner *planner,
  * edition: then nothing is waited for. */
 static bool follow_soon(jerk_planner *planner, bool planned, uint64_t before) {
     planner->changed = false;
-    planner->wait = planner->plan.edition == before
-                        ? 0
-                        : until_next_commit(planner, &planner->grid);
+    planner->wait =
+        planner->plan.edition == before ? 0 : until_next_commit(planner);
     if (planned) {
         planner->near = true;
         planner->was = speeds_now(planner);
@@ -267,23 +266,11 @@ static bool rests_first(jerk_planner *planner) {
     return true;
 }
 
-/* A new plan over the window, if it is legal and not slower than the stored
- * tail; else the tail stays. False: it is not what is wanted. */
-bool plan_window(jerk_planner *planner) {
+/* A new plan over the window by the solver, if it is legal and not slower than
+ * the stored tail; else the tail stays. False: it is not what is wanted. */
+static bool solve_ahead(jerk_planner *planner) {
     struct grid *grid = &planner->grid;
     uint64_t before = planner->plan.edition;
-    if (rests_first(planner)) {
-        return true;
-    }
-    if (is_hurried(planner)) {
-        bool planned = plan_near(planner) || slow_down(planner);
-        return follow_soon(planner, planned, before);
-    }
-    if (plan_straight(planner)) {
-        planner->changed = false;
-        planner->near = false;
-        return true;
-    }
     double left = planner->plan.next < planner->plan.count
                       ? fmax(0.0, planner->plan.remaining)
                       : 0.0;
@@ -346,4 +333,32 @@ bool plan_window(jerk_planner *planner) {
     return (solve_window(planner, grid, true, 1.0)
             && plan_accept(planner, grid, planner->prob.solved))
            || met;
+}
+
+/* A straight line is ahead, and its plan is what is wanted. */
+static bool planned_on_line(jerk_planner *planner) {
+    planner->changed = false;
+    planner->near = false;
+    planner->was = speeds_now(planner);
+    return true;
+}
+
+bool plan_window(jerk_planner *planner) {
+    uint64_t before = planner->plan.edition;
+    if (rests_first(planner)) {
+        return true;
+    }
+    switch (plan_on_line(planner)) {
+    case LINE_TO_STAND:
+        return planned_on_line(planner);
+    case LINE_FALL:
+        return follow_soon(planner, true, before);
+    case LINE_NONE:
+        break;
+    }
+    if (is_hurried(planner)) {
+        bool planned = plan_near(planner) || slow_down(planner);
+        return follow_soon(planner, planned, before);
+    }
+    return solve_ahead(planner);
 }

@@ -480,13 +480,16 @@ static double planned_bow(const plan *pl, int k) {
 }
 
 /* Segment k of the plan, from `from` to `to` mm of interval i, in parts of
- * equal time that are short enough; the states at their ends. */
+ * equal time that are short enough; the states at their ends. What is driven at
+ * one speed behind the first `fine` mm is one part: a long line would not fit.
+ */
 static bool add_planned(jerk_planner *planner,
                         struct grid *grid,
                         int k,
                         uint64_t i,
                         double from,
                         double to,
+                        double fine,
                         struct states *states) {
     const plan *pl = &planner->plan;
     bool rests = k + 1 == pl->count;
@@ -501,7 +504,9 @@ static bool add_planned(jerk_planner *planner,
         plan_law(planner, k, &law);
         law.s0 = from;
     }
-    for (double n = 1.0; n < parts; n += 1.0) {
+    bool even = parts > 1.0 && law.jerk == 0.0 && law.a0 == 0.0;
+    for (double n = 1.0; n < parts && !(even && begin - from > fine);
+         n += 1.0) {
         jerk_at(&law, law.time * n / parts, &at);
         if (!add_part(planner, grid, i, begin, at.s)) {
             return false;
@@ -537,13 +542,15 @@ bool grid_of_plan(jerk_planner *planner,
     grid->finer = 1.0;
     states->x[0] = planner->x;
     states->accel[0] = planner->accel;
+    double fine = FINE_WAYS * jerk_stop_distance(planner);
     for (int k = pl->next; k < pl->count; k++) {
         double whole = ring_at(planner, i)->length;
         double to = pl->last[k] ? whole : from + pl->lengths[k];
         if (i == planner->tail
-            || !add_planned(planner, grid, k, i, from, to, states)) {
+            || !add_planned(planner, grid, k, i, from, to, fine, states)) {
             return false;
         }
+        fine -= to - from;
         i += pl->last[k] ? 1 : 0;
         from = pl->last[k] ? 0.0 : to;
     }

@@ -71,7 +71,7 @@ struct jerk_planner {
     double credit; /* work that motion has earned for windows */
     bool scarce;   /* little of it is left: SCARCE */
     double most;   /* stats.spent up to which the present plan may go */
-    int wait;      /* segments to hand out before the next plan is tried */
+    int wait;      /* laws to hand out before the next plan is tried */
     double again_s,
         waited_s; /* s to hand out before what has changed is tried again (no
                      plan for it was found), and at the last try */
@@ -160,6 +160,12 @@ static inline double asked_speed(const jerk_planner *planner,
                                  const jerk_interval *interval) {
     const struct speeds now = speeds_now(planner);
     return asked_under(&now, interval);
+}
+
+/* No plan is accepted any more. */
+static inline bool plan_is_gone(const jerk_planner *planner) {
+    return planner->gone
+           && __atomic_load_n(planner->gone, __ATOMIC_ACQUIRE) & 1;
 }
 
 static inline const struct steps *steps_at(const jerk_planner *planner,

@@ -254,6 +254,10 @@
  * test_an_acceleration_is_largest_between_the_places_looked_at. */
 #define SWING_NEAR 0.85
 
+/* And where the jerk of an axis changes from so much of its limit to as much
+ * with the other sign. Unit: share. Evidence: test_unequal_jerk (blends). */
+#define SWING_JERK 0.5
+
 /* Below it a speed is taken as this, to divide by. Unit: squared speed,
  * scaled. Evidence: rounding. */
 #define LEAST_X 1e-14
@@ -531,6 +535,10 @@
 /* Of the present squared speed: one plan falls no deeper. Unit: share.
  * Evidence: `bench planner` (live). */
 #define DEEPEST_FALL 0.25
+
+/* Ways to rest over which the present plan is looked at in short parts: a fall
+ * ends there. Unit: ways. Evidence: test_a_deep_drop_on_a_long_line. */
+#define FINE_WAYS 3.0
 
 /* Of the squared speed that is asked for: a plan above it comes down. Unit:
  * share. Evidence: test_low_feeds. */
@@ -956,6 +964,14 @@
 
 /* Shorter phases are left out. Unit: s. Evidence: rounding. */
 #define LEAST_PHASE 1e-12
+
+/* Phases of a profile on a line: up or down to a speed, that speed, to rest.
+ * Unit: 1. Evidence: straight_line.c. */
+#define PROFILE_PHASES 7
+
+/* Halvings of the speed by way of which a line is driven, or of its braking.
+ * Unit: 1. Evidence: rounding. */
+#define LINE_HALVINGS 60
 
 /* ---- The acceleration-limited sibling (topp2.c) ---- */
 

@@ -14,7 +14,7 @@
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/initial_guess.h"
 #include "jerk/stop/tries.h"
-#include "jerk/stop/way.h"
+#include "jerk/path/way.h"
 #include "jerk/window/slower.h"
 #include "jerk/window/window.h"
 #include "maths/order.h"

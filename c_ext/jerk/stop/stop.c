@@ -6,7 +6,8 @@
 #include "jerk/state/state.h"
 #include "jerk/stop/stop.h"
 #include "jerk/stop/tries.h"
-#include "jerk/stop/way.h"
+#include "jerk/path/way.h"
+#include "jerk/window/straight_line.h"
 
 /* How many times the jerk along the path changes over the grid. A brake that
  * goes as deep as it can at each place need not be the shortest then. */
@@ -151,6 +152,9 @@ bool shortest_stop(jerk_planner *planner, int hopeless) {
     bool even = false;
     bool far = tail > NEAR_ENOUGH * likely;
     planner->stats.holds++;
+    if (stop_on_line(planner)) {
+        return true;
+    }
     if (far) {
         double first = fmin(ALMOST * tail, BRAKE_WAYS * likely);
         double uneven = grid_to(planner, grid, first) && grid->count >= 2

@@ -58,6 +58,13 @@ static view view_of(const jerk_planner *planner,
     return out;
 }
 
+static vec axis_jerk(const bends *at, int n, const motion *motion) {
+    vec v = motion->v;
+    vec v2 = v * v;
+    vec bend = at->d3[n] * v2 + 3.0 * at->d2[n] * motion->a;
+    return v * bend + at->d1[n] * motion->j;
+}
+
 /* Largest ratio of an axis value to its limit; `inside`: d3 may be more by what
  * the interval says. */
 static double ratio_at(const view *view,
@@ -70,10 +77,9 @@ static double ratio_at(const view *view,
     vec v3 = inside ? v2 * motion->v : set1(0.0);
     for (int n = 0; n < view->count; n++) {
         double miss = (double)view->interval->miss[view->axis[n]];
-        vec bend = at->d3[n] * v2 + 3.0 * at->d2[n] * motion->a;
         vec v = size_of(at->d1[n]) * motion->v * view->v[n];
         vec a = at->d1[n] * motion->a + at->d2[n] * v2;
-        vec j = motion->v * bend + at->d1[n] * motion->j;
+        vec j = axis_jerk(at, n, motion);
         vec acc = size_of(a) * view->acc[n];
         vec jerk = (size_of(j) + miss * v3) * view->jerk[n];
         all += v + acc + jerk;

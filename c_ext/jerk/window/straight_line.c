@@ -1,14 +1,11 @@
-/* From rest to rest on a straight line the time-optimal motion is known: at
- * most seven phases of constant path jerk. */
+/* On a straight line the time-optimal motion is known: at most seven phases of
+ * constant path jerk. */
 #include <math.h>
+#include "jerk/path/plan_law.h"
+#include "jerk/path/speed_change.h"
 #include "jerk/window/history.h"
-#include "jerk/state/state.h"
 #include "jerk/window/straight_line.h"
 #include "maths/order.h"
-
-typedef struct line_limits {
-    double v, a, j; /* along the line */
-} line_limits;
 
 static bool straight(const jerk_planner *planner,
                      const jerk_interval *interval,
@@ -30,72 +27,78 @@ static bool straight(const jerk_planner *planner,
     return true;
 }
 
-/* Length of the line ahead, to where the axes must stand; 0: something else is
- * ahead. */
-static double line_ahead(const jerk_planner *planner, uint64_t *end) {
+/* A line from the head on. */
+typedef struct line {
+    double length; /* mm; 0: there is none */
+    uint64_t end;  /* ring index behind it */
+    bool stands;   /* the path ends there, or the axes must stand */
+} line;
+
+/* The line ahead, as far as the window and, for `one_speed`, one speed that is
+ * asked for reach. */
+static line line_ahead(const jerk_planner *planner, bool one_speed) {
     const jerk_interval *first = ring_at(planner, planner->head);
-    double length = 0.0;
+    line out = {.end = planner->head};
     double speed = asked_speed(planner, first);
     int blocks = 0;
-    for (uint64_t i = planner->head; i != planner->tail; i++) {
-        const jerk_interval *interval = ring_at(planner, i);
+    while (out.end != planner->tail && !out.stands) {
+        const jerk_interval *interval = ring_at(planner, out.end);
         blocks += (int)interval->blocks;
-        if (!straight(planner, interval, first)
-            || asked_speed(planner, interval) != speed
-            || interval->v_hard != first->v_hard
-            || blocks > planner->cfg.window_blocks) {
-            return 0.0;
+        bool goes_on = straight(planner, interval, first)
+                       && blocks <= planner->cfg.window_blocks;
+        if (one_speed) {
+            goes_on = goes_on && asked_speed(planner, interval) == speed
+                      && interval->v_hard == first->v_hard;
         }
-        length += interval->length;
-        *end = i + 1;
-        if (interval->flags & JERK_STAND) {
-            return length;
+        if (!goes_on) {
+            return out;
         }
+        out.length += interval->length;
+        out.stands = (interval->flags & JERK_STAND) != 0;
+        out.end++;
     }
-    return planner->finished ? length : 0.0;
+    out.stands = out.stands || planner->finished;
+    return out;
 }
 
-static line_limits limits_along(const jerk_planner *planner,
-                                const jerk_interval *interval) {
-    line_limits limits = {asked_speed(planner, interval), 1e30, 1e30};
+static path_limits usable(path_limits limits) {
+    return (path_limits){limits.acc * ACC_USABLE, limits.jerk * JERK_USABLE};
+}
+
+/* The speed that is asked for, and possible there. */
+static double speed_along(const jerk_planner *planner,
+                          const jerk_interval *interval) {
+    double v = asked_speed(planner, interval);
     if (interval->v_hard > 0.0) {
-        limits.v = fmin(limits.v, interval->v_hard);
+        v = fmin(v, interval->v_hard);
     }
     for (int i = 0; i < planner->cfg.axes; i++) {
         double share = fmax(fabs(interval->d1[0][i]), 1e-12);
-        limits.v = fmin(limits.v, planner->cfg.v_max[i] / share);
-        limits.a = fmin(limits.a, acc_max(planner, interval, i) / share);
-        limits.j = fmin(limits.j, jerk_max(planner, interval, i) / share);
+        v = fmin(v, planner->cfg.v_max[i] / share);
     }
-    return (
-        line_limits){limits.v, limits.a * ACC_USABLE, limits.j * JERK_USABLE};
+    return v;
 }
 
-typedef struct profile {
-    double ramp, hold, cruise; /* s: times of jerk, of constant acceleration, of
-                                  constant speed */
-} profile;
+/* Time from rest to a speed. */
+static double time_to(double v, path_limits most) {
+    double full = most.acc / most.jerk; /* to full acceleration */
+    return v >= most.acc * full ? v / most.acc + full
+                                : 2.0 * sqrt(v / most.jerk);
+}
 
-static struct profile fastest(line_limits limits, double length) {
-    double full = limits.a / limits.j; /* time to full acceleration */
-    struct profile profile = {0};
-    if (limits.v * limits.j >= limits.a * limits.a) {
-        profile =
-            (struct profile){.ramp = full, .hold = limits.v / limits.a - full};
-    } else {
-        profile.ramp = sqrt(limits.v / limits.j);
+/* The highest speed from rest to rest over a length. */
+static double top_speed(double v, path_limits most, double length) {
+    double full = most.acc / most.jerk;
+    if (v * time_to(v, most) <= length) {
+        return v;
     }
-    double way = limits.v * (2.0 * profile.ramp + profile.hold);
-    if (way <= length) {
-        profile.cruise = (length - way) / limits.v;
-        return profile;
+    double top =
+        0.5 * most.acc * (sqrt(full * full + 4.0 * length / most.acc) - full);
+    if (top >= most.acc * full) {
+        return top;
     }
-    double v =
-        0.5 * limits.a * (sqrt(full * full + 4.0 * length / limits.a) - full);
-    if (v >= limits.a * full) {
-        return (struct profile){.ramp = full, .hold = v / limits.a - full};
-    }
-    return (struct profile){.ramp = cbrt(0.5 * length / limits.j)};
+    double ramp = cbrt(0.5 * length / most.jerk);
+    return most.jerk * ramp * ramp;
 }
 
 /* Time from rest to rest over a line of this direction at this speed at most,
@@ -104,18 +107,17 @@ double jerk_line_time(const jerk_planner *planner,
                       const double *direction,
                       double length,
                       double speed) {
-    line_limits limits = {speed, 1e30, 1e30};
+    path_limits most = {1e30, 1e30};
     for (int i = 0; i < planner->cfg.axes; i++) {
         double share = fmax(fabs(direction[i]), 1e-12);
-        limits.v = fmin(limits.v, planner->cfg.v_max[i] / share);
-        limits.a = fmin(limits.a, planner->cfg.a_max[i] / share);
-        limits.j = fmin(limits.j, planner->cfg.j_max[i] / share);
+        speed = fmin(speed, planner->cfg.v_max[i] / share);
+        most.acc = fmin(most.acc, planner->cfg.a_max[i] / share);
+        most.jerk = fmin(most.jerk, planner->cfg.j_max[i] / share);
     }
-    struct profile profile = fastest((line_limits){limits.v * VEL_USABLE,
-                                                   limits.a * ACC_USABLE,
-                                                   limits.j * JERK_USABLE},
-                                     length);
-    return 4.0 * profile.ramp + 2.0 * profile.hold + profile.cruise;
+    most = usable(most);
+    double top = top_speed(speed * VEL_USABLE, most, length);
+    double change = time_to(top, most);
+    return 2.0 * change + fmax(0.0, length - top * change) / top;
 }
 
 typedef struct pen {
@@ -123,7 +125,6 @@ typedef struct pen {
     uint64_t i; /* ring interval, and */
     double at;  /* where in it */
     double v, a;
-    bool fits;
 } pen;
 
 static double time_over(const jerk_law *law, double way) {
@@ -157,14 +158,12 @@ static void put(struct pen *pen, double jerk, double time, double way) {
     plan *pl = &planner->plan;
     const jerk_interval *interval = ring_at(planner, pen->i);
     double f2 = planner->scale * planner->scale;
-    if (pl->count >= planner->capacity) {
-        pen->fits = false;
-        return;
-    }
     int k = pl->count++;
     pl->lengths[k] = way;
     pl->x[k] = pen->v * pen->v / f2;
     pl->accel[k] = pen->a / f2;
+    pl->input[0][k] = pl->input[1][k] =
+        pen->v > 0.0 ? jerk / (pen->v * f2) : 0.0;
     pl->jerk[k] = jerk;
     pl->snap[k] = 0.0;
     pl->crackle[k] = 0.0;
@@ -185,7 +184,7 @@ static void end_interval(struct pen *pen) {
 /* A phase of the profile, cut where the pushed intervals end. Where the last
  * one ends, the profile does: the last phase may be shorter than rounding. */
 static void phase(struct pen *pen, double jerk, double time) {
-    while (time > LEAST_PHASE && pen->fits) {
+    while (time > LEAST_PHASE) {
         const jerk_interval *interval = ring_at(pen->planner, pen->i);
         jerk_law law = {.v0 = pen->v, .a0 = pen->a};
         law.jerk = jerk;
@@ -206,7 +205,7 @@ static void phase(struct pen *pen, double jerk, double time) {
         pen->a = end.a;
         pen->at += way;
         time -= part;
-        if (passed && pen->fits) {
+        if (passed) {
             end_interval(pen);
             pen->i++;
             pen->at = 0.0;
@@ -220,53 +219,244 @@ static void end_line(struct pen *pen) {
     const jerk_interval *interval = ring_at(pen->planner, pen->i);
     pl->lengths[pl->count - 1] += interval->length - pen->at;
     end_interval(pen);
-    pl->x[pl->count] = 0.0;
-    pl->accel[pl->count] = 0.0;
 }
 
-/* Plan from rest to the next stand if a straight line leads there. */
-bool plan_straight(jerk_planner *planner) {
-    uint64_t end = planner->head;
-    double length = planner->at_standstill && planner->head != planner->tail
-                        ? line_ahead(planner, &end)
-                        : 0.0;
-    if (!(length > 0.0)) {
-        return false;
+/* From the head to a speed, this speed for a while, and to rest. */
+typedef struct profile {
+    speed_change first, last;
+    double v, cruise; /* mm/s, s */
+} profile;
+
+static double speed_now(const jerk_planner *planner) {
+    return planner->scale * sqrt(planner->x);
+}
+
+static double acceleration_now(const jerk_planner *planner) {
+    return planner->scale * planner->scale * planner->accel;
+}
+
+/* By way of the speed v. False: there is no way to it. */
+static bool profile_by(const jerk_planner *planner,
+                       path_limits most,
+                       double v,
+                       profile *out) {
+    double a = acceleration_now(planner);
+    out->v = v;
+    out->cruise = 0.0;
+    return change_speed(speed_now(planner), a, v, most, &out->first)
+           && change_speed(v, 0.0, 0.0, most, &out->last);
+}
+
+static double way_of(const profile *profile) {
+    return profile->first.way + profile->last.way;
+}
+
+static double time_of(const profile *profile) {
+    return profile->first.lasts + profile->cruise + profile->last.lasts;
+}
+
+static bool ends_within(const jerk_planner *planner,
+                        path_limits most,
+                        double v,
+                        double length,
+                        profile *out) {
+    return profile_by(planner, most, v, out) && way_of(out) <= length;
+}
+
+/* By way of the highest speed from `low` to `high`. */
+static bool highest(const jerk_planner *planner,
+                    path_limits most,
+                    double low,
+                    double high,
+                    double length,
+                    profile *out) {
+    for (int i = 0; i < LINE_HALVINGS; i++) {
+        double middle = 0.5 * (low + high);
+        bool fits = ends_within(planner, most, middle, length, out);
+        *(fits ? &low : &high) = middle;
     }
-    line_limits limits = limits_along(planner, ring_at(planner, planner->head));
-    if (!(limits.v > 0.0)) {
-        return false;
+    return ends_within(planner, most, low, length, out);
+}
+
+/* To rest at the end of the line, with less deceleration than there may be. */
+static bool gently(const jerk_planner *planner,
+                   path_limits most,
+                   double length,
+                   profile *out) {
+    path_limits less = most;
+    double low = 0.0;
+    for (int i = 0; i < LINE_HALVINGS; i++) {
+        less.acc = 0.5 * (low + most.acc);
+        bool fits = ends_within(planner, less, 0.0, length, out);
+        *(fits ? &most.acc : &low) = less.acc;
     }
-    struct profile t = fastest(limits, length);
+    return ends_within(planner, most, 0.0, length, out);
+}
+
+/* The quickest over a length with at most the speed v. False: the way to rest
+ * is longer. */
+static bool fastest(const jerk_planner *planner,
+                    path_limits most,
+                    double v,
+                    double length,
+                    profile *out) {
+    if (ends_within(planner, most, v, length, out)) {
+        out->cruise = (length - way_of(out)) / v;
+        return true;
+    }
+    if (planner->at_standstill) {
+        return profile_by(planner, most, top_speed(v, most, length), out);
+    }
+    double levels =
+        level_speed(speed_now(planner), acceleration_now(planner), most);
+    if (levels < v && ends_within(planner, most, levels, length, out)) {
+        return highest(planner, most, levels, v, length, out);
+    }
+    return gently(planner, most, length, out);
+}
+
+static void speed_phases(struct pen *pen, const speed_change *change) {
+    for (int i = 0; i < 3; i++) {
+        phase(pen, change->jerk[i], change->time[i]);
+        pen->a = i < 2 ? change->peak : 0.0;
+    }
+}
+
+/* The plan may be replaced, and there is room for a profile. */
+static bool fits(const jerk_planner *planner, const line *line) {
+    return !plan_is_gone(planner)
+           && line->end - planner->head + PROFILE_PHASES
+                  <= (uint64_t)planner->capacity;
+}
+
+/* The profile becomes the plan. `stops`: it ends before the line does. */
+static void take_profile(jerk_planner *planner,
+                         const line *line,
+                         const profile *profile,
+                         bool stops) {
     keep_plan(planner);
     plan *pl = &planner->plan;
     pl->count = 0;
     pl->next = 0;
     pl->since = 0;
     pl->edition++;
-    planner->was = speeds_now(planner);
-    pl->end = end;
-    pl->from_standstill = true;
-    pl->final = true;
-    pl->stands = true;
-    pl->remaining = length;
+    pl->end = line->end;
+    pl->from_standstill = planner->at_standstill;
+    pl->final = stops || line->stands;
+    pl->stands = line->stands && !stops;
+    pl->remaining = stops ? way_of(profile) : line->length;
     pl->lasts = 0.0;
-    struct pen pen = {.planner = planner, .i = planner->head, .fits = true};
-    phase(&pen, limits.j, t.ramp);
-    pen.a = limits.j * t.ramp;
-    phase(&pen, 0.0, t.hold);
-    phase(&pen, -limits.j, t.ramp);
-    pen.a = 0.0;
-    phase(&pen, 0.0, t.cruise);
-    phase(&pen, -limits.j, t.ramp);
-    pen.a = -limits.j * t.ramp;
-    phase(&pen, 0.0, t.hold);
-    phase(&pen, limits.j, t.ramp);
-    if (!pen.fits || pl->count == 0) {
-        pl->count = 0;
+    struct pen pen = {.planner = planner, .i = planner->head};
+    pen.v = speed_now(planner);
+    pen.a = acceleration_now(planner);
+    speed_phases(&pen, &profile->first);
+    pen.v = profile->v;
+    phase(&pen, 0.0, profile->cruise);
+    pen.v = profile->v;
+    speed_phases(&pen, &profile->last);
+    if (stops) {
+        pl->end = pen.i;
+    } else {
+        end_line(&pen);
+    }
+    pl->x[pl->count] = 0.0;
+    pl->accel[pl->count] = 0.0;
+    planner->stats.straight++;
+}
+
+/* s that the present plan takes. */
+static double time_left(const jerk_planner *planner) {
+    double t = 0.0;
+    for (int k = planner->plan.next; k < planner->plan.count; k++) {
+        jerk_law law;
+        plan_law(planner, k, &law);
+        t += law.time;
+    }
+    return t;
+}
+
+/* The present plan is faster than v somewhere on the line. */
+static bool is_faster(const jerk_planner *planner, const line *line, double v) {
+    const plan *pl = &planner->plan;
+    double most = FASTER * v * v / (planner->scale * planner->scale);
+    double at = 0.0;
+    for (int k = pl->next; k < pl->count && at < line->length; k++) {
+        if (pl->x[k] > most) {
+            return true;
+        }
+        at += pl->lengths[k];
+    }
+    return false;
+}
+
+/* Nothing of the path behind is felt. */
+static bool is_free(const jerk_planner *planner) {
+    return planner->head != planner->tail && !(planner->behind_mm > 0.0);
+}
+
+/* A change while it moves: the line to its end, or, where more follows, the
+ * fall of the speed on it. */
+static enum on_line change_on_line(jerk_planner *planner,
+                                   const line *line,
+                                   const profile *profile) {
+    bool faster = is_faster(planner, line, profile->v);
+    if (line->stands) {
+        bool better = faster || !planner->plan.stands
+                      || time_of(profile) < time_left(planner);
+        if (better) {
+            take_profile(planner, line, profile, false);
+        }
+        return LINE_TO_STAND;
+    }
+    if (!faster || !(profile->cruise > 0.0)) {
+        return LINE_NONE;
+    }
+    take_profile(planner, line, profile, false);
+    return LINE_FALL;
+}
+
+enum on_line plan_on_line(jerk_planner *planner) {
+    bool moves = !planner->at_standstill;
+    bool asked = planner->changed || planner->near;
+    if (!is_free(planner) || (moves && !asked)) {
+        return LINE_NONE;
+    }
+    const jerk_interval *here = ring_at(planner, planner->head);
+    double v = speed_along(planner, here);
+    line line = line_ahead(planner, true);
+    profile profile;
+    if (!(v > 0.0) || !(line.length > 0.0) || !fits(planner, &line)
+        || !fastest(planner,
+                    usable(limits_at(planner, here)),
+                    v,
+                    line.length,
+                    &profile)) {
+        return LINE_NONE;
+    }
+    if (moves) {
+        return change_on_line(planner, &line, &profile);
+    }
+    if (!line.stands || time_of(&profile) < PROFILE_PHASES * LEAST_PHASE) {
+        return LINE_NONE;
+    }
+    take_profile(planner, &line, &profile, false);
+    return LINE_TO_STAND;
+}
+
+bool stop_on_line(jerk_planner *planner) {
+    if (!is_free(planner)) {
         return false;
     }
-    end_line(&pen);
-    planner->stats.straight++;
+    const jerk_interval *here = ring_at(planner, planner->head);
+    line line = line_ahead(planner, false);
+    profile stop;
+    if (!fits(planner, &line)
+        || !profile_by(planner, usable(limits_at(planner, here)), 0.0, &stop)
+        || way_of(&stop) > line.length) {
+        return false;
+    }
+    if (planner->plan.remaining > (1.0 + CLOSE_ENOUGH) * way_of(&stop)) {
+        take_profile(planner, &line, &stop, true);
+    }
     return true;
 }

@@ -184,9 +184,21 @@ static bool swings(const view *view, const look *seen) {
            && most_acceleration(view, seen) > SWING_NEAR;
 }
 
+/* Whether the jerk of an axis goes from one limit to the other, or nearly: near
+ * an end it may be above it. */
+static bool jerk_swings(const view *view, const look *seen) {
+    for (int n = 0; n < view->count; n++) {
+        vec j = axis_jerk(&seen->ends, n, &seen->at_ends) * view->jerk[n];
+        if (j[0] * j[1] < -SWING_JERK * SWING_JERK) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static bool uneven(const view *view, const look *seen, const driven *at) {
     return bends_unevenly(view) || at->low < UNEVEN_SPEEDS * at->top_x
-           || swings(view, seen);
+           || swings(view, seen) || jerk_swings(view, seen);
 }
 
 /* `x0`, `x1`: squared speeds at its ends. */

@@ -53,7 +53,7 @@ static void relax(const struct grid *grid, const struct problem *problem) {
 /* The checked problem becomes the plan, unless what it begins with is no longer
  * what is driven. */
 bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
-    if (planner->gone && __atomic_load_n(planner->gone, __ATOMIC_ACQUIRE) & 1) {
+    if (plan_is_gone(planner)) {
         planner->changed = true;
         return false;
     }

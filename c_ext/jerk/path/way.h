@@ -1,7 +1,7 @@
 /* How far it is to rest, or to a lower speed: estimates with the limits of one
  * place, as if the path were straight. */
-#ifndef JERK_STOP_WAY_H
-#define JERK_STOP_WAY_H
+#ifndef JERK_PATH_WAY_H
+#define JERK_PATH_WAY_H
 #include "jerk/state/state.h"
 
 /* mm to rest from a speed and an acceleration along the path, mm/s and mm/s2.

@@ -1,0 +1,174 @@
+"""What the operator asks for on a straight line: the motion is known in closed
+form, so it is the shortest there is.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cnc_core.engine.jerk_planner import (
+    INTERVAL,
+    JerkPlanner,
+    Limits,
+    sample,
+)
+from cnc_core.units import AnyArray
+
+COMMIT_S = 0.01
+
+
+def _line(length: float, feed: float) -> AnyArray:
+    line = np.zeros(1, INTERVAL)
+    line["length"], line["feed"], line["blocks"] = length, feed, 1
+    line["d1"][:, :, 0] = 1.0
+    return line
+
+
+def _arc(radius: float, turn: float, feed: float) -> AnyArray:
+    """From the direction of X to the left, in two axes and 20 intervals."""
+    arc = np.zeros(20, INTERVAL)
+    arc["length"], arc["feed"] = radius * turn / 20, feed
+    arc["blocks"][-1] = 1
+    ends = np.linspace(0.0, turn, 21)
+    angle = np.stack([ends[:-1], ends[1:]], axis=1)
+    for axis, phase in enumerate((0.0, -np.pi / 2)):
+        arc["d1"][:, :, axis] = np.cos(angle + phase)
+        arc["d2"][:, :, axis] = -np.sin(angle + phase) / radius
+        arc["d3"][:, :, axis] = -np.cos(angle + phase) / radius**2
+    return arc
+
+
+def _down_to(
+    v: float, a: float, low: float, acc: float, jerk: float
+) -> tuple[float, float]:
+    """Seconds and mm of the quickest way from (v, a) to (low, 0), below it."""
+    steepest = min(acc, math.sqrt(a * a / 2 + jerk * (v - low)))
+    steepest = max(steepest, -a)
+    gone = (2 * steepest**2 - a * a) / (2 * jerk)
+    phases = (
+        ((a + steepest) / jerk, -jerk),
+        (max(0.0, (v - low - gone) / steepest), 0.0),
+        (steepest / jerk, jerk),
+    )
+    time = way = 0.0
+    for t, j in phases:
+        way += v * t + a * t**2 / 2 + j * t**3 / 6
+        v += a * t + j * t**2 / 2
+        a += j * t
+        time += t
+    return time, way
+
+
+def _random(seed: int) -> tuple[Limits, float, float, JerkPlanner]:
+    """A machine, its feed, and its planner somewhere on a line."""
+    rng = np.random.default_rng(seed)
+    v, acc = 10 ** rng.uniform(1, 3), 10 ** rng.uniform(1.5, 4.3)
+    jerk = acc * 10 ** rng.uniform(0, 5)
+    feed = v * rng.uniform(0.1, 1.0)
+    length = feed * 10 ** rng.uniform(-0.5, 1.5)
+    limits = Limits([v], [acc], [jerk])
+    planner = JerkPlanner(limits, window=120)
+    planner.push(_line(length, feed))
+    planner.finish()
+    begun = rng.uniform(0.02, 1.0) * (length / feed + feed / acc)
+    return limits, feed, 10 ** rng.uniform(-3, -0.05), _at(planner, begun)
+
+
+def _at(planner: JerkPlanner, seconds: float) -> JerkPlanner:
+    planner.take(seconds)
+    return planner
+
+
+def _state(planner: JerkPlanner) -> tuple[float, float]:
+    """Speed and acceleration at the end of what was taken."""
+    tail = planner.tail()
+    return (tail["v0"][0], tail["a0"][0]) if len(tail) else (0.0, 0.0)
+
+
+def _driven(laws: AnyArray) -> float:
+    return float(laws["length"].sum())
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_hold_on_a_line_is_the_shortest_stop(seed: int) -> None:
+    """Also where the jerk reaches the acceleration within a fraction of a cycle: there the
+    line was driven to its end.
+    """
+    limits, _, _, planner = _random(seed)
+    v, a = _state(planner)
+    if a < 0.0:
+        return  # it may be on its last stop
+    _, way = _down_to(v, a, 0.0, limits.a[0], limits.j[0])
+    left = planner.tail()["length"].sum() if v else 0.0
+    planner.hold(True)
+    stop = planner.take()
+    assert _driven(stop) <= 1.012 * min(way, left) + 1e-6
+    planner.hold(False)
+    rest = planner.take()
+    assert _driven(stop) + _driven(rest) == pytest.approx(left, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_lower_override_on_a_line_is_met_at_once(seed: int) -> None:
+    """As soon as the limits allow, down to a thousandth, and within the limits."""
+    limits, feed, low, planner = _random(seed)
+    v, a = _state(planner)
+    asked = low * feed
+    if v <= asked or a < 0.0:
+        return
+    time, _ = _down_to(v, a, asked, limits.a[0], limits.j[0])
+    planner.override(low)
+    laws = planner.take()
+    dt = time / 200
+    states = sample(laws, dt)
+    v = states[:, 1]
+    until = int(np.argmax(v <= 1.005 * asked)) * dt
+    assert until <= 1.01 * time + 2 * dt
+    assert v[int(1.01 * time / dt) + 3 :].max() <= 1.005 * asked
+    assert np.abs(states[:, 2]).max() <= 1.001 * limits.a[0]
+    assert np.abs(np.diff(states[:, 2])).max() <= 1.001 * limits.j[0] * dt
+
+
+@pytest.mark.parametrize("low", [0.2, 0.02, 0.01, 0.001])
+@pytest.mark.parametrize("where", ["line", "arc"])
+def test_a_deep_drop_ahead_of_a_long_line(where: str, low: float) -> None:
+    """One change of the override, on the line ahead of an arc or on an arc ahead of a line.
+
+    Below two hundredths it had no effect at all: parts of the present plan short enough for
+    an arc did not fit over the line.
+    """
+    planner = JerkPlanner(Limits([300.0] * 2, [3000.0] * 2, [50000.0] * 2))
+    line, arc = _line(2000.0, 100.0), _arc(40.0, 1.5, 100.0)
+    for part in (line, arc) if where == "line" else (arc, _turned(line, 1.5)):
+        planner.push(part)
+    planner.finish()
+    planner.take(0.3)
+    planner.override(low)
+    taken = [planner.take(COMMIT_S) for _ in range(60)]
+    assert taken[-1]["v0"].max() <= 1.005 * 100.0 * low
+    assert taken[-1]["v0"].max() >= 0.5 * 100.0 * low
+
+
+def _turned(line: AnyArray, angle: float) -> AnyArray:
+    line["d1"][:, :, 0] = np.cos(angle)
+    line["d1"][:, :, 1] = np.sin(angle)
+    return line
+
+
+@pytest.mark.parametrize("low", [0.005, 0.01, 0.02])
+def test_a_short_drop_leaves_no_crawl(low: float) -> None:
+    """An override that is low for a moment, and the speed comes back."""
+    planner = JerkPlanner(Limits([300.0] * 2, [3000.0] * 2, [50000.0] * 2))
+    planner.push(_line(2000.0, 100.0))
+    planner.finish()
+    planner.take(0.6)
+    for begun in range(2, 60, 7):
+        planner.override(low)
+        planner.take(1e-3 * begun)
+        planner.override(1.0)
+        planner.take(0.2)
+        v, _ = _state(planner)
+        assert v == pytest.approx(100.0, rel=1e-3), begun
