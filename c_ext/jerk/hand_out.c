@@ -126,17 +126,28 @@ int jerk_next(jerk_planner *planner, jerk_law *law) {
     return jerk_next_within(planner, law, INFINITY);
 }
 
+/* The time of a part of the law, a little more where that would be none. */
+static double time_to_part(const jerk_law *law, double seconds) {
+    jerk_state at;
+    jerk_at(law, seconds, &at);
+    while (seconds < law->time && !(at.s - law->s0 > LEAST_PART)) {
+        seconds = lesser(2.0 * seconds, law->time);
+        jerk_at(law, seconds, &at);
+    }
+    return seconds;
+}
+
 /* Only the first `seconds` of the law of segment `next` are handed out; what is
  * left stays in the plan. */
 static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     plan *pl = &planner->plan;
     int k = pl->next;
     jerk_state at;
+    seconds = time_to_part(law, seconds);
     jerk_at(law, seconds, &at);
     double way = at.s - law->s0;
     double left = pl->lengths[k] - way;
-    bool parts = way > LEAST_PART && left > LEAST_PART;
-    if (!parts || !(at.v > 0.0)) {
+    if (!(left > LEAST_PART) || !(at.v > 0.0)) {
         remember_law(planner, k, law, true);
         hand_out(planner);
         return;

@@ -172,3 +172,21 @@ def test_a_short_drop_leaves_no_crawl(low: float) -> None:
         planner.take(0.2)
         v, _ = _state(planner)
         assert v == pytest.approx(100.0, rel=1e-3), begun
+
+
+@pytest.mark.parametrize("seconds", [2e-9, 1e-7, 1e-5])
+@pytest.mark.parametrize("feed", [100.0, 1.0, 0.001])
+def test_a_tiny_part_of_a_long_law_is_handed_out(
+    feed: float, seconds: float
+) -> None:
+    """What is shorter than a part may be is a little more, not all of the cruise: the
+    operator's next order waited until its end, seconds later.
+    """
+    planner = JerkPlanner(Limits([300.0], [3000.0], [50000.0]))
+    planner.push(_line(100.0 * feed, feed))
+    planner.finish()
+    planner.take(5.0)
+    assert planner.take(seconds)["time"].sum() < 1e-3
+    planner.override(0.5)
+    planner.take(0.2)
+    assert planner.take(0.01)["v0"].max() == pytest.approx(0.5 * feed)
