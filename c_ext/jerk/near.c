@@ -64,7 +64,9 @@ double reach_behind_change(const jerk_planner *planner) {
     return reach < enough ? INFINITY : enough;
 }
 
-bool plan_is_faster(const jerk_planner *planner, const struct grid *grid) {
+bool plan_is_faster(const jerk_planner *planner,
+                    const struct grid *grid,
+                    double from) {
     const plan *pl = &planner->plan;
     double at = 0.0;
     int k = 0;
@@ -75,7 +77,7 @@ bool plan_is_faster(const jerk_planner *planner, const struct grid *grid) {
         if (k >= grid->count) {
             return false;
         }
-        if (pl->x[i] > FASTER * grid->seg[k].asked) {
+        if (at >= from && pl->x[i] > FASTER * grid->seg[k].asked) {
             return true;
         }
         at += pl->lengths[i];

@@ -4,7 +4,9 @@
 #include "jerk/state/state.h"
 
 /* Whether the present plan is faster over the grid than is asked for. */
-bool plan_is_faster(const jerk_planner *planner, const struct grid *grid);
+bool plan_is_faster(const jerk_planner *planner,
+                    const struct grid *grid,
+                    double from);
 
 /* mm: a window behind a change need not be longer, since another change may
  * come soon. INFINITY: the known path ends before. */

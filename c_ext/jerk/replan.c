@@ -131,11 +131,17 @@ static bool over_window(jerk_planner *planner,
                         struct grid *grid,
                         double reach) {
     grid_window(planner, grid, reach);
-    bool faster = !grid->from_standstill && plan_is_faster(planner, grid);
+    bool faster = !grid->from_standstill && plan_is_faster(planner, grid, 0.0);
     if (faster) {
         allow_tail(planner, grid, INFINITY);
     }
     return faster;
+}
+
+/* The plan is too fast still where a quick fall of the speed has ended. */
+static bool falls_on(const jerk_planner *planner, const struct grid *grid) {
+    double v = planner->scale * sqrt(grid->seg[0].asked);
+    return plan_is_faster(planner, grid, FALL_WAYS * way_down_to(planner, v));
 }
 
 /* The window, in which a speed that is too high falls faster than in the
@@ -284,7 +290,7 @@ static bool solve_ahead(jerk_planner *planner) {
     }
     bool falls = false;
     bool slowed = false;
-    if (!grid->from_standstill && plan_is_faster(planner, grid)) {
+    if (!grid->from_standstill && plan_is_faster(planner, grid, 0.0)) {
         bool known = !planner->changed && !planner->near;
         if (!known && !slow_down(planner)) {
             return follow_soon(planner, plan_near(planner), before);
@@ -308,7 +314,7 @@ static bool solve_ahead(jerk_planner *planner) {
         } else if (plan_accept(planner, grid, planner->prob.solved)) {
             planner->was = speeds_now(planner);
         }
-        planner->near = false;
+        planner->near = falls && falls_on(planner, grid);
         reach_further(planner, grid);
         return true;
     }

@@ -479,47 +479,69 @@ static double planned_bow(const plan *pl, int k) {
     return input[0] - pl->input[0][k];
 }
 
-/* Segment k of the plan, from `from` to `to` mm of interval i, in parts of
- * equal time that are short enough; the states at their ends. What is driven at
- * one speed behind the first `fine` mm is one part: a long line would not fit.
- */
+/* Over the first `until` mm parts of the plan are `step` long, as a fall of the
+ * speed may end there. */
+typedef struct fineness {
+    double until, step;
+} fineness;
+
+/* Time of the next part of a law, from the state at `t` on. What is driven at
+ * one speed behind the fine parts is one part: a long line would not fit. */
+static double part_time(const jerk_law *law,
+                        const fineness *fine,
+                        double longest,
+                        double t,
+                        const jerk_state *at) {
+    bool near = at->s < fine->until;
+    if (!near && law->jerk == 0.0 && law->a0 == 0.0) {
+        return law->time - t;
+    }
+    double step = near ? lesser(longest, fine->step) : longest;
+    double left = law->length - at->s;
+    double parts = ceil(left / step - 1e-6);
+    return (law->time - t) / greater(1.0, parts);
+}
+
+/* Segment k of the plan, from `from` to `to` mm of interval i, in parts that
+ * are short enough; the states at their ends. */
 static bool add_planned(jerk_planner *planner,
                         struct grid *grid,
                         int k,
                         uint64_t i,
                         double from,
                         double to,
-                        double fine,
+                        const fineness *fine,
                         struct states *states) {
     const plan *pl = &planner->plan;
     bool rests = k + 1 == pl->count;
-    double most = steps_at(planner, i)->longest;
-    double parts = rests ? 1.0 : ceil(pl->lengths[k] / most - 1e-6);
     double f2 = planner->scale * planner->scale;
-    double bow = rests ? 0.0 : planned_bow(pl, k) / (parts * parts);
-    jerk_law law;
-    jerk_state at;
+    double longest = steps_at(planner, i)->longest;
+    double bow = rests ? 0.0 : planned_bow(pl, k);
     double begin = from;
-    if (parts > 1.0) {
-        plan_law(planner, k, &law);
-        law.s0 = from;
-    }
-    bool even = parts > 1.0 && law.jerk == 0.0 && law.a0 == 0.0;
-    for (double n = 1.0; n < parts && !(even && begin - from > fine);
-         n += 1.0) {
-        jerk_at(&law, law.time * n / parts, &at);
-        if (!add_part(planner, grid, i, begin, at.s)) {
+    double t = 0.0;
+    jerk_law law;
+    plan_law(planner, k, &law);
+    law.s0 = 0.0;
+    jerk_state at = {0.0, law.v0, law.a0};
+    double time = rests ? law.time : part_time(&law, fine, longest, t, &at);
+    while (t + time < law.time * (1.0 - 1e-6)) {
+        t += time;
+        jerk_at(&law, t, &at);
+        if (!add_part(planner, grid, i, begin, from + at.s)) {
             return false;
         }
-        begin = at.s;
-        grid->seg[grid->count - 1].bow = bow;
+        begin = from + at.s;
+        double share = time / law.time;
+        grid->seg[grid->count - 1].bow = bow * share * share;
         states->x[grid->count] = at.v * at.v / f2;
         states->accel[grid->count] = at.a / f2;
+        time = part_time(&law, fine, longest, t, &at);
     }
     if (!add_part(planner, grid, i, begin, to)) {
         return false;
     }
-    grid->seg[grid->count - 1].bow = bow;
+    double share = 1.0 - t / law.time;
+    grid->seg[grid->count - 1].bow = bow * share * share;
     states->x[grid->count] = rests ? 0.0 : pl->x[k + 1];
     states->accel[grid->count] = rests ? 0.0 : pl->accel[k + 1];
     return true;
@@ -542,15 +564,16 @@ bool grid_of_plan(jerk_planner *planner,
     grid->finer = 1.0;
     states->x[0] = planner->x;
     states->accel[0] = planner->accel;
-    double fine = FINE_WAYS * jerk_stop_distance(planner);
+    fineness fine = {.until = FINE_WAYS * jerk_stop_distance(planner)};
+    fine.step = fine.until / FINE_PARTS;
     for (int k = pl->next; k < pl->count; k++) {
         double whole = ring_at(planner, i)->length;
         double to = pl->last[k] ? whole : from + pl->lengths[k];
         if (i == planner->tail
-            || !add_planned(planner, grid, k, i, from, to, fine, states)) {
+            || !add_planned(planner, grid, k, i, from, to, &fine, states)) {
             return false;
         }
-        fine -= to - from;
+        fine.until -= to - from;
         i += pl->last[k] ? 1 : 0;
         from = pl->last[k] ? 0.0 : to;
     }

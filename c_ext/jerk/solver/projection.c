@@ -37,7 +37,10 @@ static void stage_costs(struct problem *problem, double stiffness) {
         clear_totals(&all);
         all.xx = 1.0 / (guess * guess);
         all.uu = stiffness * load(problem->brake + k);
-        all.cc[0] = all.cc[2] = set1(GUESS_LEAST_COST * problem->convex);
+        vec length = load(problem->lengths + k);
+        vec area = length * length / guess;
+        vec least = GUESS_SHARE * area * area;
+        all.cc[0] = all.cc[2] = GUESS_LEAST_COST * problem->convex + least;
         jerk_cost(problem, i, 0.5 * stiffness * guess, &all);
         store(cost->xx + k, all.xx);
         store(cost->xu + k, all.xu);

@@ -540,6 +540,10 @@
  * ends there. Unit: ways. Evidence: test_a_deep_drop_on_a_long_line. */
 #define FINE_WAYS 3.0
 
+/* Of these ways: such a part. Unit: count. Evidence:
+ * test_a_deep_drop_on_arcs. */
+#define FINE_PARTS 24.0
+
 /* Of the squared speed that is asked for: a plan above it comes down. Unit:
  * share. Evidence: test_low_feeds. */
 #define FASTER 1.004
@@ -849,6 +853,11 @@
 /* Keeps the projection's cost positive. Unit: 1, scaled. Evidence:
  * test_extreme_limits. */
 #define GUESS_LEAST_COST 1e-12
+
+/* Of what the inputs make of x over an interval: their least cost where the
+ * speed is a thousandth of others, or rounding decides. Unit: share. Evidence:
+ * test_a_deep_drop_on_arcs. */
+#define GUESS_SHARE 1e-6
 
 /* Of the squared speed from one knot to the next while it brakes. Unit:
  * share. Evidence: test_feed_hold_distance. */

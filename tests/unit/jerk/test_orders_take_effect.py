@@ -1,5 +1,5 @@
-"""What the operator asks for on a straight line: the motion is known in closed
-form, so it is the shortest there is.
+"""Holds and overrides act at once, on any machine. On a straight line the motion
+is known in closed form, so it is the shortest there is.
 """
 
 from __future__ import annotations
@@ -27,17 +27,20 @@ def _line(length: float, feed: float) -> AnyArray:
     return line
 
 
-def _arc(radius: float, turn: float, feed: float) -> AnyArray:
-    """From the direction of X to the left, in two axes and 20 intervals."""
+def _arc(
+    radius: float, turn: float, feed: float, heading: float = 0.0
+) -> AnyArray:
+    """A turn (rad) to the left, or to the right below 0, in 20 intervals of two axes."""
     arc = np.zeros(20, INTERVAL)
-    arc["length"], arc["feed"] = radius * turn / 20, feed
+    arc["length"], arc["feed"] = radius * abs(turn) / 20, feed
     arc["blocks"][-1] = 1
-    ends = np.linspace(0.0, turn, 21)
+    bend = np.sign(turn) / radius
+    ends = heading + np.linspace(0.0, turn, 21)
     angle = np.stack([ends[:-1], ends[1:]], axis=1)
     for axis, phase in enumerate((0.0, -np.pi / 2)):
         arc["d1"][:, :, axis] = np.cos(angle + phase)
-        arc["d2"][:, :, axis] = -np.sin(angle + phase) / radius
-        arc["d3"][:, :, axis] = -np.cos(angle + phase) / radius**2
+        arc["d2"][:, :, axis] = -np.sin(angle + phase) * bend
+        arc["d3"][:, :, axis] = -np.cos(angle + phase) * bend**2
     return arc
 
 
@@ -190,3 +193,24 @@ def test_a_tiny_part_of_a_long_law_is_handed_out(
     planner.override(0.5)
     planner.take(0.2)
     assert planner.take(0.01)["v0"].max() == pytest.approx(0.5 * feed)
+
+
+@pytest.mark.parametrize("feed", [1.0, 10.0, 50.0])
+@pytest.mark.parametrize("low", [0.2, 0.05, 0.01, 0.005])
+def test_a_deep_drop_on_arcs(feed: float, low: float) -> None:
+    """From twice the feed to a share of it: the speed falls over the way that it takes, not over
+    the intervals of an arc, which are long at a low speed. It stayed at six times as much.
+    """
+    planner = JerkPlanner(Limits([300.0] * 2, [3000.0] * 2, [50000.0] * 2))
+    for k in range(60):
+        turn = 0.7 if k % 2 else -0.7
+        planner.push(_arc(6.0, turn, feed, 0.0 if turn < 0 else -0.7))
+    planner.finish()
+    planner.override(2.0)
+    planner.take(0.5)
+    planner.override(low)
+    laws = np.concatenate([planner.take(COMMIT_S) for _ in range(80)])
+    speeds = sample(laws, 1e-3)[:, 1]
+    assert speeds[200:].max() <= 1.15 * low * feed
+    assert speeds[500:].max() <= 1.005 * low * feed
+    assert speeds[500:].min() >= 0.98 * low * feed
