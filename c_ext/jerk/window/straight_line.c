@@ -394,12 +394,13 @@ static bool is_free(const jerk_planner *planner) {
     return planner->head != planner->tail && !(planner->behind_mm > 0.0);
 }
 
-/* A change while it moves: the line to its end, or, where more follows, the
- * fall of the speed on it. */
+/* A change while it moves, to the speed v: the line to its end, or, where more
+ * follows, the fall of the speed on it. */
 static enum on_line change_on_line(jerk_planner *planner,
                                    const line *line,
-                                   const profile *profile) {
-    bool faster = is_faster(planner, line, profile->v);
+                                   const profile *profile,
+                                   double v) {
+    bool faster = is_faster(planner, line, v);
     if (line->stands) {
         bool better = faster || !planner->plan.stands
                       || time_of(profile) < time_left(planner);
@@ -434,7 +435,7 @@ enum on_line plan_on_line(jerk_planner *planner) {
         return LINE_NONE;
     }
     if (moves) {
-        return change_on_line(planner, &line, &profile);
+        return change_on_line(planner, &line, &profile, v);
     }
     if (!line.stands || time_of(&profile) < PROFILE_PHASES * LEAST_PHASE) {
         return LINE_NONE;
