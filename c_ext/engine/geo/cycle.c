@@ -20,6 +20,7 @@ static void note_end(struct engine *engine) {
         return;
     }
     if (ATOMIC_GET(engine->dispatch.dir) < 0
+        || ATOMIC_GET(engine->dispatch.drives_on)
         || ATOMIC_GET(engine->withdrawal.state) != WITHDRAW_NONE) {
         return;
     }

@@ -348,7 +348,16 @@ static bool dispatch_waits(struct engine *engine,
                       > fed_ahead(engine));
 }
 
+/* Behind a turn forward the path has come to its end again. */
+static void note_driven(struct engine *engine) {
+    if (engine->dispatch.drives_on && engine->dispatch.final
+        && ATOMIC_GET(engine->run.done) >= engine->run.head) {
+        ATOMIC_SET(engine->dispatch.drives_on, 0);
+    }
+}
+
 void dispatch_path(struct engine *engine) {
+    note_driven(engine);
     bool finished = ATOMIC_GET(
         engine->program
             .finished); /* before the head: nothing is pushed behind it */

@@ -139,6 +139,8 @@ static void turn(struct engine *engine) {
         engine->dispatch.frontier = at.i;
     }
     begin_run(engine, at);
+    engine->dispatch.final = false;
+    ATOMIC_SET(engine->dispatch.drives_on, engine->dispatch.dir < 0);
     ATOMIC_SET(engine->dispatch.dir, -engine->dispatch.dir);
     engine->dispatch.next =
         engine->dispatch.dir > 0 || at.s > 0.0 ? at.i : at.i - 1;
@@ -259,6 +261,7 @@ static void leave_out_remainder(struct engine *engine) {
     engine->program.halt_whole =
         left ? store_at(&engine->store, at.i)->whole : 0.0;
     begin_run(engine, (place){head, 0.0});
+    ATOMIC_SET(engine->dispatch.drives_on, 0);
     ATOMIC_SET(engine->dispatch.dir, 1);
     engine->dispatch.next = head;
     engine->dispatch.at = -1.0;
@@ -274,6 +277,7 @@ static void leave_out_remainder(struct engine *engine) {
 void dispatch_begin_program(struct engine *engine) {
     begin_run(engine, (place){ATOMIC_GET(engine->store.head), 0.0});
     memset(&engine->dispatch.pushed, 0, sizeof engine->dispatch.pushed);
+    ATOMIC_SET(engine->dispatch.drives_on, 0);
     ATOMIC_SET(engine->dispatch.dir, 1);
     engine->dispatch.next = engine->dispatch.frontier =
         engine->dispatch.program_first = engine->store.head;

@@ -192,6 +192,8 @@ typedef struct dispatch {
                        GEO stands in may be of the run before */
     uint32_t reach; /* pieces fed beyond the window */
     bool final;     /* nothing can come behind the run ring's head */
+    int drives_on;  /* turned forward: the way to the end is driven again, so
+                       the program has not ended; GEO reads it */
     /* jobs that need standstill */
     uint32_t shortcuts; /* requests that have been done */
     /* inserted stop: armed at a distance, mm as displayed, or where an axis is

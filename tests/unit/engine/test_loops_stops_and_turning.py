@@ -292,6 +292,27 @@ def test_turning_twice_at_the_end_of_the_path(tmp_path: Path) -> None:
             assert cnc.pos[-1] == pytest.approx([-19.3452, 27.5431, 0])
 
 
+@pytest.mark.parametrize("turned", [60, 100])
+@pytest.mark.parametrize("forward", [40, 200, 400])
+def test_turned_at_the_end_the_program_ends_when_it_is_there_again(
+    tmp_path: Path, turned: int, forward: int
+) -> None:
+    """The turn back comes so late that braking reaches the end: behind the turn forward the
+    program had ended, wherever the path stood.
+    """
+    for text in ("G1 X8 F6000\n", "G1 X4 F6000\nX8\n", "G1 X4 F6000\nY4\n"):
+        with Inside(tmp_path, text) as cnc:
+            cnc.run(turned)
+            cnc.level(cnc.bahn.backward_motion, True)
+            cnc.run(forward)
+            cnc.level(cnc.bahn.backward_motion, False)
+            for _ in range(3000):
+                cnc.run(1)
+                if cnc.state.program_end_r:
+                    break
+            assert np.abs(cnc.pos[-1]).sum() == pytest.approx(8.0)
+
+
 @pytest.mark.ci
 def test_an_insert_command_replaces_one_that_is_still_ahead(
     tmp_path: Path,
