@@ -140,7 +140,8 @@ static void turn(struct engine *engine) {
     }
     begin_run(engine, at);
     engine->dispatch.final = false;
-    ATOMIC_SET(engine->dispatch.drives_on, engine->dispatch.dir < 0);
+    bool more = at.i < ATOMIC_GET(engine->store.head);
+    ATOMIC_SET(engine->dispatch.drives_on, more && engine->dispatch.dir < 0);
     ATOMIC_SET(engine->dispatch.dir, -engine->dispatch.dir);
     engine->dispatch.next =
         engine->dispatch.dir > 0 || at.s > 0.0 ? at.i : at.i - 1;
