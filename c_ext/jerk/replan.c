@@ -355,16 +355,23 @@ bool plan_window(jerk_planner *planner) {
         return true;
     }
     switch (plan_on_line(planner)) {
-    case LINE_TO_STAND:
+    case LINE_TO_END:
         return planned_on_line(planner);
     case LINE_FALL:
         return follow_soon(planner, true, before);
     case LINE_NONE:
         break;
     }
+    bool asked = planner->changed || planner->near;
+    bool met;
     if (is_hurried(planner)) {
         bool planned = plan_near(planner) || slow_down(planner);
-        return follow_soon(planner, planned, before);
+        met = follow_soon(planner, planned, before);
+    } else {
+        met = solve_ahead(planner);
     }
-    return solve_ahead(planner);
+    bool found = planner->plan.edition != before;
+    return asked && !found && rise_on_line(planner)
+               ? follow_soon(planner, true, before)
+               : met;
 }

@@ -978,6 +978,11 @@
  * Unit: 1. Evidence: straight_line.c. */
 #define PROFILE_PHASES 7
 
+/* Of the time that the present plan takes over the line: a profile to its end
+ * is quicker, though it rests there. Unit: share. Evidence:
+ * test_a_raised_override_ends_a_crawl_on_lines. */
+#define LINE_QUICKER 0.5
+
 /* Halvings of the speed by way of which a line is driven, or of its braking.
  * Unit: 1. Evidence: rounding. */
 #define LINE_HALVINGS 60

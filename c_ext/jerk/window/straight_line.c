@@ -32,6 +32,7 @@ typedef struct line {
     double length; /* mm; 0: there is none */
     uint64_t end;  /* ring index behind it */
     bool stands;   /* the path ends there, or the axes must stand */
+    bool open;     /* it may go on: nothing else is in the window */
 } line;
 
 /* The line ahead, as far as the window and, for `one_speed`, one speed that is
@@ -43,14 +44,14 @@ static line line_ahead(const jerk_planner *planner, bool one_speed) {
     int blocks = 0;
     while (out.end != planner->tail && !out.stands) {
         const jerk_interval *interval = ring_at(planner, out.end);
-        blocks += (int)interval->blocks;
-        bool goes_on = straight(planner, interval, first)
-                       && blocks <= planner->cfg.window_blocks;
+        bool goes_on = straight(planner, interval, first);
         if (one_speed) {
             goes_on = goes_on && asked_speed(planner, interval) == speed
                       && interval->v_hard == first->v_hard;
         }
-        if (!goes_on) {
+        blocks += (int)interval->blocks;
+        out.open = goes_on && blocks > planner->cfg.window_blocks;
+        if (!goes_on || out.open) {
             return out;
         }
         out.length += interval->length;
@@ -58,6 +59,7 @@ static line line_ahead(const jerk_planner *planner, bool one_speed) {
         out.end++;
     }
     out.stands = out.stands || planner->finished;
+    out.open = !out.stands;
     return out;
 }
 
@@ -342,10 +344,11 @@ static void take_profile(jerk_planner *planner,
     pl->edition++;
     pl->end = line->end;
     pl->from_standstill = planner->at_standstill;
-    pl->final = stops || line->stands;
+    pl->final = stops || line->stands || line->open;
     pl->stands = line->stands && !stops;
     pl->remaining = stops ? way_of(profile) : line->length;
-    pl->lasts = 0.0;
+    pl->lasts = line->open ? LASTS * profile->last.way : 0.0;
+    pl->refresh = 0.0;
     struct pen pen = {.planner = planner, .i = planner->head};
     pen.v = speed_now(planner);
     pen.a = acceleration_now(planner);
@@ -364,13 +367,16 @@ static void take_profile(jerk_planner *planner,
     planner->stats.straight++;
 }
 
-/* s that the present plan takes. */
-static double time_left(const jerk_planner *planner) {
+/* s that the present plan takes over so many mm, or to its end. */
+static double time_left(const jerk_planner *planner, double length) {
     double t = 0.0;
-    for (int k = planner->plan.next; k < planner->plan.count; k++) {
+    double at = 0.0;
+    for (int k = planner->plan.next; k < planner->plan.count && at < length;
+         k++) {
         jerk_law law;
         plan_law(planner, k, &law);
-        t += law.time;
+        t += law.time * fmin(1.0, (length - at) / law.length);
+        at += law.length;
     }
     return t;
 }
@@ -401,13 +407,14 @@ static enum on_line change_on_line(jerk_planner *planner,
                                    const profile *profile,
                                    double v) {
     bool faster = is_faster(planner, line, v);
-    if (line->stands) {
-        bool better = faster || !planner->plan.stands
-                      || time_of(profile) < time_left(planner);
-        if (better) {
+    if (line->stands || line->open) {
+        bool further = !planner->plan.stands
+                       && planner->plan.remaining < ALMOST * line->length;
+        if (faster || further
+            || time_of(profile) < time_left(planner, INFINITY)) {
             take_profile(planner, line, profile, false);
         }
-        return LINE_TO_STAND;
+        return LINE_TO_END;
     }
     if (!faster || !(profile->cruise > 0.0)) {
         return LINE_NONE;
@@ -416,32 +423,54 @@ static enum on_line change_on_line(jerk_planner *planner,
     return LINE_FALL;
 }
 
-enum on_line plan_on_line(jerk_planner *planner) {
-    bool moves = !planner->at_standstill;
-    bool asked = planner->changed || planner->near;
-    if (!is_free(planner) || (moves && !asked)) {
-        return LINE_NONE;
+/* The line ahead, the speed asked for on it, and its fastest profile from here;
+ * false: there is none. */
+static bool look_ahead(const jerk_planner *planner,
+                       line *line,
+                       double *v,
+                       profile *profile) {
+    if (!is_free(planner)) {
+        return false;
     }
     const jerk_interval *here = ring_at(planner, planner->head);
-    double v = speed_along(planner, here);
-    line line = line_ahead(planner, true);
+    path_limits most = usable(limits_at(planner, here));
+    *v = speed_along(planner, here);
+    *line = line_ahead(planner, true);
+    return *v > 0.0 && line->length > 0.0 && fits(planner, line)
+           && fastest(planner, most, *v, line->length, profile);
+}
+
+enum on_line plan_on_line(jerk_planner *planner) {
+    line line;
     profile profile;
-    if (!(v > 0.0) || !(line.length > 0.0) || !fits(planner, &line)
-        || !fastest(planner,
-                    usable(limits_at(planner, here)),
-                    v,
-                    line.length,
-                    &profile)) {
+    double v;
+    if (!look_ahead(planner, &line, &v, &profile)) {
         return LINE_NONE;
     }
-    if (moves) {
+    if (!planner->at_standstill) {
         return change_on_line(planner, &line, &profile, v);
     }
-    if (!line.stands || time_of(&profile) < PROFILE_PHASES * LEAST_PHASE) {
+    if (!(line.stands || line.open)
+        || time_of(&profile) < PROFILE_PHASES * LEAST_PHASE) {
         return LINE_NONE;
     }
     take_profile(planner, &line, &profile, false);
-    return LINE_TO_STAND;
+    return LINE_TO_END;
+}
+
+bool rise_on_line(jerk_planner *planner) {
+    line line;
+    profile profile;
+    double v;
+    if (planner->at_standstill || !look_ahead(planner, &line, &v, &profile)) {
+        return false;
+    }
+    double present = time_left(planner, line.length);
+    if (!(time_of(&profile) < LINE_QUICKER * present)) {
+        return false;
+    }
+    take_profile(planner, &line, &profile, false);
+    return true;
 }
 
 bool stop_on_line(jerk_planner *planner) {
@@ -457,6 +486,7 @@ bool stop_on_line(jerk_planner *planner) {
         return false;
     }
     if (planner->plan.remaining > (1.0 + CLOSE_ENOUGH) * way_of(&stop)) {
+        line.open = false;
         take_profile(planner, &line, &stop, true);
     }
     return true;

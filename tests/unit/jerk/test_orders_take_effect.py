@@ -195,6 +195,24 @@ def test_a_tiny_part_of_a_long_law_is_handed_out(
     assert planner.take(0.01)["v0"].max() == pytest.approx(0.5 * feed)
 
 
+@pytest.mark.parametrize("feed", [1.0, 0.02])
+@pytest.mark.parametrize("bend", [0.0, 0.01])
+def test_a_raised_override_ends_a_crawl_on_lines(
+    bend: float, feed: float
+) -> None:
+    """At a thousandth of a low feed, with only a part of the line in the window or a bend behind
+    it: it went on for ever.
+    """
+    planner = JerkPlanner(Limits([300.0] * 2, [3e3] * 2, [5e4] * 2), window=12)
+    for k in range(20):
+        planner.push(_turned(_line(10.0, feed), k * bend))
+    for low, commits in ((1.0, 17), (0.001, 4), (1.0, 100)):
+        planner.override(low)
+        for _ in range(commits):
+            laws = planner.take(COMMIT_S)
+    assert laws["v0"][0] == pytest.approx(feed, rel=1e-3)
+
+
 @pytest.mark.parametrize("feed", [1.0, 10.0, 50.0])
 @pytest.mark.parametrize("low", [0.2, 0.05, 0.01, 0.005])
 def test_a_deep_drop_on_arcs(feed: float, low: float) -> None:

@@ -84,6 +84,23 @@ def test_a_line_whose_last_phase_is_shorter_than_rounding(
     assert max(result.max_ratio.values()) <= 1.02
 
 
+@pytest.mark.parametrize("blocks", [2, 5, 400])
+@pytest.mark.parametrize("jerk", [2000.0, 50000.0, 5e5])
+def test_a_line_in_blocks_takes_as_long_as_one(
+    tmp_path: Path, jerk: float, blocks: int
+) -> None:
+    """Also where the jerk reaches the acceleration within a cycle: two blocks took twice as long
+    as one.
+    """
+    cell = f"[axes.X]\na_max_mm_s2 = 300\nj_max_mm_s3 = {jerk}\n"
+    times = []
+    for count in (1, blocks):
+        ends = np.linspace(0.0, 2000.0, count + 1)[1:]
+        text = "G1 F18000\n" + "".join(f"X{x}\n" for x in ends)
+        times.append(planned(program_of(tmp_path, text, cell)).motion_time_s)
+    assert times[1] == pytest.approx(times[0], rel=1e-3)
+
+
 @pytest.mark.parametrize("seed", [4, 5, 6, 7])
 def test_axes_that_outrun_a_curve(tmp_path: Path, seed: int) -> None:
     """A rotary axis turns degrees over arcs of hundredths of a mm, smoothed: what
