@@ -185,6 +185,34 @@ static void take_share(struct segment *segment, double used) {
     segment->jump = greater(segment->jump - used, LEAST_SHARE);
 }
 
+/* The joint at knot k is passed less than a cycle behind other ones: where
+ * their bends jump the samples show all of it at once. */
+static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
+    double dt = planner->cfg.cycle_s;
+    double scale = planner->scale;
+    double cap = grid->knot_cap[k];
+    double reach = dt * scale * sqrt(cap);
+    double jump[JERK_AXES] = {0};
+    int first = k;
+    for (int i = k; i > 0 && grid->from_start[k] - grid->from_start[i] < reach;
+         i--) {
+        const jerk_interval *left = grid->seg[i - 1].interval;
+        const jerk_interval *right = grid->seg[i].interval;
+        for (int axis = 0; axis < planner->cfg.axes && grid->seg[i - 1].last;
+             axis++) {
+            jump[axis] += bend_of(left, right, axis);
+            double seen = STEP_SEEN * scale * scale * fabs(jump[axis]);
+            double room =
+                JUMP_SHARE * least_jerk(planner, left, right, axis) * dt;
+            cap = seen * cap > room ? room / seen : cap;
+        }
+        first = i;
+    }
+    for (int i = first; i <= k; i++) {
+        grid->knot_cap[i] = lesser(grid->knot_cap[i], cap);
+    }
+}
+
 /* Cap at knot k, and what is left of the jerk limit around it. */
 static void knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
     const jerk_interval *left = grid->seg[k - 1].interval;
@@ -197,6 +225,7 @@ static void knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
     if (used < SMALL_JUMP) {
         return;
     }
+    cap_bends(planner, grid, k);
     double reach = jump_reach(planner, left, right, grid->knot_cap[k]);
     for (int i = k - 1;
          i >= 0 && grid->from_start[k] - grid->from_start[i + 1] < reach;

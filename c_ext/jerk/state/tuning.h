@@ -857,7 +857,7 @@
 /* Of what the inputs make of x over an interval: their least cost where the
  * speed is a thousandth of others, or rounding decides. Unit: share. Evidence:
  * test_a_deep_drop_on_arcs. */
-#define GUESS_SHARE 1e-6
+#define GUESS_SHARE 1e-8
 
 /* Of the squared speed from one knot to the next while it brakes. Unit:
  * share. Evidence: test_feed_hold_distance. */

@@ -169,6 +169,23 @@ def test_corners_a_few_cycles_apart(seed: int) -> None:
     assert np.abs(pos[-1] - points[-1]).max() < 1e-9
 
 
+@pytest.mark.parametrize("cycle_s", [0.00025, 0.001, 0.004])
+def test_two_bends_within_a_cycle(tmp_path: Path, cycle_s: float) -> None:
+    """Arcs to either side with a line of a micrometre between: both jumps of the curvature are in
+    the same samples, which had 1.15 of the jerk.
+    """
+    text = """G1 F6000 X-0.048054 Y11.193369
+    X1.810399 Y10.454347
+    G2 X1.880279 Y10.405730 I-0.069178 J-0.173965
+    G1 X1.880949 Y10.404987
+    G3 X2.135886 Y10.376833 I0.143287 J0.129160
+    G1 X3.766857 Y11.534388
+    """
+    cell = f"cycle_s = {cycle_s}\n"
+    result = planned(program_of(tmp_path, text, cell))
+    assert max(result.max_ratio.values()) <= 1.02
+
+
 @pytest.mark.parametrize("seed", [85, 397, 490, 641, 880])
 def test_corners_to_and_fro_within_cycles(seed: int) -> None:
     """Corners that turn to and fro about a cycle apart add up to twice the jerk of
