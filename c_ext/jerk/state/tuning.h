@@ -537,7 +537,7 @@
 #define DEEPEST_FALL 0.25
 
 /* Ways to rest over which the present plan is looked at in short parts: a fall
- * ends there. Unit: ways. Evidence: test_a_deep_drop_on_a_long_line. */
+ * ends there. Unit: ways. Evidence: test_a_deep_drop_ahead_of_a_long_line. */
 #define FINE_WAYS 3.0
 
 /* Of these ways: such a part. Unit: count. Evidence:
