@@ -29,7 +29,7 @@ static double possible_speed(const jerk_planner *planner,
 /* Speed that the path may come to before the next plan, mm/s. */
 static double highest_speed(const jerk_planner *planner,
                             const jerk_interval *interval) {
-    double now = planner->scale * sqrt(planner->x);
+    double now = speed_at_head(planner);
     double most = possible_speed(planner, interval);
     for (int i = 0; i < planner->cfg.axes; i++) {
         double along = larger(interval->d1[0][i], interval->d1[1][i]);
@@ -50,7 +50,7 @@ static double near_reach(const jerk_planner *planner) {
 }
 
 double reach_behind_change(const jerk_planner *planner) {
-    double most = planner->scale * sqrt(planner->x);
+    double most = speed_at_head(planner);
     double reach = 0.0;
     double enough = INFINITY;
     for (uint64_t i = planner->head; i != planner->tail && reach < enough;

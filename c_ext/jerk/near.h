@@ -3,7 +3,8 @@
 #define JERK_NEAR_H
 #include "jerk/state/state.h"
 
-/* Whether the present plan is faster over the grid than is asked for. */
+/* Whether the present plan is faster over the grid than is asked for, `from` mm
+ * behind the head or further. */
 bool plan_is_faster(const jerk_planner *planner,
                     const struct grid *grid,
                     double from);

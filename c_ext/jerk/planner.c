@@ -81,7 +81,7 @@ void jerk_get_stats(const jerk_planner *planner, jerk_stats *out) {
 }
 
 double jerk_speed(const jerk_planner *planner) {
-    return planner->at_standstill ? 0.0 : planner->scale * sqrt(planner->x);
+    return planner->at_standstill ? 0.0 : speed_at_head(planner);
 }
 
 void jerk_read_plan(jerk_planner *planner, int read) {

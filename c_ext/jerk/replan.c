@@ -233,7 +233,7 @@ static void reach_further(jerk_planner *planner, const struct grid *grid) {
 /* Laws of the plan that are driven until the next commit, or nearly. */
 static int until_next_commit(const jerk_planner *planner) {
     const plan *pl = &planner->plan;
-    double way = NEXT_COMMIT_S * planner->scale * sqrt(planner->x);
+    double way = NEXT_COMMIT_S * speed_at_head(planner);
     int k = pl->next;
     for (double at = 0.0; k < pl->count && (at < way || k == pl->next); k++) {
         at += pl->lengths[k];

@@ -196,17 +196,19 @@ static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
     int first = k;
     for (int i = k; i > 0 && grid->from_start[k] - grid->from_start[i] < reach;
          i--) {
+        first = i;
+        if (!grid->seg[i - 1].last) {
+            continue;
+        }
         const jerk_interval *left = grid->seg[i - 1].interval;
         const jerk_interval *right = grid->seg[i].interval;
-        for (int axis = 0; axis < planner->cfg.axes && grid->seg[i - 1].last;
-             axis++) {
+        for (int axis = 0; axis < planner->cfg.axes; axis++) {
             jump[axis] += bend_of(left, right, axis);
             double seen = STEP_SEEN * scale * scale * fabs(jump[axis]);
             double room =
                 JUMP_SHARE * least_jerk(planner, left, right, axis) * dt;
             cap = seen * cap > room ? room / seen : cap;
         }
-        first = i;
     }
     for (int i = first; i <= k; i++) {
         grid->knot_cap[i] = lesser(grid->knot_cap[i], cap);

@@ -235,7 +235,7 @@ static double entry_step(const jerk_planner *planner, const struct grid *grid) {
     uint64_t head = planner->head;
     double change = ENTRY_STEP * planner->x / fmax(1e-30, fabs(planner->accel));
     double least = SLOWEST_KNOT * finest_at(planner, grid, head);
-    double v = planner->scale * sqrt(planner->x);
+    double v = speed_at_head(planner);
     return lesser(slow_length(planner, grid, head, v, SLOWEST_KNOT),
                   greater(least, change));
 }

@@ -37,7 +37,7 @@ void turn_passed(jerk_planner *planner,
         return;
     }
     turned->at = planner->driven;
-    turned->v = planner->scale * sqrt(planner->x);
+    turned->v = speed_at_head(planner);
     planner->turned_count++;
 }
 

@@ -8,14 +8,6 @@ static path_limits limits_at_head(const jerk_planner *planner) {
     return limits_at(planner, ring_at(planner, planner->head));
 }
 
-static double speed_at_head(const jerk_planner *planner) {
-    return planner->scale * sqrt(planner->x);
-}
-
-static double acceleration_at_head(const jerk_planner *planner) {
-    return planner->scale * planner->scale * planner->accel;
-}
-
 /* From (v, a) down to the speed v1; less than zero: there is no such way. */
 static double brakes(double v, double a, double v1, path_limits most) {
     speed_change change;

@@ -136,8 +136,8 @@ enum brake_end brake_to_rest(const jerk_planner *planner,
     double high = longest;
     double dt = longest / BRAKE_STEPS;
     out->s[0] = 0.0;
-    out->v[0] = planner->scale * sqrt(planner->x);
-    out->a[0] = planner->scale * planner->scale * planner->accel;
+    out->v[0] = speed_at_head(planner);
+    out->a[0] = acceleration_at_head(planner);
     for (int i = 0; i < BRAKE_TRIES; i++) {
         double turn = 0.5 * (low + high);
         int found = shoot(planner, grid, share, dt, turn, out);

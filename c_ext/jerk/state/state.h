@@ -162,6 +162,14 @@ static inline double asked_speed(const jerk_planner *planner,
     return asked_under(&now, interval);
 }
 
+/* Along the path at the head, mm/s and mm/s2. */
+static inline double speed_at_head(const jerk_planner *planner) {
+    return planner->scale * sqrt(planner->x);
+}
+static inline double acceleration_at_head(const jerk_planner *planner) {
+    return planner->scale * planner->scale * planner->accel;
+}
+
 /* No plan is accepted any more. */
 static inline bool plan_is_gone(const jerk_planner *planner) {
     return planner->gone

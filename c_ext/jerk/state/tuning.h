@@ -974,10 +974,6 @@
 /* Shorter phases are left out. Unit: s. Evidence: rounding. */
 #define LEAST_PHASE 1e-12
 
-/* Phases of a profile on a line: up or down to a speed, that speed, to rest.
- * Unit: 1. Evidence: straight_line.c. */
-#define PROFILE_PHASES 7
-
 /* Of the time that the present plan takes over the line: a profile to its end
  * is quicker, though it rests there. Unit: share. Evidence:
  * test_a_raised_override_ends_a_crawl_on_lines. */

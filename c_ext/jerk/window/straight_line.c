@@ -229,23 +229,19 @@ typedef struct profile {
     double v, cruise; /* mm/s, s */
 } profile;
 
-static double speed_now(const jerk_planner *planner) {
-    return planner->scale * sqrt(planner->x);
-}
-
-static double acceleration_now(const jerk_planner *planner) {
-    return planner->scale * planner->scale * planner->accel;
-}
+enum {
+    PROFILE_PHASES = 3 + 1 + 3
+};
 
 /* By way of the speed v. False: there is no way to it. */
 static bool profile_by(const jerk_planner *planner,
                        path_limits most,
                        double v,
                        profile *out) {
-    double a = acceleration_now(planner);
+    double a = acceleration_at_head(planner);
     out->v = v;
     out->cruise = 0.0;
-    return change_speed(speed_now(planner), a, v, most, &out->first)
+    return change_speed(speed_at_head(planner), a, v, most, &out->first)
            && change_speed(v, 0.0, 0.0, most, &out->last);
 }
 
@@ -309,8 +305,9 @@ static bool fastest(const jerk_planner *planner,
     if (planner->at_standstill) {
         return profile_by(planner, most, top_speed(v, most, length), out);
     }
-    double levels =
-        level_speed(speed_now(planner), acceleration_now(planner), most);
+    double levels = level_speed(speed_at_head(planner),
+                                acceleration_at_head(planner),
+                                most);
     if (levels < v && ends_within(planner, most, levels, length, out)) {
         return highest(planner, most, levels, v, length, out);
     }
@@ -325,7 +322,7 @@ static void speed_phases(struct pen *pen, const speed_change *change) {
 }
 
 /* The plan may be replaced, and there is room for a profile. */
-static bool fits(const jerk_planner *planner, const line *line) {
+static bool has_room(const jerk_planner *planner, const line *line) {
     return !plan_is_gone(planner)
            && line->end - planner->head + PROFILE_PHASES
                   <= (uint64_t)planner->capacity;
@@ -347,11 +344,11 @@ static void take_profile(jerk_planner *planner,
     pl->final = stops || line->stands || line->open;
     pl->stands = line->stands && !stops;
     pl->remaining = stops ? way_of(profile) : line->length;
-    pl->lasts = line->open ? LASTS * profile->last.way : 0.0;
+    pl->lasts = line->open && !stops ? LASTS * profile->last.way : 0.0;
     pl->refresh = 0.0;
     struct pen pen = {.planner = planner, .i = planner->head};
-    pen.v = speed_now(planner);
-    pen.a = acceleration_now(planner);
+    pen.v = speed_at_head(planner);
+    pen.a = acceleration_at_head(planner);
     speed_phases(&pen, &profile->first);
     pen.v = profile->v;
     phase(&pen, 0.0, profile->cruise);
@@ -436,7 +433,7 @@ static bool look_ahead(const jerk_planner *planner,
     path_limits most = usable(limits_at(planner, here));
     *v = speed_along(planner, here);
     *line = line_ahead(planner, true);
-    return *v > 0.0 && line->length > 0.0 && fits(planner, line)
+    return *v > 0.0 && line->length > 0.0 && has_room(planner, line)
            && fastest(planner, most, *v, line->length, profile);
 }
 
@@ -480,13 +477,12 @@ bool stop_on_line(jerk_planner *planner) {
     const jerk_interval *here = ring_at(planner, planner->head);
     line line = line_ahead(planner, false);
     profile stop;
-    if (!fits(planner, &line)
+    if (!has_room(planner, &line)
         || !profile_by(planner, usable(limits_at(planner, here)), 0.0, &stop)
         || way_of(&stop) > line.length) {
         return false;
     }
     if (planner->plan.remaining > (1.0 + CLOSE_ENOUGH) * way_of(&stop)) {
-        line.open = false;
         take_profile(planner, &line, &stop, true);
     }
     return true;
