@@ -125,6 +125,18 @@ static int most_of(int one, int other) {
     return one > other ? one : other;
 }
 
+/* The jerk that turns the acceleration of an axis from limit to limit within
+ * the segment at its highest speed, which may be that of here where it falls.
+ * More is of no use there. */
+static double turning_jerk(const jerk_planner *planner,
+                           const struct segment *segment,
+                           int axis) {
+    double most = greater(planner->x, lesser(segment->soft, segment->cap));
+    double v = planner->scale * sqrt(most);
+    return 2.0 * acc_max(planner, segment->interval, axis) * v
+           / segment->length;
+}
+
 /* Axis jerk over sqrt(x), at the start and at the end of the stage. */
 static void jerk_rows(const jerk_planner *planner,
                       struct problem *problem,
@@ -138,9 +150,11 @@ static void jerk_rows(const jerk_planner *planner,
         struct forms forms = {.count = 0};
         for (int i = 0; i < problem->axes; i++) {
             int axis = problem->axis[i];
+            double jerk = jerk_max(planner, interval, axis);
+            double turning = turning_jerk(planner, segment, axis);
             double weight =
-                f3
-                / (segment->share * usable * jerk_max(planner, interval, axis));
+                f3 / (segment->share * usable * lesser(jerk, turning));
+            used->quick = used->quick || jerk > QUICK * turning;
             add_form(&forms,
                      weight * interval->d3[end][axis],
                      weight * 3.0 * interval->d2[end][axis],

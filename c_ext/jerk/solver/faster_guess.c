@@ -81,9 +81,11 @@ static void find_growth(const struct problem *problem, double *growth) {
     }
 }
 
-/* The profile where it is not far below the guess. */
+/* The profile where it is not far below the guess, nor so fast that no
+ * acceleration is left in the bend. */
 static double start_of_growth(const struct problem *problem, int k) {
-    return greater(problem->x[k], GROW_LEAST * problem->guess[k]);
+    return lesser(problem->bend[k],
+                  greater(problem->x[k], GROW_LEAST * problem->guess[k]));
 }
 
 /* One more round; returns the mean change. */

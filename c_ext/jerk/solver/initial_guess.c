@@ -8,9 +8,13 @@
 #include "jerk/state/state.h"
 #include "maths/order.h"
 
-/* What curvature alone allows on a segment. */
-static double curve_cap(const jerk_planner *planner,
-                        const struct segment *segment) {
+/* What curvature alone allows on a segment, by accelerations and by jerks. */
+struct curve {
+    double bend, twist;
+};
+
+static struct curve curve_caps(const jerk_planner *planner,
+                               const struct segment *segment) {
     double scale = planner->scale;
     double bend = 0.0;
     double twist = 0.0;
@@ -26,7 +30,11 @@ static double curve_cap(const jerk_planner *planner,
     }
     double v = cbrt(EASY_BEND * segment->share
                     / greater(1e-30, twist * scale * scale * scale));
-    return lesser(EASY_BEND / greater(1e-30, bend * scale * scale), v * v);
+    return (struct curve){1.0 / greater(1e-30, bend * scale * scale), v * v};
+}
+
+static double easy_curve(struct curve curve) {
+    return lesser(EASY_BEND * curve.bend, curve.twist);
 }
 
 static void path_limits(const jerk_planner *planner,
@@ -99,14 +107,16 @@ static double feed_at(const struct grid *grid, int k) {
 static void easy_caps(jerk_planner *planner,
                       const struct grid *grid,
                       double *x) {
-    double *cap = planner->prob.cap;
-    double curve = curve_cap(planner, &grid->seg[0]);
+    struct problem *problem = &planner->prob;
+    struct curve curve = curve_caps(planner, &grid->seg[0]);
     for (int k = 1; k < grid->count; k++) {
-        double before = curve;
+        struct curve before = curve;
         double soft = feed_at(grid, k);
-        curve = curve_cap(planner, &grid->seg[k]);
-        cap[k] = EASY_SPEED * lesser(soft, grid->knot_cap[k]);
-        x[k] = lesser(cap[k], lesser(before, curve));
+        curve = curve_caps(planner, &grid->seg[k]);
+        problem->cap[k] = EASY_SPEED * lesser(soft, grid->knot_cap[k]);
+        problem->bend[k] = HARD_BEND * lesser(before.bend, curve.bend);
+        x[k] = lesser(problem->cap[k],
+                      lesser(easy_curve(before), easy_curve(curve)));
     }
 }
 

@@ -47,6 +47,8 @@ typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5
  * those of jerk are left out as long as the motion is far from their limits. */
 typedef struct used {
     int jerk, acc, mid;
+    bool quick;     /* acceleration may jump from interval to interval: its rows
+                       are there from the start */
     bool far;       /* acceleration: its rows are left out */
     int first, end; /* one-sided rows: caps are left out where x is far below
                        them, floors where it is far above */
@@ -108,6 +110,7 @@ typedef struct problem {
     double *bow;         /* stages: what the input has more in the middle */
     double *guess;       /* knots: x the floors refer to */
     double *cap;         /* knots: x of a guess by feed, machine and joints */
+    double *bend;        /* knots: x of a guess by the bend beside them */
     double *brake;       /* 1 over the square of the acceleration that all axes
                             can follow */
     double *slope;       /* objective: minus its gradient by x, times x^(3/2) */

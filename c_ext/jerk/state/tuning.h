@@ -171,6 +171,12 @@
  */
 #define ROWS_FAR 0.4
 
+/* Of the jerk that turns an acceleration from limit to limit within an
+ * interval: with more of it the rows of acceleration are there from the start.
+ * With 0.25 the same, with 0.5 windows fail. Unit: share. Evidence:
+ * test_quick_axes. */
+#define QUICK 0.125
+
 /* The same at a pause: with more it gets them. Unit: share. Evidence: `bench
  * planner`. */
 #define ROWS_NEAR 0.8
@@ -838,6 +844,11 @@
  * is slower where limits are unequal. Unit: share. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */
 #define EASY_JERK 0.5
+
+/* Of the squared speed at which a bend alone takes all of an acceleration: a
+ * guess that is made faster has no more. Unit: factor. Evidence:
+ * test_quick_axes. */
+#define HARD_BEND 2.0
 
 /* Of the caps of feed and machine, that the guess uses. Unit: share.
  * Evidence: bench/planner_parts.py, test_planner_optimum. */

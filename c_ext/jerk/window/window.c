@@ -189,8 +189,10 @@ static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
             continue;
         }
         if (segment->heavy > 0.0) {
-            double acc = *segment->acc_tight * AIM / segment->heavy;
-            *segment->acc_tight = greater(TIGHTEST, acc);
+            if (planner->prob.solved) { /* else the solver had not come to it */
+                double acc = *segment->acc_tight * AIM / segment->heavy;
+                *segment->acc_tight = greater(TIGHTEST, acc);
+            }
             continue;
         }
         double share = segment->share / segment->jump * AIM / segment->excess;

@@ -136,7 +136,7 @@ void law_changed(nc_smooth *smooth) {
             double slow = plain_exp(-y);
             pace->y1 = dot(basis[1], law, ORDER);
             pace->bend = dot(basis[2], law, ORDER) + 2.0 * square(pace->y1);
-            pace->cube = 1.0 / (slow * slow * slow * smooth->cfg.jerk);
+            pace->cube = 1.0 / (slow * slow * slow * smooth->jerk);
             pace->weight = place_weight[place] * span_length(window, k) * slow;
             pace->over = greater(0.0, y - window->law_top[k]);
         }
@@ -350,14 +350,14 @@ static double speed_of(const nc_smooth *smooth, int span) {
     }
     double v = plain_exp(window->law_top[span]);
     v = fmin(v, sqrt(smooth->cfg.accel / (sqrt(second) + 1e-9)));
-    return fmin(v, plain_cbrt(smooth->cfg.jerk / (sqrt(third) + 1e-9)));
+    return fmin(v, plain_cbrt(smooth->jerk / (sqrt(third) + 1e-9)));
 }
 
 /* Between two speeds v^1.5 changes along the way by at most so much: it is
  * linear where the jerk is constant from rest on. */
 static void reach(const nc_smooth *smooth, double *power) {
     const struct window *window = &smooth->window;
-    double slope = LAW_SLOPE * sqrt(smooth->cfg.jerk);
+    double slope = LAW_SLOPE * sqrt(smooth->jerk);
     for (int k = 1; k < window->spans; k++) {
         double way = window->tau[k + 6] - window->tau[k + 4];
         power[k] = fmin(power[k], power[k - 1] + slope * way);
@@ -402,14 +402,14 @@ static void lay_moving(nc_smooth *smooth) {
 
 /* ln v at which the path leaves a standstill over a span of this length. */
 static double rest(const nc_smooth *smooth, double length) {
-    return plain_log(LAW_REST * plain_cbrt(smooth->cfg.jerk * square(length)));
+    return plain_log(LAW_REST * plain_cbrt(smooth->jerk * square(length)));
 }
 
 static void first_guess(nc_smooth *smooth, bool rests, bool stops) {
     struct window *window = &smooth->window;
     double power[SPANS_ROOM];
     int last = window->spans - 1;
-    double root = sqrt(smooth->cfg.jerk);
+    double root = sqrt(smooth->jerk);
     for (int k = 0; k <= last; k++) {
         double v = speed_of(smooth, k);
         power[k] = v * sqrt(v);

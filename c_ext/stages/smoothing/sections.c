@@ -81,7 +81,7 @@ static double run_out(const nc_smooth *this_smooth,
     double corner = corner_distance(this_smooth, turn);
     double smooth = fmin(3.0 * sqrt(8.0 * this_smooth->tol * beside / turn),
                          fast_length(this_smooth, turn));
-    double kink = this_smooth->cfg.jerk > 0.0 ? KINK_JERK : KINK;
+    double kink = this_smooth->jerk > 0.0 ? KINK_JERK : KINK;
     double bend = fmax(fmin(smooth, kink * this_smooth->tol / turn),
                        10.0 * this_smooth->tol);
     return fmax(corner, bend + sharpness(this_smooth, turn) * (corner - bend));
@@ -201,7 +201,7 @@ static bool passes_at_feed(const nc_smooth *smooth, const struct node *node) {
     double feed = smooth->cfg.feed;
     feed = node->feed > 0.0 ? fmin(node->feed, feed) : feed;
     double way = corner_distance(smooth, node->turn);
-    return smooth->cfg.jerk * way * way > BLEND_JERK * feed * feed * feed;
+    return smooth->jerk * way * way > BLEND_JERK * feed * feed * feed;
 }
 
 /* One vertex between lines that is cut by a blend. */
@@ -230,7 +230,7 @@ static void finish_section(nc_smooth *smooth, int end) {
 
 static double spans_wanted(const nc_smooth *smooth, int known) {
     bool coarse =
-        smooth->cfg.jerk > 0.0 && smooth->measure >= COARSE * (double)known;
+        smooth->jerk > 0.0 && smooth->measure >= COARSE * (double)known;
     return coarse ? SPANS_COARSE : SPANS_FULL;
 }
 

@@ -360,12 +360,21 @@ static void take_motion(nc_smooth *smooth,
     stop_here(smooth);
 }
 
+/* A turn within the tolerance d takes sqrt(8 d / A) at the acceleration A. More
+ * jerk than builds A up in half of that time does not make it faster: a curve
+ * for so much jerk needs more acceleration than there is. */
+static double shaping_jerk(const nc_smooth *smooth) {
+    double accel = smooth->cfg.accel;
+    double most = accel * sqrt(accel / (2.0 * smooth->tol));
+    return smooth->tol > 0.0 ? fmin(smooth->cfg.jerk, most) : smooth->cfg.jerk;
+}
+
 /* How slow the axis is, where that with the least jerk has 1. A linear axis
  * above 1 has little acceleration; it is as slow as that one, but what is said
  * to be its jerk need not come to the limit. */
 static void set_slowness(nc_smooth *smooth, int axis) {
     double jerk = smooth->cfg.axis_jerk[axis] * smooth->scale[axis];
-    double slow = jerk > 0.0 ? smooth->cfg.jerk / jerk : 0.0;
+    double slow = jerk > 0.0 ? smooth->jerk / jerk : 0.0;
     bool rotary = smooth->cfg.rotary >> axis & 1;
     bool weak = !rotary && slow > 1.0;
     smooth->slowness[axis] = fmax(QUICKEST, weak ? 1.0 : slow);
@@ -382,7 +391,8 @@ static void set_mode(nc_smooth *smooth, const nc_block *row) {
     double rotary =
         row->radius > 0.0 ? row->radius : smooth->cfg.rotary_tolerance;
     smooth->tol = row->code != NC_SMOOTH_OFF ? tol : 0.0;
-    smooth->cuts = row->code == NC_SMOOTH_CUT || !(smooth->cfg.jerk > 0.0);
+    smooth->jerk = shaping_jerk(smooth);
+    smooth->cuts = row->code == NC_SMOOTH_CUT || !(smooth->jerk > 0.0);
     smooth->degrees = smooth->cfg.rotary ? rotary / tol : 0.0;
     smooth->cfg.turn_max =
         row->angle > 0.0 ? row->angle : smooth->turn_configured;

@@ -147,6 +147,7 @@ struct nc_smooth {
     double turn_configured,
         longest; /* rad as configured; mm: longer motions stay exact, 0: none */
     double scale[NC_AXES];    /* scaled = scale * axis value */
+    double jerk;              /* that shapes the curves, mm/s3; 0: no limit */
     double slowness[NC_AXES]; /* least limit of jerk over that of the axis, both
                                  scaled */
     double penalty_least[NC_AXES]; /* of the jerk of each axis */

@@ -184,8 +184,7 @@ static int commit_of(const struct window *window) {
 
 /* Whether speed may be gained: the points are far apart beside the knots. */
 static bool is_coarse(const nc_smooth *smooth, int end) {
-    return smooth->cfg.jerk > 0.0
-           && smooth->window.spans >= COARSE * (double)end;
+    return smooth->jerk > 0.0 && smooth->window.spans >= COARSE * (double)end;
 }
 
 /* A curve for the window that is laid out; then a faster one. */
