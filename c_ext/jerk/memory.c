@@ -58,7 +58,7 @@ static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
                         &problem->bow,
                         &problem->guess,
                         &problem->cap,
-                        &problem->bend,
+                        &problem->most,
                         &problem->brake,
                         &problem->slope,
                         &problem->weight,

@@ -315,6 +315,9 @@ static bool solve_ahead(jerk_planner *planner) {
             planner->was = speeds_now(planner);
         }
         planner->near = falls && falls_on(planner, grid);
+        if (planner->near) {
+            planner->wait = until_next_commit(planner);
+        }
         reach_further(planner, grid);
         return true;
     }

@@ -81,10 +81,10 @@ static void find_growth(const struct problem *problem, double *growth) {
     }
 }
 
-/* The profile where it is not far below the guess, nor so fast that no
- * acceleration is left in the bend. */
+/* The profile where it is neither far below the guess nor above what a guess
+ * may be. */
 static double start_of_growth(const struct problem *problem, int k) {
-    return lesser(problem->bend[k],
+    return lesser(problem->most[k],
                   greater(problem->x[k], GROW_LEAST * problem->guess[k]));
 }
 
@@ -95,11 +95,27 @@ static double grow(struct problem *problem, double *growth) {
     for (int k = 1; k < problem->count; k++) {
         double x = start_of_growth(problem, k);
         double by = lesser(growth[k - 1], growth[k]);
-        double to = greater(lesser(x * by, greater(problem->cap[k], x)), TINY);
+        double to = lesser(x * by, greater(problem->cap[k], x));
+        to = greater(lesser(to, problem->most[k]), TINY);
         change += fabs(to / problem->guess[k] - 1.0);
         problem->guess[k] = to;
     }
     return change / problem->count;
+}
+
+/* The nearest profile passes over low caps of single knots.  Beside them the
+ * guess is as fast as all of the acceleration makes it. */
+static void keep_caps(struct problem *problem) {
+    double *guess = problem->guess;
+    int last = problem->count - 1;
+    for (int k = 1; k < last; k++) {
+        double rise = 2.0 * problem->lengths[k] / sqrt(problem->brake[k]);
+        guess[k + 1] = lesser(guess[k + 1], guess[k] + rise);
+    }
+    for (int k = last - 1; k >= 1; k--) {
+        double fall = 2.0 * problem->lengths[k] / sqrt(problem->brake[k]);
+        guess[k] = lesser(guess[k], guess[k + 1] + fall);
+    }
 }
 
 bool faster_guess(struct problem *problem, double *growth) {
@@ -111,5 +127,6 @@ bool faster_guess(struct problem *problem, double *growth) {
     for (int k = 1; k < problem->count; k++) {
         problem->guess[k] = greater(start_of_growth(problem, k), TINY);
     }
+    keep_caps(problem);
     return true;
 }

@@ -113,8 +113,10 @@ static void easy_caps(jerk_planner *planner,
         struct curve before = curve;
         double soft = feed_at(grid, k);
         curve = curve_caps(planner, &grid->seg[k]);
-        problem->cap[k] = EASY_SPEED * lesser(soft, grid->knot_cap[k]);
-        problem->bend[k] = HARD_BEND * lesser(before.bend, curve.bend);
+        double cap = lesser(soft, grid->knot_cap[k]);
+        double bend = lesser(before.bend, curve.bend);
+        problem->cap[k] = EASY_SPEED * cap;
+        problem->most[k] = lesser(cap, HARD_BEND * bend);
         x[k] = lesser(problem->cap[k],
                       lesser(easy_curve(before), easy_curve(curve)));
     }

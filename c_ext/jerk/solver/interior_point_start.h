@@ -179,8 +179,8 @@ static void start(struct problem *problem, double mu) {
         vec x, accel;
         middle_of(block.length, block.x, block.accel, block.input, &x, &accel);
         struct used *used = &problem->used[i];
-        used->far =
-            !used->quick && most_acc(problem, i, &block, x, accel) < ROWS_FAR;
+        used->far = (problem->stops || !used->quick)
+                    && most_acc(problem, i, &block, x, accel) < ROWS_FAR;
         if (!used->far) {
             start_accs(problem, i, &block, x, accel, mu);
         }

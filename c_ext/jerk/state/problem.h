@@ -110,7 +110,7 @@ typedef struct problem {
     double *bow;         /* stages: what the input has more in the middle */
     double *guess;       /* knots: x the floors refer to */
     double *cap;         /* knots: x of a guess by feed, machine and joints */
-    double *bend;        /* knots: x of a guess by the bend beside them */
+    double *most;        /* knots: a guess is no faster: caps, and the bend */
     double *brake;       /* 1 over the square of the acceleration that all axes
                             can follow */
     double *slope;       /* objective: minus its gradient by x, times x^(3/2) */
