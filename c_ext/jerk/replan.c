@@ -230,10 +230,10 @@ static void reach_further(jerk_planner *planner, const struct grid *grid) {
     }
 }
 
-/* Laws of the plan that are driven until the next commit, or nearly. */
-static int until_next_commit(const jerk_planner *planner) {
+/* Laws of the plan that are driven in so many seconds, or nearly. */
+static int laws_within(const jerk_planner *planner, double seconds) {
     const plan *pl = &planner->plan;
-    double way = NEXT_COMMIT_S * speed_at_head(planner);
+    double way = seconds * speed_at_head(planner);
     int k = pl->next;
     for (double at = 0.0; k < pl->count && (at < way || k == pl->next); k++) {
         at += pl->lengths[k];
@@ -246,8 +246,9 @@ static int until_next_commit(const jerk_planner *planner) {
  * edition: then nothing is waited for. */
 static bool follow_soon(jerk_planner *planner, bool planned, uint64_t before) {
     planner->changed = false;
-    planner->wait =
-        planner->plan.edition == before ? 0 : until_next_commit(planner);
+    planner->wait = planner->plan.edition == before
+                        ? 0
+                        : laws_within(planner, NEXT_COMMIT_S);
     if (planned) {
         planner->near = true;
         planner->was = speeds_now(planner);
@@ -316,7 +317,8 @@ static bool solve_ahead(jerk_planner *planner) {
         }
         planner->near = falls && falls_on(planner, grid);
         if (planner->near) {
-            planner->wait = until_next_commit(planner);
+            int soon = laws_within(planner, FALL_SEEN_S);
+            planner->wait = soon < planner->wait ? soon : planner->wait;
         }
         reach_further(planner, grid);
         return true;
