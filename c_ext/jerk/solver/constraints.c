@@ -125,16 +125,13 @@ static int most_of(int one, int other) {
     return one > other ? one : other;
 }
 
-/* The jerk that turns the acceleration of an axis from limit to limit within
- * the segment at its highest speed, which may be that of here where it falls.
- * More is of no use there. */
-static double turning_jerk(const jerk_planner *planner,
-                           const struct segment *segment,
-                           int axis) {
+/* Jerk over acceleration limit, 1/s, that turns an acceleration from limit to
+ * limit within the segment at its highest speed, which may be that of here
+ * where it falls. More is of no use there. */
+static double turning_rate(const jerk_planner *planner,
+                           const struct segment *segment) {
     double most = greater(planner->x, lesser(segment->soft, segment->cap));
-    double v = planner->scale * sqrt(most);
-    return 2.0 * acc_max(planner, segment->interval, axis) * v
-           / segment->length;
+    return 2.0 * planner->scale * sqrt(most) / segment->length;
 }
 
 /* Axis jerk over sqrt(x), at the start and at the end of the stage. */
@@ -146,12 +143,13 @@ static void jerk_rows(const jerk_planner *planner,
     double f3 = planner->scale * planner->scale * planner->scale;
     const jerk_interval *interval = segment->interval;
     struct used *used = &problem->used[k / LANES];
+    double rate = turning_rate(planner, segment);
     for (int end = 0; end < 2; end++) {
         struct forms forms = {.count = 0};
         for (int i = 0; i < problem->axes; i++) {
             int axis = problem->axis[i];
             double jerk = jerk_max(planner, interval, axis);
-            double turning = turning_jerk(planner, segment, axis);
+            double turning = rate * acc_max(planner, interval, axis);
             double weight =
                 f3 / (segment->share * usable * lesser(jerk, turning));
             used->quick = used->quick || jerk > QUICK * turning;

@@ -103,18 +103,23 @@ static double grow(struct problem *problem, double *growth) {
     return change / problem->count;
 }
 
+/* How much x changes at the most from knot k to the next one. */
+static double most_change(const struct problem *problem, int k) {
+    return 2.0 * problem->lengths[k] / sqrt(problem->brake[k]);
+}
+
 /* The nearest profile passes over low caps of single knots.  Beside them the
  * guess is as fast as all of the acceleration makes it. */
 static void keep_caps(struct problem *problem) {
     double *guess = problem->guess;
     int last = problem->count - 1;
     for (int k = 1; k < last; k++) {
-        double rise = 2.0 * problem->lengths[k] / sqrt(problem->brake[k]);
-        guess[k + 1] = lesser(guess[k + 1], guess[k] + rise);
+        double most = guess[k] + most_change(problem, k);
+        guess[k + 1] = lesser(guess[k + 1], most);
     }
     for (int k = last - 1; k >= 1; k--) {
-        double fall = 2.0 * problem->lengths[k] / sqrt(problem->brake[k]);
-        guess[k] = lesser(guess[k], guess[k + 1] + fall);
+        double most = guess[k + 1] + most_change(problem, k);
+        guess[k] = lesser(guess[k], most);
     }
 }
 

@@ -519,7 +519,7 @@
 
 /* A fall of the speed that goes on is driven so long before the next plan.
  * With 0.01 the contour with steps of the override takes 1.3 times the work,
- * with 0.04 deep falls on arcs take 1.5 times as long. Unit: s. Evidence:
+ * with 0.04 the deepest fall on arcs 142 instead of 112 ms. Unit: s. Evidence:
  * test_orders_take_effect, `bench planner` (live). */
 #define FALL_SEEN_S 0.03
 
