@@ -92,9 +92,13 @@ class Queue:
 
     def _take_left(self) -> None:
         left = _left.get(self._address, [])
-        for held in list(left):
-            if held[0] < 0 or self.take(held[0]) != BUSY:
-                left.remove(held)
+        for _ in range(len(left)):
+            try:
+                held = left.pop(0)  # no other task looks at it meanwhile
+            except IndexError:
+                return
+            if held[0] >= 0 and self.take(held[0]) == BUSY:
+                left.append(held)
 
     def ask(self, ask: Ask) -> int:
         """Claim a slot and place the request: its slot, or BUSY."""
