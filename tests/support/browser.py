@@ -19,6 +19,10 @@ CHROMIUM = shutil.which("chromium")
 START_S, ANSWER_S, TRUE_S = 60.0, 30.0, 30.0
 
 
+class PageLeftError(Exception):
+    """The page was left for another one before it had answered."""
+
+
 class Tab:
     """One tab: go to an address, ask its script, press keys."""
 
@@ -47,6 +51,8 @@ class Tab:
         while True:
             message = json.loads(self._socket.recv(self.answer_s))
             if message.get("id") == number:
+                if "navigated" in message.get("error", {}).get("message", ""):
+                    raise PageLeftError(method)
                 assert "error" not in message, message
                 return message["result"]
             self._note(message)
@@ -86,10 +92,17 @@ class Tab:
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"].get("value")
 
+    def _here(self, expression: str) -> Any:
+        """The value of an expression; None while another page comes."""
+        try:
+            return self.js(expression)
+        except PageLeftError:
+            return None
+
     def until(self, expression: str, seconds: float = TRUE_S) -> Any:
         """The value of an expression once it is true."""
         end = time.monotonic() + seconds
-        while not (value := self.js(expression)):
+        while not (value := self._here(expression)):
             late = time.monotonic() > end
             assert not late, (expression, self.text("body")[:1500])
             time.sleep(0.05)
