@@ -215,20 +215,35 @@ static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
     }
 }
 
-/* Cap at knot k, and what is left of the jerk limit around it. */
-static void knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
+/* Cap at knot k. Returns whether a jump there needs room around it. */
+static bool knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
+    const jerk_interval *left = grid->seg[k - 1].interval;
+    const jerk_interval *right = grid->seg[k].interval;
+    if (!grid->seg[k - 1].last) {
+        return false;
+    }
+    grid->knot_cap[k] = jump_cap(planner, left, right, grid->knot_cap[k]);
+    if (jump_used(planner, left, right, grid->knot_cap[k]) < SMALL_JUMP) {
+        return false;
+    }
+    cap_bends(planner, grid, k);
+    return true;
+}
+
+/* What is left of the jerk limit around knot k, at the speed with which it may
+ * be passed. */
+static void knot_share(const jerk_planner *planner, struct grid *grid, int k) {
     const jerk_interval *left = grid->seg[k - 1].interval;
     const jerk_interval *right = grid->seg[k].interval;
     if (!grid->seg[k - 1].last) {
         return;
     }
-    grid->knot_cap[k] = jump_cap(planner, left, right, grid->knot_cap[k]);
-    double used = jump_used(planner, left, right, grid->knot_cap[k]);
+    double x = lesser(grid->knot_cap[k], grid->top[k]);
+    double used = jump_used(planner, left, right, x);
     if (used < SMALL_JUMP) {
         return;
     }
-    cap_bends(planner, grid, k);
-    double reach = jump_reach(planner, left, right, grid->knot_cap[k]);
+    double reach = jump_reach(planner, left, right, x);
     for (int i = k - 1;
          i >= 0 && grid->from_start[k] - grid->from_start[i + 1] < reach;
          i--) {
@@ -241,6 +256,23 @@ static void knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
     }
 }
 
+/* What jumps of the derivatives ask of the grid: caps, and room around them. */
+static void jumps(const jerk_planner *planner, struct grid *grid) {
+    bool any = false;
+    for (int k = 1; k < grid->count; k++) {
+        any = knot_jump(planner, grid, k) || any;
+    }
+    int joint = first_joint(planner, grid);
+    if (!any && joint == 0 && planner->turned_count == 0) {
+        return;
+    }
+    top_speeds(planner, grid);
+    for (int k = 1; k < grid->count && any; k++) {
+        knot_share(planner, grid, k);
+    }
+    turn_caps(planner, grid, joint);
+}
+
 void knot_caps(const jerk_planner *planner, struct grid *grid) {
     grid->from_start[0] = 0.0;
     for (int k = 0; k <= grid->count; k++) {
@@ -251,10 +283,7 @@ void knot_caps(const jerk_planner *planner, struct grid *grid) {
             grid->from_start[k + 1] = grid->from_start[k] + grid->seg[k].length;
         }
     }
-    for (int k = 1; k < grid->count; k++) {
-        knot_jump(planner, grid, k);
-    }
-    turn_caps(planner, grid);
+    jumps(planner, grid);
     for (int k = 0; k < grid->count; k++) {
         if (grid->from_start[k] < planner->behind_mm) {
             take_share(&grid->seg[k], 1.0 - planner->behind_share);

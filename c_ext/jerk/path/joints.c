@@ -11,6 +11,7 @@
  */
 #include <math.h>
 #include "jerk/path/joints.h"
+#include "jerk/path/plan_law.h"
 #include "jerk/state/state.h"
 #include "maths/order.h"
 
@@ -88,13 +89,23 @@ static double rise_over(const jerk_planner *planner,
     return 2.0 * segment->length * acc / (planner->scale * planner->scale);
 }
 
-/* The speed at which each knot may be passed, its neighbours being passed no
- * faster than they may. */
-static void top_speeds(const jerk_planner *planner, struct grid *grid) {
+/* On the way down what the stored tail drives stays possible. */
+static void allow_tail_on_top(const jerk_planner *planner, struct grid *grid) {
+    struct tail_walk walk = {.next = planner->plan.next};
+    double *x = grid->top;
+    for (int k = 0; k < grid->count && walk.next < planner->plan.count; k++) {
+        double most = tail_most(planner, &walk, grid->from_start[k + 1]);
+        x[k] = greater(x[k], lesser(most, grid->knot_cap[k]));
+        x[k + 1] = greater(x[k + 1], lesser(most, grid->knot_cap[k + 1]));
+    }
+}
+
+void top_speeds(const jerk_planner *planner, struct grid *grid) {
     double *x = grid->top;
     for (int k = 0; k <= grid->count; k++) {
         x[k] = asked_speed2(planner, grid, k);
     }
+    allow_tail_on_top(planner, grid);
     x[0] = planner->at_standstill ? 0.0 : planner->x;
     for (int k = 1; k <= grid->count; k++) {
         double rise = rise_over(planner, &grid->seg[k - 1]);
@@ -290,17 +301,19 @@ static bool is_joint(const jerk_planner *planner,
                            turn);
 }
 
-void turn_caps(const jerk_planner *planner, struct grid *grid) {
-    int first = 0;
-    for (int k = grid->count - 1; k > 0; k--) {
+int first_joint(const jerk_planner *planner, const struct grid *grid) {
+    for (int k = 1; k < grid->count; k++) {
         if (is_joint(planner, grid, k)) {
-            first = k;
+            return k;
         }
     }
+    return 0;
+}
+
+void turn_caps(const jerk_planner *planner, struct grid *grid, int first) {
     if (first == 0 && planner->turned_count == 0) {
         return;
     }
-    top_speeds(planner, grid);
     turn_cap(planner, grid, 0);
     for (int k = first; k > 0 && k < grid->count; k++) {
         if (is_joint(planner, grid, k)) {

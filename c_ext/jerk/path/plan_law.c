@@ -1,6 +1,7 @@
 /* Laws of the plan, from its states and inputs. */
 #include "jerk/path/motion_law.h"
 #include "jerk/path/plan_law.h"
+#include "maths/order.h"
 
 void plan_law(const jerk_planner *planner, int k, jerk_law *law) {
     const plan *pl = &planner->plan;
@@ -36,4 +37,21 @@ void plan_law(const jerk_planner *planner, int k, jerk_law *law) {
     pl->snap[k] = law->snap;
     pl->crackle[k] = law->crackle;
     pl->pop[k] = law->pop;
+}
+
+double tail_most(const jerk_planner *planner, tail_walk *walk, double end) {
+    const plan *pl = &planner->plan;
+    double most = 0.0;
+    while (walk->next < pl->count
+           && walk->at < end - 1e-9) { /* what begins where the walk ends is not
+                                          of it */
+        int i = walk->next;
+        most = greater(most, greater(pl->x[i], pl->x[i + 1]));
+        if (walk->at + pl->lengths[i] > end + 1e-9) {
+            break;
+        }
+        walk->at += pl->lengths[i];
+        walk->next++;
+    }
+    return most;
 }

@@ -2,6 +2,7 @@
  * stored tail. */
 #include <math.h>
 #include <string.h>
+#include "jerk/path/plan_law.h"
 #include "jerk/window/history.h"
 #include "jerk/solver/constraints.h"
 #include "jerk/solver/initial_guess.h"
@@ -428,23 +429,12 @@ static double cap_before(const jerk_planner *planner,
  * stored tail drives stays allowed over `reach` mm. A little more of it where
  * the feed was higher, next to nothing else: plan upon plan it would add up. */
 void allow_tail(jerk_planner *planner, struct grid *grid, double reach) {
-    const plan *pl = &planner->plan;
-    double at = 0.0;
-    int i = pl->next;
-    for (int k = 0;
-         k < grid->count && i < pl->count && grid->from_start[k] < reach;
+    struct tail_walk walk = {.next = planner->plan.next};
+    for (int k = 0; k < grid->count && walk.next < planner->plan.count
+                    && grid->from_start[k] < reach;
          k++) {
         struct segment *segment = &grid->seg[k];
-        double most = 0.0;
-        double end = grid->from_start[k + 1];
-        while (i < pl->count && at < end - 1e-9) { /* what begins where the
-                                                  segment ends is not of it */
-            most = greater(most, greater(pl->x[i], pl->x[i + 1]));
-            if (at + pl->lengths[i] > end + 1e-9) {
-                break;
-            }
-            at += pl->lengths[i++];
-        }
+        double most = tail_most(planner, &walk, grid->from_start[k + 1]);
         double allowed = lesser(
             TAIL_AND * most,
             greater(cap_before(planner, segment->interval), TAIL_ONLY * most));
