@@ -138,10 +138,26 @@ static bool over_window(jerk_planner *planner,
     return faster;
 }
 
-/* The plan is too fast still where a quick fall of the speed has ended. */
+/* mm of the plan that are driven in so many seconds, or nearly. */
+static double way_within(const jerk_planner *planner, double seconds) {
+    const plan *pl = &planner->plan;
+    double way = 0.0;
+    double left = seconds * planner->scale;
+    for (int k = pl->next; k < pl->count && left > 0.0; k++) {
+        way += pl->lengths[k];
+        left -= time_factor(pl->x[k], pl->x[k + 1]) * pl->lengths[k]
+                / (sqrt(pl->x[k]) + sqrt(pl->x[k + 1]));
+    }
+    return way;
+}
+
+/* The plan is too fast still where, or when, a quick fall of the speed has
+ * ended: slow places are short and last long. */
 static bool falls_on(const jerk_planner *planner, const struct grid *grid) {
     double v = planner->scale * sqrt(grid->seg[0].asked);
-    return plan_is_faster(planner, grid, FALL_WAYS * way_down_to(planner, v));
+    double there = FALL_WAYS * way_down_to(planner, v);
+    double then = way_within(planner, FALL_TIMES * time_down_to(planner, v));
+    return plan_is_faster(planner, grid, fmin(there, then));
 }
 
 /* The window, in which a speed that is too high falls faster than in the

@@ -57,6 +57,7 @@ def smoothing_machine(cell: CellConfig) -> SmoothingMachine:
         feed=min(axis.v_max_mm_s for axis in linear),
         jerk=min(jerks, default=0.0),
         axis_jerk=tuple(in_chords(axis) for axis in cell.axes.values()),
+        axis_feed=tuple(axis.v_max_mm_s for axis in cell.axes.values()),
     )
 
 

@@ -130,7 +130,8 @@ double jump_cap(const jerk_planner *planner,
 }
 
 /* A jump shows in samples up to one and a half cycles away; the speed may rise
- * from x as fast as the path allows. */
+ * from x as fast as the path allows, with as much acceleration there as the jerk
+ * takes away before the speed is zero. */
 static double jump_reach(const jerk_planner *planner,
                          const jerk_interval *left,
                          const jerk_interval *right,
@@ -146,7 +147,8 @@ static double jump_reach(const jerk_planner *planner,
                           / fmax(1e-9, along));
     }
     double v = sqrt(x) * planner->scale;
-    return t * (v + jerk * t * t / 6.0) + 1e-9;
+    double acc = sqrt(2.0 * jerk * v);
+    return t * (v + acc * t / 2.0 + jerk * t * t / 6.0) + 1e-9;
 }
 
 /* Where q' jumps at the head, the path acceleration makes a step of the axes'
@@ -191,11 +193,15 @@ static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
     double dt = planner->cfg.cycle_s;
     double scale = planner->scale;
     double cap = grid->knot_cap[k];
-    double reach = dt * scale * sqrt(cap);
+    double top = 0.0;
     double jump[JERK_AXES] = {0};
     int first = k;
-    for (int i = k; i > 0 && grid->from_start[k] - grid->from_start[i] < reach;
-         i--) {
+    for (int i = k; i > 0; i--) {
+        top = greater(top, grid->top[i]);
+        double reach = dt * scale * sqrt(top);
+        if (grid->from_start[k] - grid->from_start[i] >= reach) {
+            break;
+        }
         first = i;
         if (!grid->seg[i - 1].last) {
             continue;
@@ -215,7 +221,9 @@ static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
     }
 }
 
-/* Cap at knot k. Returns whether a jump there needs room around it. */
+/* Cap at knot k by what jumps there. Returns whether it may need room around
+ * it.
+ */
 static bool knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
     const jerk_interval *left = grid->seg[k - 1].interval;
     const jerk_interval *right = grid->seg[k].interval;
@@ -223,26 +231,31 @@ static bool knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
         return false;
     }
     grid->knot_cap[k] = jump_cap(planner, left, right, grid->knot_cap[k]);
-    if (jump_used(planner, left, right, grid->knot_cap[k]) < SMALL_JUMP) {
-        return false;
-    }
-    cap_bends(planner, grid, k);
-    return true;
+    return jump_used(planner, left, right, grid->knot_cap[k]) >= SMALL_JUMP;
 }
 
-/* What is left of the jerk limit around knot k, at the speed with which it may
- * be passed. */
+/* Share of the jerk limit that the jump at knot k takes, at the speed with
+ * which it may be passed; 0: it needs no room. */
+static double knot_used(const jerk_planner *planner,
+                        const struct grid *grid,
+                        int k) {
+    const jerk_interval *left = grid->seg[k - 1].interval;
+    const jerk_interval *right = grid->seg[k].interval;
+    double x = lesser(grid->knot_cap[k], grid->top[k]);
+    double used =
+        grid->seg[k - 1].last ? jump_used(planner, left, right, x) : 0.0;
+    return used < SMALL_JUMP ? 0.0 : used;
+}
+
+/* What is left of the jerk limit around knot k. */
 static void knot_share(const jerk_planner *planner, struct grid *grid, int k) {
     const jerk_interval *left = grid->seg[k - 1].interval;
     const jerk_interval *right = grid->seg[k].interval;
-    if (!grid->seg[k - 1].last) {
+    double used = knot_used(planner, grid, k);
+    if (used == 0.0) {
         return;
     }
     double x = lesser(grid->knot_cap[k], grid->top[k]);
-    double used = jump_used(planner, left, right, x);
-    if (used < SMALL_JUMP) {
-        return;
-    }
     double reach = jump_reach(planner, left, right, x);
     for (int i = k - 1;
          i >= 0 && grid->from_start[k] - grid->from_start[i + 1] < reach;
@@ -267,6 +280,11 @@ static void jumps(const jerk_planner *planner, struct grid *grid) {
         return;
     }
     top_speeds(planner, grid);
+    for (int k = 1; k < grid->count && any; k++) {
+        if (knot_used(planner, grid, k) > 0.0) {
+            cap_bends(planner, grid, k);
+        }
+    }
     for (int k = 1; k < grid->count && any; k++) {
         knot_share(planner, grid, k);
     }

@@ -8,7 +8,7 @@ static path_limits limits_at_head(const jerk_planner *planner) {
     return limits_at(planner, ring_at(planner, planner->head));
 }
 
-/* From (v, a) down to the speed v1; less than zero: there is no such way. */
+/* mm from (v, a) down to the speed v1; less than zero: there is no such way. */
 static double brakes(double v, double a, double v1, path_limits most) {
     speed_change change;
     if (!change_speed(v, a, v1, most, &change)) {
@@ -36,6 +36,14 @@ double way_down_to(const jerk_planner *planner, double v1) {
     double a = fmax(0.0, acceleration_at_head(planner));
     double v = speed_at_head(planner);
     return brakes(v, a, fmin(v1, v), limits_at_head(planner));
+}
+
+double time_down_to(const jerk_planner *planner, double v1) {
+    double a = fmax(0.0, acceleration_at_head(planner));
+    double v = speed_at_head(planner);
+    speed_change change;
+    change_speed(v, a, fmin(v1, v), limits_at_head(planner), &change);
+    return change.lasts;
 }
 
 double jerk_stop_distance(const jerk_planner *planner) {

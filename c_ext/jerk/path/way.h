@@ -14,8 +14,9 @@ double way_to_rest(const jerk_planner *planner,
 /* mm from the head to rest: the first distance that is tried for a stop. */
 double likely_stop(const jerk_planner *planner);
 
-/* mm from the head to the speed v1. */
+/* mm from the head to the speed v1, and s. */
 double way_down_to(const jerk_planner *planner, double v1);
+double time_down_to(const jerk_planner *planner, double v1);
 
 /* s that no brake from the head takes. */
 double longest_brake(const jerk_planner *planner);

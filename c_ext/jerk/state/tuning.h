@@ -102,6 +102,11 @@
  * stopping ways. Evidence: `bench planner`, bench/planner_parts.py. */
 #define LASTS 2.5
 
+/* Nor while so many of its intervals are left: at a crawl one is longer than
+ * the stopping way, and the plan brakes in it. Unit: count. Evidence:
+ * test_low_feeds. */
+#define LAST_INTERVALS 5
+
 /* A shorter plan begins to brake for its end soon. Unit: stopping ways.
  * Evidence: `bench planner`, bench/planner_parts.py. */
 #define JUST_COVERS 2.6
@@ -522,6 +527,10 @@
  * with 0.04 the deepest fall on arcs 142 instead of 112 ms. Unit: s. Evidence:
  * test_orders_take_effect, `bench planner` (live). */
 #define FALL_SEEN_S 0.03
+
+/* Of the shortest time down: a fall that takes longer goes on. Unit: share.
+ * Evidence: test_orders_take_effect, `bench planner` (live). */
+#define FALL_TIMES 1.2
 
 /* Such windows are tried before the present plan stays. Unit: count.
  * Evidence: `bench planner` (live). */

@@ -91,7 +91,10 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
     pl->end = end;
     pl->remaining = grid->from_start[grid->count];
     double way = stopping_way(planner, grid);
-    pl->lasts = LASTS * way;
+    int near_end =
+        grid->count > LAST_INTERVALS ? grid->count - LAST_INTERVALS : 0;
+    pl->lasts =
+        greater(LASTS * way, pl->remaining - grid->from_start[near_end]);
     pl->refresh = pl->remaining < JUST_COVERS * way
                       ? lesser(planner->cfg.refresh, JUST_REFRESH)
                       : planner->cfg.refresh;

@@ -32,10 +32,14 @@ static double bend2(const struct window *window, int k, int axes) {
 
 /* Fairness counts with the sixth power of the speed that the curve found so far
  * allows: jerk is q''' v^3. */
-static void weigh_by_speed(nc_smooth *smooth) {
+static void weigh_by_speed(nc_smooth *smooth, int end) {
     struct window *window = &smooth->window;
     double v2[SPANS_ROOM];
-    double top = smooth->cfg.feed * smooth->cfg.feed;
+    double most = 0.0;
+    for (int i = 1; i <= end; i++) {
+        most = fmax(most, smooth->nodes[i].most);
+    }
+    double top = most * most;
     for (int k = 0; k < window->spans; k++) {
         v2[k] = fmin(top,
                      smooth->cfg.accel
@@ -228,7 +232,7 @@ bool iterate(nc_smooth *smooth, int end, double *deviation) {
         if (i < SETTLE) {
             double before[SPANS_ROOM];
             memcpy(before, window->rho, sizeof before);
-            weigh_by_speed(smooth);
+            weigh_by_speed(smooth, end);
             for (int k = 0; k < window->sites_n; k++) {
                 window->sites[k].weight *= window->rho[window->sites[k].span]
                                            / before[window->sites[k].span];

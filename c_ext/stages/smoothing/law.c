@@ -378,7 +378,7 @@ static void lay_tops(nc_smooth *smooth, int end) {
             node++;
         }
         double feed = smooth->nodes[node].feed;
-        double most = smooth->cfg.feed;
+        double most = smooth->nodes[node].most;
         window->law_top[k] =
             plain_log(fmax(feed > 0.0 ? fmin(feed, most) : most, 1e-3));
     }

@@ -58,29 +58,31 @@ static double sharpness(const nc_smooth *smooth, double turn) {
 }
 
 /* Way over which a turn may be spread so that it does not slow the machine down
- * at any speed. */
-static double fast_length(const nc_smooth *smooth, double turn) {
-    double v2 =
-        smooth->cfg.feed * smooth->cfg.feed
-        / smooth->cfg
-              .accel; /* jerk: what builds up the acceleration in 0.1 s */
-    return fmax(
-        FAST_LEAST,
-        fmax(2.0 * turn * v2, sqrt(0.4 * turn * v2 * smooth->cfg.feed)));
+ * up to this speed.  The acceleration counts as far as the jerk builds it up in
+ * RISE_S. */
+static double fast_length(const nc_smooth *smooth, double turn, double speed) {
+    double accel = smooth->cfg.accel;
+    if (smooth->cfg.jerk > 0.0) {
+        accel = fmin(accel, RISE_S * smooth->cfg.jerk);
+    }
+    double v2 = speed * speed / accel;
+    return fmax(FAST_LEAST,
+                fmax(2.0 * turn * v2, sqrt(4.0 * RISE_S * turn * v2 * speed)));
 }
 
 /* How far along a long line the curve may begin before a node with this turn,
- * next to a chord of this length. */
+ * next to a chord of this length; the line may be driven with `speed`. */
 static double run_out(const nc_smooth *this_smooth,
                       const struct node *node,
-                      double beside) {
+                      double beside,
+                      double speed) {
     if (node->kind == NODE_BREAK) {
         return 0.0;
     }
     double turn = fmax(node->turn, 1e-9);
     double corner = corner_distance(this_smooth, turn);
     double smooth = fmin(3.0 * sqrt(8.0 * this_smooth->tol * beside / turn),
-                         fast_length(this_smooth, turn));
+                         fast_length(this_smooth, turn, speed));
     double kink = this_smooth->jerk > 0.0 ? KINK_JERK : KINK;
     double bend = fmax(fmin(smooth, kink * this_smooth->tol / turn),
                        10.0 * this_smooth->tol);
@@ -119,8 +121,8 @@ void section_split(nc_smooth *smooth, int i, double beside_next) {
     if (node.kind == NODE_HEAD || node.kind == NODE_TAIL) {
         return;
     }
-    double left = run_out(smooth, &node, node.len);
-    double right = run_out(smooth, &behind, beside_next);
+    double left = run_out(smooth, &node, node.len, behind.most);
+    double right = run_out(smooth, &behind, beside_next, behind.most);
     double corner_a = sharpness(smooth, node.turn);
     double corner_b = sharpness(smooth, behind.turn);
     if (fmin(corner_a, corner_b) > 0.9 && own < left + right
@@ -198,7 +200,7 @@ static const struct node *only_vertex(const nc_smooth *smooth, int end) {
 /* A blend passes the vertex at the feed: then the shortest way is the fastest.
  */
 static bool passes_at_feed(const nc_smooth *smooth, const struct node *node) {
-    double feed = smooth->cfg.feed;
+    double feed = fmin(node->most, node[1].most);
     feed = node->feed > 0.0 ? fmin(node->feed, feed) : feed;
     double way = corner_distance(smooth, node->turn);
     return smooth->jerk * way * way > BLEND_JERK * feed * feed * feed;
@@ -268,12 +270,27 @@ static void settle(nc_smooth *smooth, int i) {
     section_split(smooth, i, next);
 }
 
+/* The chord that ends at node `last` grows no more: the node ahead of it is
+ * final. */
+static void settle_ahead(nc_smooth *smooth, int last) {
+    int behind = smooth->n_nodes - last;
+    if (last > 1) {
+        settle(smooth, last - 1);
+    }
+    section_work(smooth, smooth->n_nodes - behind);
+}
+
+/* Collinear chords may follow, and the last one grows with them: how the path
+ * goes round a node is decided when the chord behind it is whole. */
 static void add_node(nc_smooth *smooth, const struct node *node) {
     smooth->nodes[smooth->n_nodes++] = *node;
     if (smooth->n_nodes > 2) {
-        settle(smooth, smooth->n_nodes - 2);
+        settle_ahead(smooth, smooth->n_nodes - 2);
     }
-    section_work(smooth, smooth->n_nodes - 1);
+}
+
+void section_complete(nc_smooth *smooth) {
+    settle_ahead(smooth, smooth->n_nodes - 1);
 }
 
 /* The directions in which a chord passes all points left out on it: a ball
@@ -349,6 +366,26 @@ static bool merge(nc_smooth *smooth, const struct node *node) {
     return true;
 }
 
+/* mm/s that the axes allow along a chord, at most that of the quickest one. */
+static double chord_speed(const nc_smooth *smooth,
+                          const double *from,
+                          const double *to,
+                          double length) {
+    double most = 0.0;
+    for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+        most = fmax(most, smooth->cfg.axis_feed[axis]);
+    }
+    double quickest = most;
+    for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+        double feed = smooth->cfg.axis_feed[axis] * length;
+        double way = fabs(to[axis] - from[axis]);
+        if (feed > 0.0 && way * quickest > feed) {
+            most = fmin(most, feed / way);
+        }
+    }
+    return most;
+}
+
 /* The programmed position becomes a node; `row` says where it comes from. */
 void section_point(nc_smooth *smooth, const nc_block *row, double slack) {
     struct node *at = last_node(smooth);
@@ -360,6 +397,7 @@ void section_point(nc_smooth *smooth, const nc_block *row, double slack) {
                         .len = length,
                         .size = 1e9};
     memcpy(node.position, smooth->last, sizeof node.position);
+    node.most = chord_speed(smooth, at->position, smooth->last, length);
     node.feed = row->flags & NC_RAPID ? 0.0 : row->feed;
     node.flags = row->flags & NC_NO_OVERRIDE;
     node.number = row->n;

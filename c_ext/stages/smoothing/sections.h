@@ -8,6 +8,9 @@
  * up on the way to it. */
 void section_point(nc_smooth *smooth, const nc_block *row, double slack);
 
+/* The last chord grows no more: the node ahead of it is final. */
+void section_complete(nc_smooth *smooth);
+
 /* The chord that ends at node i: a long one is driven exactly in its middle. */
 void section_split(nc_smooth *smooth, int i, double beside_next);
 

@@ -127,9 +127,10 @@ static struct node *node_here(nc_smooth *smooth) {
 /* The section ends here; everything is written. */
 static void close_section(nc_smooth *smooth) {
     drive_figure(smooth);
-    struct node *node = node_here(smooth);
+    node_here(smooth);
     if (smooth->n_nodes > 1) {
-        node->kind = NODE_BREAK;
+        section_complete(smooth);
+        last_node(smooth)->kind = NODE_BREAK;
         section_split(smooth, smooth->n_nodes - 1, 0.0);
         section_work(smooth, smooth->n_nodes);
     }

@@ -27,9 +27,11 @@
 typedef struct nc_smooth_config {
     int32_t axes;
     int32_t main_axis[3];
-    uint32_t rotary;    /* bit i: axis i is a rotary axis */
-    double accel, feed; /* mm/s2, mm/s: what limits speed in curves and what is
-                           fast; shapes the fairness only */
+    uint32_t rotary;     /* bit i: axis i is a rotary axis */
+    double accel;        /* mm/s2: what limits the speed in curves; shapes the
+                            fairness only */
+    double axis_feed[9]; /* NC_AXES; mm/s of linear axes: what is fast; the
+                            same; 0: not looked at */
     double jerk; /* mm/s3, of the slowest axis; shapes coarse curves; 0: no
                     limit */
     double axis_jerk[9]; /* NC_AXES; mm/s3 or degrees/s3; 0: no limit */

@@ -37,6 +37,7 @@ typedef struct node {
     double slack; /* deviation used up by the chord that ends here (points left
                      out, arcs) */
     double feed;  /* of the chord that ends here; 0 rapid */
+    double most;  /* mm/s that its axes allow */
     double len;   /* of that chord as programmed, scaled */
     float end_speed; /* largest speed at it, mm/s; 0: none */
     uint8_t kind;

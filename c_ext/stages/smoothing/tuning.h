@@ -71,6 +71,10 @@
  * bench/test_bench_smoothing.py. */
 #define FAST_LEAST 0.5
 
+/* In which jerk builds up the acceleration that a run-out counts with. Unit: s.
+ * Evidence: bench/test_bench_smoothing.py, test_smoothing_for_machines. */
+#define RISE_S 0.1
+
 /* Turns below it are blended by curves; with limited jerk all are. Unit: rad.
  * Evidence: bench/test_bench_smoothing.py. */
 #define SHARP_FROM 1.2

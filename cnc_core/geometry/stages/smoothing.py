@@ -37,7 +37,8 @@ CARRIED_SHARE = 0.1
 class SmoothingMachine:
     """What the stage has to know of the machine: main axes by channel index,
     mask of rotary axes, mm/s2, mm/s, mm/s3 (0: no limit); the jerk of each axis,
-    mm/s3 or degrees/s3 (0: no limit; none given: all as `jerk`).
+    mm/s3 or degrees/s3 (0: no limit; none given: all as `jerk`), and the speed of
+    each, mm/s (none given: all as `feed`; those of rotary axes do not count).
     """
 
     main: tuple[int, int, int]
@@ -46,6 +47,7 @@ class SmoothingMachine:
     feed: float
     jerk: float = 0.0
     axis_jerk: tuple[float, ...] = ()
+    axis_feed: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -92,10 +94,14 @@ class Smoothing:
         config.axes = len(start)
         config.main_axis = list(machine.main)
         config.rotary = machine.rotary
-        config.accel, config.feed = machine.accel, machine.feed
-        config.jerk = machine.jerk
-        each = machine.axis_jerk or (machine.jerk,) * len(start)
-        config.axis_jerk = [*each, *[0.0] * (NC_AXES - len(each))]
+        config.accel, config.jerk = machine.accel, machine.jerk
+        jerks = machine.axis_jerk or (machine.jerk,) * len(start)
+        config.axis_jerk = [*jerks, *[0.0] * (NC_AXES - len(jerks))]
+        feeds = machine.axis_feed or (machine.feed,) * len(start)
+        turning = [bool(machine.rotary >> i & 1) for i in range(len(start))]
+        for axis, feed in enumerate(feeds):
+            counts = not turning[axis] or all(turning)
+            config.axis_feed[axis] = feed if counts else 0.0
         self._carried = carried
         # what is left to them now: less from the first tolerance on that has no
         # room for it

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cnc_core.config import CellConfig
+from cnc_core.config import CellConfig, parse_config
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 
@@ -92,3 +92,27 @@ def test_low_feeds_are_left_at_once(
     assert 0.999 * best <= result.motion_time_s <= 1.01 * best
     assert result.max_ratio["feed"] <= 1.0015
     assert result.max_ratio["jerk"] <= 1.0125
+
+
+@pytest.mark.parametrize(
+    ("v", "a", "j"), [(500.0, 10000.0, 200000.0), (1000.0, 20000.0, 1e6)]
+)
+def test_a_low_feed_is_held_on_a_circle(
+    v: float, a: float, j: float, tmp_path: Path
+) -> None:
+    """On stiff machines it fell to a third every few seconds: the plan was made anew when a
+    stopping way was left of it, and the last of its intervals are longer than that.
+    """
+    cell = parse_config(
+        "".join(
+            f"[axes.{name}]\nv_max_mm_s = {v}\na_max_mm_s2 = {a}\nj_max_mm_s3 = {j}\n"
+            for name in "XYZ"
+        )
+    )
+    path = tmp_path / "circle.nc"
+    path.write_text("G17 G3 I-2 J0 X0 Y0 F60\nM30\n")
+    plan = plan_program(Program(path, cell), keep_samples=True)
+    assert plan.samples is not None
+    steps = np.diff(plan.samples["pos"], axis=0)
+    speed = np.linalg.norm(steps, axis=1) / cell.cycle_s
+    assert speed[60:-60].min() >= 0.99

@@ -1,0 +1,134 @@
+"""What leaves the fastest motion as it is leaves its time as it is: axes that stand still, limits
+that nothing comes near, and points that a program has more or less of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cnc_core.config import parse_config
+from cnc_core.planning import PlanResult, plan_program
+from cnc_core.program import Program
+
+Writer = Callable[..., Path]
+
+
+def _axes(limits: dict[str, tuple[float, float, float]]) -> str:
+    return "".join(
+        f"[axes.{name}]\nv_max_mm_s = {v}\na_max_mm_s2 = {a}\nj_max_mm_s3 = {j}\n"
+        for name, (v, a, j) in limits.items()
+    )
+
+
+def _planned(path: Path, cell: str, tolerance: float) -> PlanResult:
+    return plan_program(
+        Program(path, parse_config(cell), tolerance=tolerance),
+        keep_samples=True,
+    )
+
+
+def _contour(chord: float, waves: int) -> str:
+    """A closed contour of that many waves, 200 mm long, in the plane."""
+    t = 2 * np.pi * np.arange(1, round(200 / chord) + 1) * chord / 200
+    r = 31.83 * (1 + 0.2 * np.cos(waves * t))
+    points = "".join(
+        f"X{x:.3f} Y{y:.3f}\n"
+        for x, y in zip(r * np.cos(t) - 38.2, r * np.sin(t), strict=True)
+    )
+    return f"G1 F9000\n{points}M30\n"
+
+
+@pytest.mark.parametrize(
+    "z", [(10.0, 3000.0, 50000.0), (50.0, 500.0, 5000.0), (10.0, 100.0, 1000.0)]
+)
+@pytest.mark.parametrize(("chord", "waves"), [(1.0, 11), (3.0, 3)])
+def test_a_slow_axis_that_stands_still(
+    z: tuple[float, float, float], chord: float, waves: int, program: Writer
+) -> None:
+    """A screw-driven Z made contours in XY up to three times as long: curves were shaped for the
+    speed of the slowest axis.
+    """
+    path = program(_contour(chord, waves))
+    quick = (300.0, 3000.0, 50000.0)
+    even = _planned(path, _axes(dict.fromkeys("XYZ", quick)), 0.02)
+    slow = _planned(path, _axes({"X": quick, "Y": quick, "Z": z}), 0.02)
+    assert slow.samples is not None
+    assert not slow.samples["pos"][:, 2].any()
+    assert slow.motion_time_s == pytest.approx(even.motion_time_s, rel=0.01)
+
+
+@pytest.mark.parametrize(("v", "j"), [(20.0, 5000.0), (30.0, 20000.0)])
+def test_an_acceleration_that_is_not_reached(
+    v: float, j: float, program: Writer
+) -> None:
+    """More of it made coarse polylines 1.27 times as long: a curve's way was counted as if the
+    jerk built up all of it.
+    """
+    heading = np.cumsum(np.where(np.arange(40) % 2, 0.6, -0.5))
+    points = np.cumsum(
+        3.0 * np.column_stack([np.cos(heading), np.sin(heading)]), axis=0
+    )
+    text = "".join(f"X{x:.3f} Y{y:.3f}\n" for x, y in points)
+    path = program(f"G1 F6000\n{text}M30\n")
+    times = [
+        _planned(
+            path, _axes(dict.fromkeys("XYZ", (v, a, j))), 0.02
+        ).motion_time_s
+        for a in (1000.0, 3000.0, 20000.0)
+    ]
+    assert times == pytest.approx([times[0]] * 3, rel=0.005)
+
+
+@pytest.mark.parametrize("parts", [5, 20, 50])
+def test_lines_cut_into_collinear_blocks(parts: int, program: Writer) -> None:
+    """Sides of 5 mm in 50 blocks took 1.10 times as long: a corner was rounded as far as the
+    first block behind it reaches.
+    """
+
+    def sides(count: int) -> Path:
+        k = np.arange(40)[:, None]
+        ends = np.hstack(
+            [
+                5 * np.cos(k * np.pi / 3) - 5 + 0.5 * k,
+                5 * np.sin(k * np.pi / 3),
+            ]
+        ).round(4)
+        share = np.arange(1, count + 1)[None, :, None] / count
+        points = (
+            ends[:-1, None] + share * (ends[1:, None] - ends[:-1, None])
+        ).reshape(-1, 2)
+        text = "".join(f"X{x:.4f} Y{y:.4f}\n" for x, y in points)
+        return program(f"G1 F6000\n{text}M30\n", f"sides_{count}.nc")
+
+    whole = _planned(sides(1), "", 0.02)
+    cut = _planned(sides(parts), "", 0.02)
+    assert cut.motion_time_s == pytest.approx(whole.motion_time_s, rel=0.003)
+
+
+@pytest.mark.parametrize("count", [20, 40, 80])
+@pytest.mark.parametrize("decimals", [6, 7, 8])
+def test_a_circle_in_rounded_arcs(
+    count: int, decimals: int, program: Writer
+) -> None:
+    """Without a tolerance: arcs that meet at 1e-6 rad took up to 1.58 times as long as the whole
+    circle. Their joints were taken to be passed at the axes' largest speed.
+    """
+    cell = _axes(dict.fromkeys("XYZ", (800.0, 800.0, 2500.0)))
+
+    def circle(parts: int) -> Path:
+        angle = 2 * np.pi * np.arange(parts + 1) / parts - np.pi / 2
+        ends = np.column_stack([20 + 2 * np.cos(angle), 2 + 2 * np.sin(angle)])
+        arcs = "".join(
+            f"G3 X{x:.{decimals}f} Y{y:.{decimals}f} "
+            f"I{20 - x0:.{decimals}f} J{2 - y0:.{decimals}f}\n"
+            for (x0, y0), (x, y) in pairwise(ends)
+        )
+        return program(f"G1 X20 F3000\n{arcs}G1 X40 Y0\nM30\n")
+
+    whole = _planned(circle(1), cell, 0.0).motion_time_s
+    assert _planned(circle(count), cell, 0.0).motion_time_s <= 1.02 * whole
