@@ -130,8 +130,8 @@ double jump_cap(const jerk_planner *planner,
 }
 
 /* A jump shows in samples up to one and a half cycles away; the speed may rise
- * from x as fast as the path allows, with as much acceleration there as the jerk
- * takes away before the speed is zero. */
+ * from x as fast as the path allows, with as much acceleration there as the
+ * jerk takes away before the speed is zero. */
 static double jump_reach(const jerk_planner *planner,
                          const jerk_interval *left,
                          const jerk_interval *right,
