@@ -221,9 +221,7 @@ static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
     }
 }
 
-/* Cap at knot k by what jumps there. Returns whether it may need room around
- * it.
- */
+/* Cap at knot k by what jumps there; whether that may need room around it. */
 static bool knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
     const jerk_interval *left = grid->seg[k - 1].interval;
     const jerk_interval *right = grid->seg[k].interval;

@@ -53,16 +53,19 @@ void turns_back(jerk_planner *planner, double driven) {
     }
 }
 
-/* Speed (scaled, squared) that is asked for at knot k at the most: it changes
- * with the override only above 1. */
+/* Speed (scaled, squared) that is asked for at knot k at the most, now or when
+ * the present plan was made: it changes with the override only above 1. */
 static double asked_speed2(const jerk_planner *planner,
                            const struct grid *grid,
                            int k) {
+    const struct speeds *was = &planner->was;
+    double feed = greater(planner->feed_factor, was->feed);
+    double rapid = greater(planner->rapid_factor, was->rapid);
     const struct speeds usual = {planner->command_speed,
-                                 greater(1.0, planner->feed_factor),
-                                 greater(1.0, planner->rapid_factor)};
+                                 greater(1.0, feed),
+                                 greater(1.0, rapid)};
     double x = grid->knot_cap[k];
-    if (planner->command_speed >= 0.0) {
+    if (planner->command_speed >= 0.0 || was->command >= 0.0) {
         return x;
     }
     int first = k > 0 ? k - 1 : k;

@@ -41,7 +41,7 @@ double way_down_to(const jerk_planner *planner, double v1) {
 double time_down_to(const jerk_planner *planner, double v1) {
     double a = fmax(0.0, acceleration_at_head(planner));
     double v = speed_at_head(planner);
-    speed_change change;
+    speed_change change = {.lasts = 0.0};
     change_speed(v, a, fmin(v1, v), limits_at_head(planner), &change);
     return change.lasts;
 }

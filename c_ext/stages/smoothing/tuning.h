@@ -72,7 +72,7 @@
 #define FAST_LEAST 0.5
 
 /* In which jerk builds up the acceleration that a run-out counts with. Unit: s.
- * Evidence: bench/test_bench_smoothing.py, test_smoothing_for_machines. */
+ * Evidence: bench/test_bench_smoothing.py, test_same_motion. */
 #define RISE_S 0.1
 
 /* Turns below it are blended by curves; with limited jerk all are. Unit: rad.

@@ -32,7 +32,7 @@ struct chain *chain_new(int axes, const double *start) {
     nc_smooth_config smooth = {.axes = axes,
                                .main_axis = {0, 1, third},
                                .accel = 3000,
-                               .feed = 300,
+                               .axis_feed = {300, 300, 300},
                                .turn_max = 0.5,
                                .rotary_tolerance = 0.01};
     nc_contour_config contour = {.axes = axes,
