@@ -267,6 +267,19 @@ static void knot_share(const jerk_planner *planner, struct grid *grid, int k) {
     }
 }
 
+/* Room around the jumps, at the speeds in reach: caps first, they lower them.
+ */
+static void jump_room(const jerk_planner *planner, struct grid *grid) {
+    for (int k = 1; k < grid->count; k++) {
+        if (knot_used(planner, grid, k) > 0.0) {
+            cap_bends(planner, grid, k);
+        }
+    }
+    for (int k = 1; k < grid->count; k++) {
+        knot_share(planner, grid, k);
+    }
+}
+
 /* What jumps of the derivatives ask of the grid: caps, and room around them. */
 static void jumps(const jerk_planner *planner, struct grid *grid) {
     bool any = false;
@@ -278,13 +291,8 @@ static void jumps(const jerk_planner *planner, struct grid *grid) {
         return;
     }
     top_speeds(planner, grid);
-    for (int k = 1; k < grid->count && any; k++) {
-        if (knot_used(planner, grid, k) > 0.0) {
-            cap_bends(planner, grid, k);
-        }
-    }
-    for (int k = 1; k < grid->count && any; k++) {
-        knot_share(planner, grid, k);
+    if (any) {
+        jump_room(planner, grid);
     }
     turn_caps(planner, grid, joint);
 }

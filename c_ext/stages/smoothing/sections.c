@@ -273,11 +273,11 @@ static void settle(nc_smooth *smooth, int i) {
 /* The chord that ends at node `last` grows no more: the node ahead of it is
  * final. */
 static void settle_ahead(nc_smooth *smooth, int last) {
-    int behind = smooth->n_nodes - last;
+    int from_end = smooth->n_nodes - last; /* settling adds nodes ahead of it */
     if (last > 1) {
         settle(smooth, last - 1);
     }
-    section_work(smooth, smooth->n_nodes - behind);
+    section_work(smooth, smooth->n_nodes - from_end);
 }
 
 /* Collinear chords may follow, and the last one grows with them: how the path

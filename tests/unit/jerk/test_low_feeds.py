@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cnc_core.config import CellConfig, parse_config
+from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 
@@ -103,12 +103,8 @@ def test_a_low_feed_is_held_on_a_circle(
     """On stiff machines it fell to a third every few seconds: the plan was made anew when a
     stopping way was left of it, and the last of its intervals are longer than that.
     """
-    cell = parse_config(
-        "".join(
-            f"[axes.{name}]\nv_max_mm_s = {v}\na_max_mm_s2 = {a}\nj_max_mm_s3 = {j}\n"
-            for name in "XYZ"
-        )
-    )
+    axis = AxisConfig(v_max_mm_s=v, a_max_mm_s2=a, j_max_mm_s3=j)
+    cell = CellConfig(axes=dict.fromkeys("XYZ", axis))
     path = tmp_path / "circle.nc"
     path.write_text("G17 G3 I-2 J0 X0 Y0 F60\nM30\n")
     plan = plan_program(Program(path, cell), keep_samples=True)
