@@ -112,9 +112,8 @@ static double slow_length(const jerk_planner *planner,
                           uint64_t i,
                           double v,
                           double least) {
-    return lesser(steps_at(planner, i)->longest,
-                  greater(least * finest_at(planner, grid, i),
-                          SLOW * slow_way(planner, i, v)));
+    return greater(least * finest_at(planner, grid, i),
+                   SLOW * slow_way(planner, i, v));
 }
 
 /* Cap on x (scaled) over an interval by feed and machine. */
@@ -163,15 +162,11 @@ static double knot_step(const jerk_planner *planner,
     double after = feed_cap(planner, right);
     double open = lesser(before, after);
     double cap = jump_cap(planner, left, right, open);
-    double longest = greater(steps_at(planner, i - 1)->longest,
-                             steps_at(planner, i)->longest);
     if (cap > 0.8 * open && open > 0.6 * greater(before, after)) {
-        return longest;
+        return INFINITY;
     }
     double way = slow_way(planner, i, planner->scale * sqrt(cap));
-    return lesser(
-        longest,
-        greater(SLOWEST_KNOT * finest_at(planner, grid, i), SLOW_KNOT * way));
+    return greater(SLOWEST_KNOT * finest_at(planner, grid, i), SLOW_KNOT * way);
 }
 
 /* The squared speed grows by so much over interval i at the most. */
@@ -200,6 +195,18 @@ static void set_reach(const jerk_planner *planner,
         reach[i] =
             lesser(reach[i], reach[i + 1] + most_gained(planner, head + i));
     }
+}
+
+/* Longest interval on interval i behind the head, at the feed `v`. What is
+ * driven in a part of a cycle is short enough, at speeds in reach at its ends.
+ */
+static double longest_at(const jerk_planner *planner,
+                         const struct grid *grid,
+                         int i,
+                         double v) {
+    double reach = sqrt(lesser(grid->reach[i], grid->reach[i + 1]));
+    return greater(steps_at(planner, planner->head + (uint64_t)i)->longest,
+                   FAST_CYCLES * planner->cfg.cycle_s * lesser(v, reach));
 }
 
 /* Longest interval on interval i behind the head: where the curvature changes
@@ -337,6 +344,7 @@ static bool fill_interval(jerk_planner *planner,
         greater(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
                 lesser(steps_at(planner, at)->least, SLOW_TIME * v));
     double turn = lesser(bend_length(planner, grid, i, v), slow);
+    double longest = longest_at(planner, grid, i, v);
     double end = len - stand_to;
     if (stand_from > 0.0 && !add_part(planner, grid, at, 0.0, stand_from)) {
         return false;
@@ -345,7 +353,7 @@ static bool fill_interval(jerk_planner *planner,
         double left = end - done;
         double step = grid->finer
                       * lesser(turn,
-                               step_at(steps_at(planner, at)->longest,
+                               step_at(longest,
                                        grid->grade[i],
                                        done,
                                        grid->step[i],

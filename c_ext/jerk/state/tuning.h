@@ -655,6 +655,11 @@
  * test_unequal_jerk. */
 #define LEAN 0.14
 
+/* No interval need be shorter than the way driven in so much of a cycle, at
+ * the speed in reach. 0.5: half circles with lines between 0.1 % slower. Unit:
+ * cycles. Evidence: test_same_motion. */
+#define FAST_CYCLES 0.25
+
 /* The way driven in so much of a cycle is short enough for that: saw-teeth with
  * jerk limits 138 times apart take a third of the work. Unit: cycles. Evidence:
  * `bench planner` (saw-teeth), test_unequal_jerk. */
