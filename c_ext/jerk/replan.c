@@ -14,30 +14,41 @@
 #include "jerk/window/straight_line.h"
 #include "jerk/window/window.h"
 
-/* The time over an interval is so many times its length over the sum of the
- * speeds at its ends: 3 where one of them is a standstill. */
-static double time_factor(double x0, double x1) {
-    return x0 > 0.0 && x1 > 0.0 ? 2.0 : 3.0;
+/* Time over an interval, to compare plans: exact from or to a standstill,
+ * otherwise by the mean speed. Scaled as the squared speeds are. */
+static double time_over(double length, double x0, double x1) {
+    double factor = x0 > 0.0 && x1 > 0.0 ? 2.0 : 3.0;
+    return factor * length / (sqrt(x0) + sqrt(x1));
 }
 
-/* Time over the first `length` mm, to compare plans; rest intervals are exact,
- * others by the mean speed. */
-static double time_over(const double *lengths,
-                        const double *x,
-                        int from,
-                        int count,
-                        double length) {
-    double t = 0.0;
-    double at = 0.0;
-    double end = length + 1e-9;
-    for (int k = from; k < count && at + lengths[k] <= end; k++) {
-        double v = sqrt(x[k]) + sqrt(x[k + 1]);
-        t += time_factor(x[k], x[k + 1]) * lengths[k] / v;
-        at += lengths[k];
+/* The new plan as it is walked: the interval reached, and where and when that
+ * begins. */
+typedef struct walked {
+    int k;
+    double at, t;
+} walked;
+
+/* Time of the new plan over the first `length` mm, unless it ends ahead of
+ * them. */
+static double new_time_to(const struct grid *grid,
+                          const double *x,
+                          struct walked *walk,
+                          double length) {
+    for (; walk->k < grid->count; walk->k++) {
+        double whole = grid->seg[walk->k].length;
+        double t = time_over(whole, x[walk->k], x[walk->k + 1]);
+        if (walk->at + whole > length) {
+            return walk->t + t * (length - walk->at) / whole;
+        }
+        walk->at += whole;
+        walk->t += t;
     }
-    return t;
+    return walk->t;
 }
 
+/* The new plan takes more time than the stored tail over the tail's way, or
+ * much more to any knot at which the tail need not brake for its end yet: there
+ * it digs a hole, for the rest of the window. */
 static bool slower_than_tail(const jerk_planner *planner,
                              const struct grid *grid) {
     const plan *pl = &planner->plan;
@@ -49,18 +60,20 @@ static bool slower_than_tail(const jerk_planner *planner,
     if (length <= 0.0 || grid->from_start[grid->count] < length - 1e-9) {
         return false;
     }
-    double t_new = 0.0;
+    struct walked walk = {0, 0.0, 0.0};
+    double brakes = length - pl->lasts / LASTS;
     double at = 0.0;
-    for (int k = 0; k < grid->count && at < length - 1e-9; k++) {
-        double segment_length = grid->seg[k].length;
-        double v = sqrt(x[k]) + sqrt(x[k + 1]);
-        double part = fmin(1.0, (length - at) / segment_length);
-        t_new += part * time_factor(x[k], x[k + 1]) * segment_length / v;
-        at += segment_length;
+    double t = 0.0;
+    double t_new = 0.0;
+    for (int k = pl->next; k < pl->count; k++) {
+        at += pl->lengths[k];
+        t += time_over(pl->lengths[k], pl->x[k], pl->x[k + 1]);
+        t_new = new_time_to(grid, x, &walk, at);
+        if (at < brakes && t_new > SLOWER_THAN_REST * t) {
+            return true;
+        }
     }
-    double more = pl->stands ? SLOWER : SLOWER_THAN_REST;
-    return t_new
-           > more * time_over(pl->lengths, pl->x, pl->next, pl->count, 1e30);
+    return t_new > (pl->stands ? SLOWER : SLOWER_THAN_REST) * t;
 }
 
 /* Jerk grows with the power 3/2 of the squared speed. */
@@ -145,8 +158,7 @@ static double way_within(const jerk_planner *planner, double seconds) {
     double left = seconds * planner->scale;
     for (int k = pl->next; k < pl->count && left > 0.0; k++) {
         way += pl->lengths[k];
-        left -= time_factor(pl->x[k], pl->x[k + 1]) * pl->lengths[k]
-                / (sqrt(pl->x[k]) + sqrt(pl->x[k + 1]));
+        left -= time_over(pl->lengths[k], pl->x[k], pl->x[k + 1]);
     }
     return way;
 }
