@@ -334,7 +334,7 @@ static bool solve_ahead(jerk_planner *planner) {
     if ((falls && solve_fall(planner, grid))
         || solve_finer(planner, grid, ahead, FINER_TRIES)
         || solve_shorter(planner, grid, TAIL_MORE * left)) {
-        if (!changed && !grid->from_standstill
+        if (!changed && !falls && !grid->from_standstill
             && slower_than_tail(planner, grid)) {
             planner->stats.slower++;
             planner->plan.final =
