@@ -95,7 +95,8 @@
 #define SLOWER 1.002
 
 /* The same where nothing asks for the tail's rest: from there it has to speed
- * up again. Unit: share. Evidence: test_tangential_joints. */
+ * up again. And to a place ahead of the way to it: a hole there is not taken.
+ * Unit: share. Evidence: test_tangential_joints, test_same_motion. */
 #define SLOWER_THAN_REST 1.15
 
 /* A plan is not made anew while so many of them are left of it. Unit:
@@ -657,7 +658,7 @@
 
 /* No interval need be shorter than the way driven in so much of a cycle, at
  * the speed in reach. 0.25: a quarter more work with quick axes, 0.01 % of the
- * time, a trochoid 0.1 %. 1.0: half the work, up to 0.6 % of the time. Unit:
+ * time, a trochoid 0.1 %. 1.0: a third less, up to 0.6 % of the time. Unit:
  * cycles. Evidence: test_same_motion. */
 #define FAST_CYCLES 0.5
 
