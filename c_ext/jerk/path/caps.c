@@ -188,11 +188,11 @@ static void take_share(struct segment *segment, double used) {
 }
 
 /* The joint at knot k is passed less than a cycle behind other ones: where
- * their bends jump the samples show all of it at once. */
+ * their bends jump the samples show all of it at once. Alone it has its cap. */
 static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
     double dt = planner->cfg.cycle_s;
     double scale = planner->scale;
-    double cap = grid->knot_cap[k];
+    double cap = INFINITY;
     double top = 0.0;
     double jump[JERK_AXES] = {0};
     int first = k;
@@ -202,10 +202,10 @@ static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
         if (grid->from_start[k] - grid->from_start[i] >= reach) {
             break;
         }
-        first = i;
         if (!grid->seg[i - 1].last) {
             continue;
         }
+        first = i;
         const jerk_interval *left = grid->seg[i - 1].interval;
         const jerk_interval *right = grid->seg[i].interval;
         for (int axis = 0; axis < planner->cfg.axes; axis++) {
@@ -213,7 +213,7 @@ static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
             double seen = STEP_SEEN * scale * scale * fabs(jump[axis]);
             double room =
                 JUMP_SHARE * least_jerk(planner, left, right, axis) * dt;
-            cap = seen * cap > room ? room / seen : cap;
+            cap = i < k && seen * cap > room ? room / seen : cap;
         }
     }
     for (int i = first; i <= k; i++) {
