@@ -192,3 +192,19 @@ def test_half_circles_between_lines(program: Writer) -> None:
         for window in (40, 70, 120, 250)
     ]
     assert max(times) < 1.003 * min(times)
+
+
+def test_more_acceleration_between_stands(program: Writer) -> None:
+    """Half circles that run out into lines, with stands between. With more acceleration the last
+    interval of each, over which the jerk is constant, became longer, and the time with it.
+    """
+    text = "".join(
+        f"G3 X{x + 3.7:.1f} I1.85 J0 F12000\nG1 Y0.5\nG1 X{x + 5.7:.1f} Y0\n"
+        for x in 5.7 * np.arange(4)
+    )
+    path = program(f"{text}M30\n")
+    times = [
+        _planned(path, _even(_axis(450.0, accel, 7600.0)), 0.0).motion_time_s
+        for accel in (700.0, 1000.0, 1500.0, 2500.0, 5600.0, 20000.0)
+    ]
+    assert all(later < 1.0005 * time for time, later in pairwise(times))

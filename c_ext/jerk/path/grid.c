@@ -47,14 +47,15 @@ static bool add_segment(const jerk_planner *planner,
 typedef struct extent {
     uint64_t end; /* ring index behind the window */
     double length;
-    bool stands; /* ends where the axes must stand, or where the path is known
-                    to end */
+    bool stands;  /* ends where the axes must stand, or where the path is known
+                     to end */
+    double parts; /* no step at a standstill is a larger part of it */
 } extent;
 
 /* How far the window reaches: by blocks, by knots, to a stand or to the end of
  * what was pushed. */
 static struct extent window_extent(const jerk_planner *planner) {
-    struct extent extent = {planner->head, 0.0, false};
+    struct extent extent = {planner->head, 0.0, false, END_PARTS};
     double knots = 0.0;
     int blocks = 0;
     while (extent.end != planner->tail) {
@@ -69,6 +70,7 @@ static struct extent window_extent(const jerk_planner *planner) {
         blocks += (int)interval->blocks;
         if (interval->flags & JERK_STAND) {
             extent.stands = true;
+            extent.parts = STAND_PARTS;
             return extent;
         }
         if (knots >= planner->cfg.window_knots
@@ -77,6 +79,7 @@ static struct extent window_extent(const jerk_planner *planner) {
         }
     }
     extent.stands = planner->finished;
+    extent.parts = extent.stands ? STAND_PARTS : END_PARTS;
     return extent;
 }
 
@@ -388,7 +391,7 @@ static bool grid_fill(jerk_planner *planner,
     grid->sinks = false;
     grid->usable = JERK_USABLE;
     grid->stops = false;
-    grid->finest = extent->length / 24.0;
+    grid->finest = extent->length / extent->parts;
     if (count > grid->max) {
         return false;
     }
@@ -432,7 +435,7 @@ static bool grid_fill(jerk_planner *planner,
 
 /* The path ahead up to a distance. */
 static struct extent extent_to(const jerk_planner *planner, double distance) {
-    struct extent extent = {planner->head, 0.0, true};
+    struct extent extent = {planner->head, 0.0, true, END_PARTS};
     while (extent.end != planner->tail && extent.length < distance) {
         extent.length += ring_at(planner, extent.end++)->length;
     }
