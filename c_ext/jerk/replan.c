@@ -21,11 +21,10 @@ static double time_over(double length, double x0, double x1) {
     return factor * length / (sqrt(x0) + sqrt(x1));
 }
 
-/* The new plan as it is walked: the interval reached, and where and when that
- * begins. */
+/* The new plan as it is walked: the interval reached, and when it begins. */
 typedef struct walked {
     int k;
-    double at, t;
+    double t;
 } walked;
 
 /* Time of the new plan over the first `length` mm, unless it ends ahead of
@@ -36,19 +35,19 @@ static double new_time_to(const struct grid *grid,
                           double length) {
     for (; walk->k < grid->count; walk->k++) {
         double whole = grid->seg[walk->k].length;
+        double left = length - grid->from_start[walk->k];
         double t = time_over(whole, x[walk->k], x[walk->k + 1]);
-        if (walk->at + whole > length) {
-            return walk->t + t * (length - walk->at) / whole;
+        if (left < whole) {
+            return walk->t + t * left / whole;
         }
-        walk->at += whole;
         walk->t += t;
     }
     return walk->t;
 }
 
 /* The new plan takes more time than the stored tail over the tail's way, or
- * much more to any knot at which the tail need not brake for its end yet: there
- * it digs a hole, for the rest of the window. */
+ * much more to a knot ahead of where the tail brakes for its end: it has a hole
+ * there. */
 static bool slower_than_tail(const jerk_planner *planner,
                              const struct grid *grid) {
     const plan *pl = &planner->plan;
@@ -60,7 +59,7 @@ static bool slower_than_tail(const jerk_planner *planner,
     if (length <= 0.0 || grid->from_start[grid->count] < length - 1e-9) {
         return false;
     }
-    struct walked walk = {0, 0.0, 0.0};
+    struct walked walk = {0, 0.0};
     double brakes = length - pl->lasts / LASTS;
     double at = 0.0;
     double t = 0.0;

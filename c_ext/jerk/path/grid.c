@@ -47,15 +47,14 @@ static bool add_segment(const jerk_planner *planner,
 typedef struct extent {
     uint64_t end; /* ring index behind the window */
     double length;
-    bool stands;  /* ends where the axes must stand, or where the path is known
-                     to end */
-    double parts; /* no step at a standstill is a larger part of it */
+    bool stands; /* ends where the axes must stand, or where the path is known
+                    to end */
 } extent;
 
 /* How far the window reaches: by blocks, by knots, to a stand or to the end of
  * what was pushed. */
 static struct extent window_extent(const jerk_planner *planner) {
-    struct extent extent = {planner->head, 0.0, false, END_PARTS};
+    struct extent extent = {planner->head, 0.0, false};
     double knots = 0.0;
     int blocks = 0;
     while (extent.end != planner->tail) {
@@ -70,7 +69,6 @@ static struct extent window_extent(const jerk_planner *planner) {
         blocks += (int)interval->blocks;
         if (interval->flags & JERK_STAND) {
             extent.stands = true;
-            extent.parts = STAND_PARTS;
             return extent;
         }
         if (knots >= planner->cfg.window_knots
@@ -79,7 +77,6 @@ static struct extent window_extent(const jerk_planner *planner) {
         }
     }
     extent.stands = planner->finished;
-    extent.parts = extent.stands ? STAND_PARTS : END_PARTS;
     return extent;
 }
 
@@ -377,11 +374,14 @@ static int window_room(const jerk_planner *planner) {
     return planner->capacity - (planner->scarce ? 0 : SCARCE_EXTRA);
 }
 
-/* Lay the grid over the path up to `to` mm ahead; false if it does not fit. */
+/* Lay the grid over the path up to `to` mm ahead, with no step at a
+ * standstill longer than one of so many parts of it; false if it does not fit.
+ */
 static bool grid_fill(jerk_planner *planner,
                       struct grid *grid,
                       const struct extent *extent,
-                      double to) {
+                      double to,
+                      double parts) {
     int count = (int)(extent->end - planner->head);
     grid->max = window_room(planner);
     grid->count = 0;
@@ -391,7 +391,7 @@ static bool grid_fill(jerk_planner *planner,
     grid->sinks = false;
     grid->usable = JERK_USABLE;
     grid->stops = false;
-    grid->finest = extent->length / extent->parts;
+    grid->finest = extent->length / parts;
     if (count > grid->max) {
         return false;
     }
@@ -435,7 +435,7 @@ static bool grid_fill(jerk_planner *planner,
 
 /* The path ahead up to a distance. */
 static struct extent extent_to(const jerk_planner *planner, double distance) {
-    struct extent extent = {planner->head, 0.0, true, END_PARTS};
+    struct extent extent = {planner->head, 0.0, true};
     while (extent.end != planner->tail && extent.length < distance) {
         extent.length += ring_at(planner, extent.end++)->length;
     }
@@ -447,11 +447,12 @@ static struct extent extent_to(const jerk_planner *planner, double distance) {
 void grid_window(jerk_planner *planner, struct grid *grid, double reach) {
     struct extent extent = window_extent(planner);
     bool whole = extent.length <= reach;
+    double parts = whole && extent.stands ? STAND_PARTS : END_PARTS;
     grid->finer = 1.0;
     if (!whole) {
         extent = extent_to(planner, reach);
     }
-    if (!grid_fill(planner, grid, &extent, whole ? 1e30 : reach)) {
+    if (!grid_fill(planner, grid, &extent, whole ? 1e30 : reach, parts)) {
         grid->stands = false;
     }
     if (!whole) {
@@ -468,10 +469,10 @@ bool grid_to(jerk_planner *planner, struct grid *grid, double distance) {
         return false;
     }
     grid->finer = 1.0;
-    bool fits = grid_fill(planner, grid, &extent, distance);
+    bool fits = grid_fill(planner, grid, &extent, distance, END_PARTS);
     if (fits && grid->count < STOP_STEPS) {
         grid->finer = (double)grid->count / STOP_STEPS;
-        fits = grid_fill(planner, grid, &extent, distance);
+        fits = grid_fill(planner, grid, &extent, distance, END_PARTS);
     }
     knot_caps(planner, grid);
     return fits;

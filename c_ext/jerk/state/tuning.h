@@ -95,8 +95,8 @@
 #define SLOWER 1.002
 
 /* The same where nothing asks for the tail's rest: from there it has to speed
- * up again. And to a place ahead of the way to it: a hole there is not taken.
- * Unit: share. Evidence: test_tangential_joints, test_same_motion. */
+ * up again. Also to each place ahead of where the tail brakes for it. Unit:
+ * share. Evidence: test_tangential_joints, test_same_motion. */
 #define SLOWER_THAN_REST 1.15
 
 /* A plan is not made anew while so many of them are left of it. Unit:
