@@ -226,3 +226,77 @@ def test_tolerance_for_segments_of_a_millimetre(program: Writer) -> None:
         for tolerance in (0.01, 0.05)
     )
     assert wide < 0.66 * fine
+
+
+def _wave(chord: float) -> str:
+    """A closed curve of random waves, some 33 mm long, in chords."""
+    rng = np.random.default_rng(2)
+    t = np.linspace(0, 2 * np.pi, 20001)
+    k = np.arange(1, 9)[:, None]
+    waves = rng.normal(size=(4, 8, 1)) * 2.0 / k**1.3
+    curve = np.column_stack(
+        [
+            (waves[i] * np.cos(k * t) + waves[i + 1] * np.sin(k * t)).sum(0)
+            for i in (0, 2)
+        ]
+    )
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve.T)))])
+    at = np.arange(0.0, way[-1], chord)
+    x, y = (np.interp(at, way, values) for values in curve.T)
+    return "".join(f"X{a:.3f} Y{b:.3f}\n" for a, b in zip(x, y, strict=True))
+
+
+def test_more_points_of_a_curve(program: Writer) -> None:
+    """The same curve in chords of 0.1 and of 0.3 mm. Points near beside the tolerance were fitted,
+    but the curve was not made faster: 1.12 times the time.
+    """
+    many, few = (
+        _planned(
+            program(f"G1 F6000\n{_wave(step)}M30\n"), CellConfig(), 0.05
+        ).motion_time_s
+        for step in (0.1, 0.3)
+    )
+    assert many < 1.01 * few
+
+
+def test_tolerance_for_a_circle_on_unequal_axes(program: Writer) -> None:
+    """Each larger tolerance is worth something. Knots are closer at a standstill, where the speed
+    rises at once: between those a millimetre apart the first one of a curve took longer.
+    """
+    a = np.arange(1, 102) * 0.06
+    text = "".join(
+        f"X{x:.4f} Y{y:.4f}\n"
+        for x, y in zip(5 * np.sin(a), 5 - 5 * np.cos(a), strict=True)
+    )
+    path = program(f"G1 F18000\n{text}M30\n")
+    cell = _unequal(
+        (300.0, 3000.0, 50000.0),
+        (300.0, 3000.0, 5000.0),
+        (300.0, 3000.0, 20000.0),
+    )
+    times = [
+        _planned(path, cell, tolerance).motion_time_s
+        for tolerance in (0.005, 0.01, 0.02, 0.05, 0.1)
+    ]
+    assert all(later < 0.9995 * time for time, later in pairwise(times))
+
+
+def test_tolerance_for_a_wavy_surface(program: Writer) -> None:
+    """Each larger tolerance is worth something, though the axes are unequal. Steps of the law of
+    motion overshot, and it was left as it was: up to 1.03 times the time.
+    """
+    x = 0.22 * np.arange(1, 56)
+    z = 0.045 * np.sin(2 * np.pi * x / 2.2)
+    points = "".join(f"X{a:.4f} Z{b:.4f}\n" for a, b in zip(x, z, strict=True))
+    back = points.splitlines()[::-1]
+    path = program(f"G1 F1260\n{points}Y0.4\n" + "\n".join(back) + "\nM30\n")
+    cell = _unequal(
+        (350.0, 8800.0, 280000.0),
+        (260.0, 7400.0, 13000.0),
+        (130.0, 7300.0, 18000.0),
+    )
+    times = [
+        _planned(path, cell, tolerance).motion_time_s
+        for tolerance in (0.004, 0.0045, 0.005, 0.0055, 0.006, 0.007, 0.008)
+    ]
+    assert all(later < time for time, later in pairwise(times)), times

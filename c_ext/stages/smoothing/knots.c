@@ -1,5 +1,6 @@
 /* Knots where the integral of one over the wanted span length has grown by one.
  */
+#include "stages/smoothing/nodes.h"
 #include "stages/smoothing/sites.h"
 #include "stages/smoothing/state.h"
 #include "maths/plain.h"
@@ -8,6 +9,9 @@
 static void node_sizes(nc_smooth *smooth, int end, double *size) {
     for (int i = 0; i <= end; i++) {
         size[i] = smooth->finer * smooth->nodes[i].size;
+        if (smooth->nodes[i].kind == NODE_BREAK) {
+            size[i] = fmin(size[i], REST_SIZE * smooth->tol);
+        }
     }
     for (int i = end; i-- > 0;) {
         size[i] = fmin(
@@ -52,7 +56,7 @@ static void ramp(struct knot_maker *knot_maker,
                                   * plain_exp(growth * knot_maker->remainder)
                               - size)
                                  / growth;
-        knot_maker->tau[knot_maker->count++] = t + at;
+        knot_maker->tau[knot_maker->count++] = whole_parameter(t + at);
         knot_maker->remainder = 1.0;
         knot_maker->passed = 0;
     }
@@ -116,10 +120,13 @@ int make_knots(nc_smooth *smooth, double *tau, int *count, int room, int end) {
         }
     }
     double stop = smooth->nodes[i].t;
-    while (knot_maker.count > *count
-           && tau[knot_maker.count - 1]
-                  > stop - 0.5 * (stop - tau[knot_maker.count - 2])) {
-        knot_maker.count--;
+    while (knot_maker.count > *count) {
+        const double *last = tau + knot_maker.count - 1;
+        double left = stop - last[0];
+        if (left >= last[0] - last[-1] || left >= size[i]) {
+            break;
+        }
+        knot_maker.count--; /* too short a span */
     }
     tau[knot_maker.count++] = stop;
     *count = knot_maker.count;

@@ -195,8 +195,8 @@ static void add_product(double (*band)[ORDER],
     }
 }
 
-/* Gradient and curvature of what one place costs. Where the jerk is far above
- * its limit, the part that could make the curvature negative is left out. */
+/* Gradient and curvature of what one place costs, without the part that could
+ * make the curvature negative. */
 static void add_place(const nc_smooth *smooth,
                       struct law_system *system,
                       int span,
@@ -221,10 +221,6 @@ static void add_place(const nc_smooth *smooth,
     double cost = cost_at(&at);
     double steep = at.pace->over > 0.0 ? 2.0 * LAW_TOP : 0.0;
     add_product(band, weight * (cost + steep), basis[0], basis[0]);
-    if (LAW_JERK * at.sum < 2.0) {
-        add_product(band, -weight, basis[0], all);
-        add_product(band, -weight, all, basis[0]);
-    }
     for (int j = 0; j < ORDER; j++) {
         double slope = (cost - steep * at.pace->over) * basis[0][j] - all[j];
         system->right[ORDER + span + j][0] += weight * slope;
@@ -268,23 +264,40 @@ static double solve_step(const nc_smooth *smooth, struct law_system *system) {
     return isfinite(all) ? most : all;
 }
 
-/* As law_step; returns the largest change wanted. */
-static double move(nc_smooth *smooth) {
+/* A step of Newton's method; false: there is none. */
+static bool move(nc_smooth *smooth) {
     struct law_system system;
     double most = solve_step(smooth, &system);
     if (!isfinite(most)) {
-        return most;
+        return false;
     }
     double share = most > LAW_STEP ? LAW_STEP / most : 1.0;
     for (int k = 0; k < smooth->window.spans + 5; k++) {
         smooth->window.law[k] += share * system.right[ORDER + k][0];
     }
     law_changed(smooth);
-    return most;
+    return true;
 }
 
-bool law_step(nc_smooth *smooth) {
-    return isfinite(move(smooth));
+bool law_step(nc_smooth *smooth, double *cost) {
+    struct window *window = &smooth->window;
+    double before[CONTROLS];
+    memcpy(before, window->law, sizeof before);
+    bool good = move(smooth);
+    for (int i = 0; i < LAW_TRIES && good; i++) {
+        double now = law_cost(smooth);
+        if (now < *cost) {
+            *cost = now;
+            return true;
+        }
+        for (int k = 0; k < window->spans + 5; k++) {
+            window->law[k] = 0.5 * (window->law[k] + before[k]);
+        }
+        law_changed(smooth);
+    }
+    memcpy(window->law, before, sizeof before);
+    law_changed(smooth);
+    return false;
 }
 
 /* A fourth power is made small by steps of a weighted square: its own slope and
@@ -506,14 +519,11 @@ bool law_begin(nc_smooth *smooth, int end, bool final) {
         window->law[last + 5] = rest(smooth, span_length(window, last));
     }
     law_changed(smooth);
-    for (int i = 0; i < LAW_STEPS; i++) {
-        double most = move(smooth);
-        if (!isfinite(most)) {
-            return false;
-        }
-        if (most < LAW_SETTLED) {
-            break;
-        }
+    double cost = law_cost(smooth);
+    bool going = isfinite(cost);
+    for (int i = 0; i < LAW_STEPS && going; i++) {
+        double before = cost;
+        going = law_step(smooth, &cost) && cost < (1.0 - LAW_SETTLED) * before;
     }
-    return isfinite(law_cost(smooth));
+    return isfinite(cost);
 }

@@ -14,6 +14,10 @@ void drop_nodes(nc_smooth *smooth, int count) {
     smooth->n_nodes -= count;
 }
 
+double whole_parameter(double t) {
+    return rint(t * PARAMETER_PARTS) / PARAMETER_PARTS;
+}
+
 double scaled_distance(const nc_smooth *smooth,
                        const double *from,
                        const double *to) {

@@ -9,6 +9,10 @@ struct node *last_node(nc_smooth *smooth);
 /* So many nodes from the front are written. */
 void drop_nodes(nc_smooth *smooth, int count);
 
+/* The contour parameter nearest to t whose sums and differences are exact, so
+ * that a section is the same wherever it begins. */
+double whole_parameter(double t);
+
 /* Distance of two points, scaled. */
 double scaled_distance(const nc_smooth *smooth,
                        const double *from,

@@ -10,9 +10,9 @@
 #include "stages/square.h"
 #include "maths/plain.h"
 
-/* The best curve so far, certified, and its law. */
+/* The best curve so far, certified. */
 typedef struct best {
-    double control[CONTROLS][AXES_EVEN], law[CONTROLS], deviation[SPANS_ROOM];
+    double control[CONTROLS][AXES_EVEN], deviation[SPANS_ROOM];
     double cost;  /* of the motion */
     double walls; /* how close it is to them */
 } best;
@@ -257,26 +257,6 @@ static bool take_step(nc_smooth *smooth,
     return false;
 }
 
-/* A step of the law, or a part of it, if the motion gets faster. */
-static void take_law(nc_smooth *smooth, struct best *best) {
-    struct window *window = &smooth->window;
-    bool good = law_step(smooth);
-    for (int i = 0; i < 3 && good; i++) {
-        double cost = law_cost(smooth);
-        if (cost < best->cost) {
-            memcpy(best->law, window->law, sizeof best->law);
-            best->cost = cost;
-            return;
-        }
-        for (int k = 0; k < window->spans + 5; k++) {
-            window->law[k] = 0.5 * (window->law[k] + best->law[k]);
-        }
-        law_changed(smooth);
-    }
-    memcpy(window->law, best->law, sizeof best->law);
-    law_changed(smooth);
-}
-
 bool take_up(nc_smooth *smooth, int end, double *deviation) {
     struct window *window = &smooth->window;
     double control[CONTROLS][AXES_EVEN], found[SPANS_ROOM];
@@ -304,21 +284,32 @@ bool take_up(nc_smooth *smooth, int end, double *deviation) {
     return false;
 }
 
-void refine_window(nc_smooth *smooth, int end, int join, double *deviation) {
+void refine_window(nc_smooth *smooth,
+                   int end,
+                   int join,
+                   bool coarse,
+                   double *deviation) {
     struct window *window = &smooth->window;
     struct best best;
+    double smoothest[CONTROLS][AXES_EVEN];
     if (!law_begin(smooth, end, !join)) {
         return;
     }
     window->timed = true;
     lay_walls(smooth, end);
     look_at_walls(smooth);
+    memcpy(smoothest, window->control, sizeof smoothest);
     memcpy(best.control, window->control, sizeof best.control);
-    memcpy(best.law, window->law, sizeof best.law);
     memcpy(best.deviation, deviation, sizeof best.deviation);
     best.cost = law_cost(smooth);
+    double worth = (1.0 - WORTH) * best.cost;
     double share = WALL_FIRST;
     for (int i = 0; i < REFINE; i++) {
+        if (i == TRIAL && !coarse && best.cost > worth) {
+            memcpy(window->control, smoothest, sizeof smoothest);
+            window->timed = false;
+            return;
+        }
         double weight = share * best.cost;
         law_roughness(smooth);
         set_walls(smooth, join, weight);
@@ -326,7 +317,7 @@ void refine_window(nc_smooth *smooth, int end, int join, double *deviation) {
         spline_solve_timed(window, smooth->cfg.rotary);
         smooth->stats.solves++;
         take_step(smooth, &best, end, weight);
-        take_law(smooth, &best);
+        law_step(smooth, &best.cost);
         if (i >= REWEIGH_FROM) {
             best.cost = law_reweigh(smooth, best.cost);
         }

@@ -97,7 +97,7 @@ static struct node between(const nc_smooth *smooth,
                            double size) {
     struct node node_n = *behind;
     node_n.kind = kind;
-    node_n.t = node->t + share * (behind->t - node->t);
+    node_n.t = whole_parameter(node->t + share * (behind->t - node->t));
     node_n.programmed =
         node->programmed + share * (behind->programmed - node->programmed);
     node_n.turn = 0.0;
@@ -233,7 +233,7 @@ static void finish_section(nc_smooth *smooth, int end) {
 static double spans_wanted(const nc_smooth *smooth, int known) {
     bool coarse =
         smooth->jerk > 0.0 && smooth->measure >= COARSE * (double)known;
-    return coarse ? SPANS_COARSE : SPANS_FULL;
+    return coarse || law_goes_on(smooth) ? SPANS_FASTER : SPANS_FULL;
 }
 
 /* Work off what is known: the first `known` nodes are settled. */
@@ -358,7 +358,7 @@ static bool merge(nc_smooth *smooth, const struct node *node) {
         return false;
     }
     smooth->merged_n++;
-    double t = from->t + length;
+    double t = whole_parameter(from->t + length);
     *at = *node;
     at->t = smooth->t = t;
     at->slack = allowed;
@@ -390,7 +390,7 @@ static double chord_speed(const nc_smooth *smooth,
 void section_point(nc_smooth *smooth, const nc_block *row, double slack) {
     struct node *at = last_node(smooth);
     double length = scaled_distance(smooth, at->position, smooth->last);
-    struct node node = {.t = at->t + length,
+    struct node node = {.t = whole_parameter(at->t + length),
                         .programmed = smooth->programmed,
                         .kind = NODE_VERTEX,
                         .slack = fmax(slack, smooth->skipped),

@@ -157,7 +157,7 @@ static void exact_motion(nc_smooth *smooth,
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         smooth->last[axis] = row->end[axis] * smooth->scale[axis];
     }
-    smooth->t += row->length;
+    smooth->t = whole_parameter(smooth->t + row->length);
     smooth->programmed += row->length;
     begin_at(smooth);
 }

@@ -50,9 +50,9 @@ bool law_begin(nc_smooth *smooth, int end, bool final);
 /* What a kept control point has of the window before: 1, then less and less. */
 double kept_share(const struct window *window, int control);
 
-/* One step towards the fastest law for the present curve; false: there is none.
- */
-bool law_step(nc_smooth *smooth);
+/* A step towards the fastest law for the present curve, or a part of it; false:
+ * nothing is gained. `cost`: law_cost before and after. */
+bool law_step(nc_smooth *smooth, double *cost);
 
 /* The control points of the law are other ones. */
 void law_changed(nc_smooth *smooth);

@@ -205,6 +205,12 @@ struct nc_smooth {
 static inline bool in_main(const nc_smooth *smooth, int axis) {
     return smooth->main_mask >> axis & 1;
 }
+
+/* Whether the window before was made faster: its speed is given at the join. */
+static inline bool law_goes_on(const nc_smooth *smooth) {
+    return smooth->keep.valid && smooth->keep.timed;
+}
+
 static inline double dot(const double *from, const double *to, int count) {
     double sum = 0.0;
     for (int i = 0; i < count; i++) {

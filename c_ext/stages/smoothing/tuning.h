@@ -94,19 +94,28 @@
 /* Smaller turns need no blend. Unit: rad. Evidence: rounding. */
 #define STRAIGHT 1e-7
 
+/* Steps of the contour parameter, a power of two. Unit: 1/mm. Evidence:
+ * test_isons_restart. */
+#define PARAMETER_PARTS 1073741824.0
+
 /* ---- Spans and nodes of a window (knots.c, window.c) ---- */
 
 /* Growth of the wanted span length with the distance from a kink. Unit: mm
  * per mm. Evidence: bench/test_bench_smoothing.py. */
 #define SIZE_GROWTH 0.7
 
+/* Knot span at a standstill, from which the speed rises steeply. Unit:
+ * tolerances. Evidence: test_unequal_jerk, test_same_motion. */
+#define REST_SIZE 5.0
+
 /* That make a window worth solving. Unit: spans. Evidence:
  * bench/test_bench_smoothing.py. */
 #define SPANS_FULL 60
 
-/* The same of coarse ones, before their knots are set closer: what is not
- * written is refined in vain. Unit: spans. Evidence: bench/tube_oracle.py. */
-#define SPANS_COARSE 90
+/* The same of windows that are made faster: what is not written is refined in
+ * vain, and the next one takes it up. Unit: wanted spans. Evidence:
+ * bench/tube_oracle.py. */
+#define SPANS_FASTER 90
 
 /* With fewer, nodes are waited for. Unit: spans. Evidence:
  * bench/test_bench_smoothing.py. */
@@ -256,8 +265,12 @@
 /* Steps for the first law at the most. Unit: count. Evidence: as above. */
 #define LAW_STEPS 12
 
-/* Change that ends them. Unit: 1. Evidence: as above. */
-#define LAW_SETTLED 0.02
+/* Gain that ends them. Unit: share of the cost. Evidence: as above. */
+#define LAW_SETTLED 1e-3
+
+/* Times that a step is halved which makes the motion dearer. Unit: count.
+ * Evidence: as above. */
+#define LAW_TRIES 6
 
 /* Growth of v^1.5 along the way in the first guess. Unit: roots of the jerk.
  * Evidence: as above. */
@@ -281,6 +294,14 @@
 
 /* Solutions of a refinement. Unit: count. Evidence: as above. */
 #define REFINE 26
+
+/* The first of them, which try what is to be gained. Unit: count. Evidence:
+ * test_same_motion, bench/test_bench_pair.py. */
+#define TRIAL 3
+
+/* Gain of these that is worth going on for: two to five times as much comes of
+ * it. Unit: share of the cost. Evidence: as above. */
+#define WORTH 0.006
 
 /* Penalties change while the cost is below so many times the time. Unit:
  * factor. Evidence: random polylines of several windows. */

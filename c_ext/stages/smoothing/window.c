@@ -25,7 +25,7 @@ static void clamp(nc_smooth *smooth, int chord, int first) {
  * nodes[end]; returns the node reached. */
 static int lay_out(nc_smooth *smooth, int end, bool final) {
     struct window *window = &smooth->window;
-    window->law_head = smooth->keep.valid && smooth->keep.timed ? 5 : 0;
+    window->law_head = law_goes_on(smooth) ? 5 : 0;
     window->timed = false;
     window->kept = 0;
     int count; /* knots up to and with the last one, once */
@@ -182,7 +182,7 @@ static int commit_of(const struct window *window) {
                                       : COMMIT_SPANS;
 }
 
-/* Whether speed may be gained: the points are far apart beside the knots. */
+/* Whether the points are far apart beside the knots. */
 static bool is_coarse(const nc_smooth *smooth, int end) {
     return smooth->jerk > 0.0 && smooth->window.spans >= COARSE * (double)end;
 }
@@ -191,16 +191,16 @@ static bool is_coarse(const nc_smooth *smooth, int end) {
 static bool solve_window(nc_smooth *smooth,
                          int end,
                          bool final,
+                         bool coarse,
                          double *deviation) {
-    bool coarse = is_coarse(smooth, end);
     lay_sites(smooth, end);
     bool found = iterate(smooth, end, deviation);
-    if (coarse) {
+    if (law_goes_on(smooth)) {
         found = take_up(smooth, end, deviation) || found;
     }
-    if (found && coarse) {
+    if (found && smooth->jerk > 0.0) {
         int join = final ? 0 : commit_of(&smooth->window);
-        refine_window(smooth, end, join, deviation);
+        refine_window(smooth, end, join, coarse, deviation);
     }
     return found;
 }
@@ -251,12 +251,16 @@ void window_advance(nc_smooth *smooth, int end, bool final) {
                                     what follows is known */
             return;
         }
-        if (is_coarse(smooth, reached)) {
+        bool coarse = is_coarse(smooth, reached);
+        if (coarse) {
             smooth->finer = COARSE_SIZE * finer[k];
             reached = lay_out(smooth, end, final);
         }
-        good =
-            solve_window(smooth, reached, final && reached == end, deviation);
+        good = solve_window(smooth,
+                            reached,
+                            final && reached == end,
+                            coarse,
+                            deviation);
     }
     if (!good) {
         fall_back(smooth, reached);

@@ -58,9 +58,9 @@ SGL3D_UNIT = (
 )
 ARC_SCALE_FROM, ARC_SCALE = 100.0, 10.0
 MILD_LOW, MILD_HIGH = 1.0, 1000.0  # values outside leave the axis sharp
-# of the spline's segments: their sagitta where the radius is five times their
-# length
-DRIVEN_SHARE = 40.0
+# of the spline's segments: half their sagitta where the radius is five times
+# their length
+DRIVEN_SHARE = 80.0
 DRIVEN_MM, DRIVEN_MIN_MM, DRIVEN_MAX_MM = 0.005, 0.0005, 0.05
 MICRO_MM = 1.0  # longer segments are driven exactly
 # how far a first-order lag of 1 cuts a right angle at a speed of 1
