@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cnc_core.blocks import BlockBatch
+from cnc_core.blocks import RAPID, BlockBatch
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine, Event
 from cnc_core.planning import plan_program
@@ -22,6 +22,7 @@ from support.smoothed_paths import (
     FIVE_AXES,
     MACHINE,
     distance,
+    executed,
     judge,
     rounded_curve,
     sampled,
@@ -269,6 +270,23 @@ def test_batches_do_not_matter_for_coarse_data(chunk: int) -> None:
     parts, _ = smooth(rows, points[0], 0.01, chunk, machine=FAST)
     assert whole.rows.tobytes() == parts.rows.tobytes()
     assert (whole.pool == parts.pool).all()
+
+
+@pytest.mark.parametrize("way", [0.1, 17.3, 4321.7])
+def test_a_section_does_not_depend_on_the_way_ahead_of_it(way: float) -> None:
+    """Behind two rapids of any length the curve is the same to the last bit: restarts find it."""
+    points = coarse(3, 60)
+    rows = line_rows(points, 100.0)
+    there = np.array([[0.0, 0.0, 0.0], [way, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    rapids = line_rows(there, 0.0)
+    rapids["flags"] |= RAPID
+    alone, _ = smooth(rows, points[0], 0.01, machine=FAST)
+    behind, _ = smooth(
+        np.concatenate([rapids, rows]), points[0], 0.01, machine=FAST
+    )
+    assert (alone.pool == behind.pool).all()
+    own, other = executed(alone), executed(behind)[2:]
+    assert (own["end"] == other["end"]).all()
 
 
 def test_dense_data_do_not_change() -> None:

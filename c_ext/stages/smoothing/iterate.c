@@ -167,6 +167,7 @@ static void add_where_it_fails(nc_smooth *smooth,
         }
         weight = fmax(weight, window->sites[k].weight);
     }
+    verdict.t = whole_parameter(verdict.t);
     on_chord(smooth, chord, verdict.t, position);
     site_add(window,
              position,

@@ -96,6 +96,7 @@ static void set_walls(nc_smooth *smooth, int join, double weight) {
 static void add_wall(nc_smooth *smooth, int i, double t, int span) {
     struct window *window = &smooth->window;
     double position[NC_AXES];
+    t = whole_parameter(t);
     double slack = smooth->nodes[i + 1].slack;
     double allowed = fmax(smooth->tol - slack, 0.1 * smooth->tol);
     if (window->sites_n < SITES) {

@@ -297,7 +297,7 @@
 
 /* The first of them, which try what is to be gained. Unit: count. Evidence:
  * test_same_motion, bench/test_bench_pair.py. */
-#define TRIAL 3
+#define TRIAL 4
 
 /* Gain of these that is worth going on for: two to five times as much comes of
  * it. Unit: share of the cost. Evidence: as above. */

@@ -17,6 +17,7 @@ static void clamp(nc_smooth *smooth, int chord, int first) {
         for (int k = 1; k <= 5; k++) {
             t += 0.2 * window->tau[j + k];
         }
+        t = whole_parameter(t);
         on_chord(smooth, chord, t, window->control[j]);
     }
 }
