@@ -300,3 +300,33 @@ def test_tolerance_for_a_wavy_surface(program: Writer) -> None:
         for tolerance in (0.004, 0.0045, 0.005, 0.0055, 0.006, 0.007, 0.008)
     ]
     assert all(later < time for time, later in pairwise(times)), times
+
+
+@pytest.mark.parametrize(
+    ("before", "short"), [(40, 0.03), (40, 0.06), (100, 0.06)]
+)
+def test_a_corner_that_no_curve_passes(
+    before: int, short: float, program: Writer
+) -> None:
+    """A corner of 119 degrees on a chord shorter than the tolerance, near the end: no slower than
+    with a dwell in it. All points ahead of it were corners of their own, 2 to 4 times as long.
+    """
+    turns = np.zeros(before + 5)
+    turns[1:] = 0.06
+    turns[before], turns[before + 1] = np.radians(30), np.radians(119.4)
+    lengths = np.full(before + 5, 0.09)
+    lengths[before] = short
+    heading = np.cumsum(turns)
+    points = np.cumsum(
+        lengths[:, None] * np.column_stack([np.cos(heading), np.sin(heading)]),
+        axis=0,
+    )
+    lines = [f"X{x:.4f} Y{y:.4f}\n" for x, y in points]
+    stops = [*lines[: before + 1], "G4 X0.001\nG1\n", *lines[before + 1 :]]
+    through, stopping = (
+        _planned(
+            program(f"G1 F6000\n{''.join(body)}M30\n"), CellConfig(), 0.11
+        ).motion_time_s
+        for body in (lines, stops)
+    )
+    assert through < stopping

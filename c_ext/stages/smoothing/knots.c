@@ -8,10 +8,9 @@
 /* Span lengths wanted at the nodes, grown away from the small ones. */
 static void node_sizes(nc_smooth *smooth, int end, double *size) {
     for (int i = 0; i <= end; i++) {
-        size[i] = smooth->finer * smooth->nodes[i].size;
-        if (smooth->nodes[i].kind == NODE_BREAK) {
-            size[i] = fmin(size[i], REST_SIZE * smooth->tol);
-        }
+        const struct node *node = &smooth->nodes[i];
+        size[i] = node->kind == NODE_BREAK ? REST_SIZE * smooth->tol
+                                           : smooth->finer * node->size;
     }
     for (int i = end; i-- > 0;) {
         size[i] = fmin(

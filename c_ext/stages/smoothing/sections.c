@@ -238,18 +238,19 @@ static double spans_wanted(const nc_smooth *smooth, int known) {
 
 /* Work off what is known: the first `known` nodes are settled. */
 void section_work(nc_smooth *smooth, int known) {
-    int end;
-    while ((end = section_end(smooth, known))) {
+    for (;;) {
         int before = smooth->n_nodes;
-        finish_section(smooth, end);
-        known -= before - smooth->n_nodes;
-        smooth->measure = 0.0;
-    }
-    while (known > 4
-           && (smooth->measure >= spans_wanted(smooth, known)
-               || smooth->n_nodes > NODES_FULL)) {
-        int before = smooth->n_nodes;
-        window_advance(smooth, known - 1, false);
+        int end = section_end(smooth, known);
+        bool enough = smooth->measure >= spans_wanted(smooth, known)
+                      || smooth->n_nodes > NODES_FULL;
+        if (end > 0) {
+            finish_section(smooth, end);
+            smooth->measure = 0.0;
+        } else if (known > 4 && enough) {
+            window_advance(smooth, known - 1, false);
+        } else {
+            return;
+        }
         known -= before - smooth->n_nodes;
     }
 }

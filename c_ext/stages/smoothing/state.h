@@ -199,6 +199,7 @@ struct nc_smooth {
     double line_start[NC_AXES], line_t;
     bool no_memory;
     double finer; /* factor of all span lengths, below 1 after a failure */
+    bool firm; /* all control points that the window before knows are fixed */
     nc_smooth_stats stats;
 };
 

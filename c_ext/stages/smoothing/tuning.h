@@ -98,6 +98,10 @@
  * test_isons_restart. */
 #define PARAMETER_PARTS 1073741824.0
 
+/* A turn that a curve may be unable to pass: it becomes an exact corner where
+ * none is found. Unit: rad. Evidence: test_smoothing_for_time. */
+#define SHARP_TURN 0.8
+
 /* ---- Spans and nodes of a window (knots.c, window.c) ---- */
 
 /* Growth of the wanted span length with the distance from a kink. Unit: mm
@@ -106,7 +110,7 @@
 
 /* Knot span at a standstill, from which the speed rises steeply. Unit:
  * tolerances. Evidence: test_unequal_jerk, test_same_motion. */
-#define REST_SIZE 5.0
+#define REST_SIZE 2.0
 
 /* That make a window worth solving. Unit: spans. Evidence:
  * bench/test_bench_smoothing.py. */

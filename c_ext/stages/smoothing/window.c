@@ -37,12 +37,13 @@ static int lay_out(nc_smooth *smooth, int end, bool final) {
             count = smooth->keep.spans + 6 - LOOSE;
         }
         memcpy(window->tau, smooth->keep.tau, sizeof(double) * (size_t)count);
+        memcpy(window->law, smooth->keep.law, sizeof *window->law * 5);
+        window->kept = smooth->keep.timed ? count - 6 : 0;
+        window->fixed_head =
+            smooth->firm && window->kept > 5 ? window->kept : 5;
         memcpy(window->control,
                smooth->keep.control,
-               sizeof(window->control[0]) * 5);
-        memcpy(window->law, smooth->keep.law, sizeof *window->law * 5);
-        window->fixed_head = 5;
-        window->kept = smooth->keep.timed ? count - 6 : 0;
+               sizeof window->control[0] * (size_t)window->fixed_head);
     } else {
         for (count = 0; count < 6; count++) {
             window->tau[count] = smooth->out_t;
@@ -158,8 +159,31 @@ static void use_tail(nc_smooth *smooth) {
     smooth->nodes[0].kind = NODE_BREAK;
 }
 
+/* The sharpest turn behind what is certified; 0: none is sharp. */
+static int sharpest(const nc_smooth *smooth, int end) {
+    double from =
+        smooth->keep.valid ? smooth->keep.tau[smooth->keep.spans + 5] : -1.0;
+    double most = SHARP_TURN;
+    int found = 0;
+    for (int i = 1; i < end; i++) {
+        const struct node *node = &smooth->nodes[i];
+        if (node->t > from && node->turn > most) {
+            most = node->turn;
+            found = i;
+        }
+    }
+    return found;
+}
+
+/* A turn in the way of the curve becomes an exact corner; without one, what is
+ * certified is written and blends take the place of the curve. */
 static void fall_back(nc_smooth *smooth, int end) {
     smooth->stats.fallbacks++;
+    int sharp = sharpest(smooth, end);
+    if (sharp > 0) {
+        smooth->nodes[sharp].kind = NODE_BREAK;
+        return;
+    }
     if (smooth->keep.valid) {
         use_tail(smooth);
         return;
@@ -239,11 +263,19 @@ static void accept(nc_smooth *smooth,
  * nodes are needed to know them. */
 void window_advance(nc_smooth *smooth, int end, bool final) {
     double deviation[SPANS_ROOM];
-    static const double finer[] = {1.0, 0.5};
+    /* `firm`: what the window before found stays as it is */
+    static const struct {
+        double finer;
+        bool firm;
+    } tries[] = {{1.0, false}, {1.0, true}, {0.5, false}, {0.5, true}};
     int reached = end;
     bool good = false;
-    for (size_t k = 0; !good && k < sizeof finer / sizeof *finer; k++) {
-        smooth->finer = finer[k];
+    for (size_t k = 0; !good && k < sizeof tries / sizeof *tries; k++) {
+        smooth->finer = tries[k].finer;
+        smooth->firm = tries[k].firm;
+        if (smooth->firm && !law_goes_on(smooth)) {
+            continue;
+        }
         reached = lay_out(smooth, end, final);
         if (!final && reached == end && smooth->window.spans < SPANS_LEAST
             && smooth->n_nodes <= NODES_FULL) {
@@ -254,7 +286,7 @@ void window_advance(nc_smooth *smooth, int end, bool final) {
         }
         bool coarse = is_coarse(smooth, reached);
         if (coarse) {
-            smooth->finer = COARSE_SIZE * finer[k];
+            smooth->finer = COARSE_SIZE * tries[k].finer;
             reached = lay_out(smooth, end, final);
         }
         good = solve_window(smooth,
