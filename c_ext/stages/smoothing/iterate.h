@@ -14,7 +14,8 @@ bool take_up(nc_smooth *smooth, int end, double *deviation);
 
 /* The window's curve, certified up to nodes[end], gives way to a faster one
  * that is certified too. `join`: span at which the next window goes on, 0: the
- * section ends. `deviation`: of each span. */
+ * section ends. `coarse`: much is gained in any case; else the curve stays as
+ * it is where the first steps gain little. `deviation`: of each span. */
 void refine_window(nc_smooth *smooth,
                    int end,
                    int join,

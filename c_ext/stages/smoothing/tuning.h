@@ -95,11 +95,11 @@
 #define STRAIGHT 1e-7
 
 /* Steps of the contour parameter, a power of two. Unit: 1/mm. Evidence:
- * test_isons_restart. */
+ * test_smoothing_for_time, test_isons_restart. */
 #define PARAMETER_PARTS 1073741824.0
 
 /* A turn that a curve may be unable to pass: it becomes an exact corner where
- * none is found. Unit: rad. Evidence: test_smoothing_for_time. */
+ * none is found. Unit: rad. Evidence: test_same_motion. */
 #define SHARP_TURN 0.8
 
 /* ---- Spans and nodes of a window (knots.c, window.c) ---- */
@@ -227,11 +227,10 @@
 
 /* ---- A certified curve made faster at its own speed (law.c, refine.c) ---- */
 
-/* A window whose knots are that many for each point is coarse, and worth it.
- * 0.8: segments of 1 mm within 0.05 mm take 1.06 times as long. 0.4: segments
- * of 0.2 mm 0.6 times, but a window of 30 blocks is too short on circles. Unit:
- * factor. Evidence: bench/tube_oracle.py, test_same_motion, test_unequal_jerk.
- */
+/* A window whose knots are that many for each point is coarse: its knots are
+ * set closer. With 0.4 dense circles have so many pieces that a window of 30
+ * blocks is too short. Unit: factor. Evidence: bench/tube_oracle.py,
+ * test_unequal_jerk. */
 #define COARSE 0.65
 
 /* Knot spans of a coarse window. Unit: factor on their wanted length. Evidence:
@@ -272,8 +271,8 @@
 /* Gain that ends them. Unit: share of the cost. Evidence: as above. */
 #define LAW_SETTLED 1e-3
 
-/* Times that a step is halved which makes the motion dearer. Unit: count.
- * Evidence: as above. */
+/* Shares of a step that are tried, each half of the one before. Unit: count.
+ * Evidence: test_same_motion. */
 #define LAW_TRIES 6
 
 /* Growth of v^1.5 along the way in the first guess. Unit: roots of the jerk.
@@ -303,7 +302,7 @@
  * test_same_motion, bench/test_bench_pair.py. */
 #define TRIAL 4
 
-/* Gain of these that is worth going on for: two to five times as much comes of
+/* Gain of these that is worth going on for: two to four times as much comes of
  * it. Unit: share of the cost. Evidence: as above. */
 #define WORTH 0.006
 
