@@ -304,7 +304,7 @@
 
 /* Gain of these that is worth going on for: two to four times as much comes of
  * it. Unit: share of the cost. Evidence: as above. */
-#define WORTH 0.006
+#define WORTH 0.012
 
 /* Penalties change while the cost is below so many times the time. Unit:
  * factor. Evidence: random polylines of several windows. */
