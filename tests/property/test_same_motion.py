@@ -14,6 +14,7 @@ import pytest
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.planning import PlanResult, plan_program
 from cnc_core.program import Program
+from support.drive import FloatArray
 
 Writer = Callable[..., Path]
 
@@ -33,14 +34,21 @@ def _planned(path: Path, cell: CellConfig, tolerance: float) -> PlanResult:
     )
 
 
+def _lines(
+    x: FloatArray, y: FloatArray, decimals: int = 4, names: str = "XY"
+) -> list[str]:
+    """A line of a program for each point."""
+    return [
+        f"{names[0]}{a:.{decimals}f} {names[1]}{b:.{decimals}f}\n"
+        for a, b in zip(x, y, strict=True)
+    ]
+
+
 def _contour(chord: float, waves: int) -> str:
     """A closed contour of that many waves, 200 mm long, in the plane."""
     t = 2 * np.pi * np.arange(1, round(200 / chord) + 1) * chord / 200
     r = 31.83 * (1 + 0.2 * np.cos(waves * t))
-    points = "".join(
-        f"X{x:.3f} Y{y:.3f}\n"
-        for x, y in zip(r * np.cos(t) - 38.2, r * np.sin(t), strict=True)
-    )
+    points = "".join(_lines(r * np.cos(t) - 38.2, r * np.sin(t), 3))
     return f"G1 F9000\n{points}M30\n"
 
 
@@ -80,7 +88,7 @@ def test_an_acceleration_that_is_not_reached(
     points = np.cumsum(
         3.0 * np.column_stack([np.cos(heading), np.sin(heading)]), axis=0
     )
-    text = "".join(f"X{x:.3f} Y{y:.3f}\n" for x, y in points)
+    text = "".join(_lines(*points.T, 3))
     path = program(f"G1 F6000\n{text}M30\n")
     times = [
         _planned(path, _even(_axis(v, a, j)), 0.02).motion_time_s
@@ -107,7 +115,7 @@ def test_lines_cut_into_collinear_blocks(parts: int, program: Writer) -> None:
         points = (
             ends[:-1, None] + share * (ends[1:, None] - ends[:-1, None])
         ).reshape(-1, 2)
-        text = "".join(f"X{x:.4f} Y{y:.4f}\n" for x, y in points)
+        text = "".join(_lines(*points.T))
         return program(f"G1 F6000\n{text}M30\n", f"sides_{count}.nc")
 
     whole = _planned(sides(1), CellConfig(), 0.02)
@@ -219,7 +227,7 @@ def test_tolerance_for_segments_of_a_millimetre(program: Writer) -> None:
     points = np.cumsum(
         np.column_stack([np.cos(heading), np.sin(heading)]), axis=0
     )
-    text = "".join(f"X{x:.4f} Y{y:.4f}\n" for x, y in points)
+    text = "".join(_lines(*points.T))
     path = program(f"G1 F6000\n{text}M30\n")
     fine, wide = (
         _planned(path, CellConfig(), tolerance).motion_time_s
@@ -243,7 +251,7 @@ def _wave(chord: float) -> str:
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve.T)))])
     at = np.arange(0.0, way[-1], chord)
     x, y = (np.interp(at, way, values) for values in curve.T)
-    return "".join(f"X{a:.3f} Y{b:.3f}\n" for a, b in zip(x, y, strict=True))
+    return "".join(_lines(x, y, 3))
 
 
 def test_more_points_of_a_curve(program: Writer) -> None:
@@ -264,10 +272,7 @@ def test_tolerance_for_a_circle_on_unequal_axes(program: Writer) -> None:
     rises at once: between those a millimetre apart the first one of a curve took longer.
     """
     a = np.arange(1, 102) * 0.06
-    text = "".join(
-        f"X{x:.4f} Y{y:.4f}\n"
-        for x, y in zip(5 * np.sin(a), 5 - 5 * np.cos(a), strict=True)
-    )
+    text = "".join(_lines(5 * np.sin(a), 5 - 5 * np.cos(a)))
     path = program(f"G1 F18000\n{text}M30\n")
     cell = _unequal(
         (300.0, 3000.0, 50000.0),
@@ -287,9 +292,10 @@ def test_tolerance_for_a_wavy_surface(program: Writer) -> None:
     """
     x = 0.22 * np.arange(1, 56)
     z = 0.045 * np.sin(2 * np.pi * x / 2.2)
-    points = "".join(f"X{a:.4f} Z{b:.4f}\n" for a, b in zip(x, z, strict=True))
-    back = points.splitlines()[::-1]
-    path = program(f"G1 F1260\n{points}Y0.4\n" + "\n".join(back) + "\nM30\n")
+    there = _lines(x, z, names="XZ")
+    path = program(
+        "".join(["G1 F1260\n", *there, "Y0.4\n", *there[::-1], "M30\n"])
+    )
     cell = _unequal(
         (350.0, 8800.0, 280000.0),
         (260.0, 7400.0, 13000.0),
@@ -321,7 +327,7 @@ def test_a_corner_that_no_curve_passes(
         lengths[:, None] * np.column_stack([np.cos(heading), np.sin(heading)]),
         axis=0,
     )
-    lines = [f"X{x:.4f} Y{y:.4f}\n" for x, y in points]
+    lines = _lines(*points.T)
     stops = [*lines[: before + 1], "G4 X0.001\nG1\n", *lines[before + 1 :]]
     through, stopping = (
         _planned(

@@ -94,6 +94,8 @@
 /* Smaller turns need no blend. Unit: rad. Evidence: rounding. */
 #define STRAIGHT 1e-7
 
+/* ---- Spans and nodes of a window (knots.c, window.c) ---- */
+
 /* Steps of the contour parameter, a power of two. Unit: 1/mm. Evidence:
  * test_smoothing_for_time, test_isons_restart. */
 #define PARAMETER_PARTS 1073741824.0
@@ -101,8 +103,6 @@
 /* A turn that a curve may be unable to pass: it becomes an exact corner where
  * none is found. Unit: rad. Evidence: test_same_motion. */
 #define SHARP_TURN 0.8
-
-/* ---- Spans and nodes of a window (knots.c, window.c) ---- */
 
 /* Growth of the wanted span length with the distance from a kink. Unit: mm
  * per mm. Evidence: bench/test_bench_smoothing.py. */
