@@ -7,6 +7,7 @@ Builds the engine from a clone of what is committed with HLI_COSIM_INTERLEAVE=1 
 drives random programs under random commands (``tests/support/commanded.py``).  No sample
 may exceed a limit: a jump is many times the jerk limit.  ``--undo NAME`` takes back what
 once mended a jump that the threads had shown, to see whether these runs would find it.
+``--threads`` drives what ``tests/unit/engine/test_threads.py`` drives instead.
 The log has a line of JSON a run; runs that it has already are left out.
 Ends with 1 if a run is broken (``--undo``: if none is).
 """
@@ -59,34 +60,48 @@ def build(folder: Path, undo: str | None) -> Path:
     return site
 
 
-def driven(seed: int, folder: Path) -> dict[str, Any]:
+def driven(seed: int, folder: Path, threads: bool) -> dict[str, Any]:
     """One run: what it came to, and the words of the test that it breaks."""
     import numpy as np  # noqa: PLC0415 of the environment that was built
     from cnc_core._engine import lib  # noqa: PLC0415
 
     from cnc_core.engine import Event  # noqa: PLC0415
+    from hli import layout  # noqa: PLC0415
+    from support import threaded  # noqa: PLC0415
     from support.commanded import config, drive, program  # noqa: PLC0415
     from support.inside import Inside  # noqa: PLC0415
     from support.limits import legal, shares  # noqa: PLC0415
 
     rng = np.random.default_rng(seed)
     options, rehearse = OPTIONS[seed % 6], seed % 4 == 3
-    text = program(rng)
+    geo_first, more = seed // 6 % 2, {}
+    if threads:
+        options, rehearse = "threads", seed // 8 % 2 > 0
+        geo_first = seed // 4 % 2
+        more = {"service": layout.HLI_SERVICE_IMMEDIATE}
+        text, cell = threaded.PROGRAM, threaded.CONFIG % threaded.FUNCTIONS
+    else:
+        text = program(rng)
+        cell = config(rng, options)
     told: dict[str, Any] = {"seed": seed, "options": options, "broken": ""}
-    with Inside(folder, text, config(rng, options)) as cnc:
+    with Inside(folder, text, cell, **more) as cnc:
 
         def cycles(n: int, turn: int) -> Event:
             ran = lib.engine_interleaved(
                 cnc.engine._handle,
                 n,
                 seed * 100_003 + turn,
-                seed // 6 % 2,
+                geo_first,
                 rehearse,
             )
             return Event(ran)
 
         try:
-            pos, _ = drive(cnc, rng, cycles)
+            if threads:
+                threaded.drive_in_turns(cnc, rng, cycles)
+                pos = cnc.pos
+            else:
+                pos, _ = drive(cnc, rng, cycles)
             found = shares(pos, cnc.cell, ended=False)
             told |= {"cycles": len(pos), **found._asdict()}
             legal(pos, cnc.cell)
@@ -95,16 +110,16 @@ def driven(seed: int, folder: Path) -> dict[str, Any]:
     return told
 
 
-def drive_all(seeds: list[int]) -> None:
+def drive_all(seeds: list[int], threads: bool) -> None:
     """In a process of the engine that was built: a line of JSON a run."""
     with tempfile.TemporaryDirectory() as folder:
         for seed in seeds:
-            print(json.dumps(driven(seed, Path(folder))), flush=True)
+            print(json.dumps(driven(seed, Path(folder), threads)), flush=True)
 
 
-def runs(site: Path, seeds: list[int], log: Path) -> None:
+def runs(site: Path, seeds: list[int], threads: bool, log: Path) -> None:
     """The seeds in a process of their own, their lines behind the log."""
-    code = f"import interleaved; interleaved.drive_all({seeds})"
+    code = f"import interleaved; interleaved.drive_all({seeds}, {threads})"
     paths = [site, ROOT / "tests", ROOT / "bench"]
     with log.open("a") as out:
         subprocess.run(
@@ -137,7 +152,8 @@ def series(args: argparse.Namespace, undo: str | None, folder: Path) -> int:
     known = {json.loads(line)["seed"] for line in done}
     wanted = range(args.first, args.first + args.runs)
     site = args.site or build(folder, undo)
-    runs(site, [seed for seed in wanted if seed not in known], log)
+    left = [seed for seed in wanted if seed not in known]
+    runs(site, left, args.threads, log)
     lines = [json.loads(line) for line in log.read_text().splitlines()]
     print(f"{undo} taken back: " if undo else "", end="")
     return judged(lines)
@@ -153,6 +169,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1000)
     parser.add_argument("--log", type=Path)
     parser.add_argument("--undo", action="append", choices=UNDONE, default=[])
+    parser.add_argument("--threads", action="store_true")
     parser.add_argument("--site", type=Path, help="built already")
     args = parser.parse_args()
     bad = False

@@ -1,10 +1,12 @@
-"""Planner, GEO and service as threads while a PLC commands at random: what the tests
-of the threads and ``bench/stress.py`` drive.
+"""Planner, GEO and service as threads, or switched as if they were, while a PLC
+commands at random: what the tests of the threads, ``bench/stress.py`` and
+``bench/interleaved.py --threads`` drive.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -62,6 +64,27 @@ def drive(
     cnc.engine.serve_stop()
     cnc._take()
     return fifo
+
+
+def drive_in_turns(
+    cnc: Inside,
+    rng: np.random.Generator,
+    cycles: Callable[[int, int], Event],
+    turns: int = 400,
+) -> None:
+    """The same commands, each behind a few cycles; all samples are taken.
+
+    ``cycles(n, part)`` runs n cycles and says how they ended; each part has
+    another number.
+    """
+    first, most = int(rng.integers(0, 60)), int(rng.integers(2, 30))
+    for turn in range(first, first + turns):
+        n = int(rng.integers(1, most + 1))
+        for part in range(50):
+            if not cnc.prepare(cycles(n, turn * 51 + part)):
+                break
+        cnc._take()
+        command(cnc, turn, rng)
 
 
 def far_enough(cnc: Inside, turn: int) -> bool:

@@ -65,6 +65,15 @@ static double margin_s(struct engine *engine) {
                : 0.0;
 }
 
+/* Motion is taken back, and on its own thread GEO takes a tail there. */
+static bool can_cut(struct engine *engine, const struct cut *cut) {
+    if (cut->phase >= engine->commit.written || !(cut->motion_s > 0.0)) {
+        return false;
+    }
+    return !ATOMIC_GET(engine->threads.running)
+           || phase_at(&engine->commit, cut->phase)->v0 > GEO_MOVES;
+}
+
 /* Everything that begins no earlier than `margin` from where GEO is. */
 static bool find_cut(struct engine *engine, double margin, struct cut *cut) {
     double earliest = consumed_s(&engine->geo) + margin;
@@ -82,11 +91,7 @@ static bool find_cut(struct engine *engine, double margin, struct cut *cut) {
             cut->motion_s += ph->time;
         }
     }
-    if (cut->phase >= engine->commit.written || !(cut->motion_s > 0.0)) {
-        return false;
-    }
-    return !ATOMIC_GET(engine->threads.running)
-           || phase_at(&engine->commit, cut->phase)->v0 > GEO_MOVES;
+    return can_cut(engine, cut);
 }
 
 /* The motion that is taken back, and the stored tail behind it. */
@@ -141,6 +146,28 @@ static void cut_later(struct engine *engine, struct cut *cut, double seconds) {
     }
 }
 
+/* The planner goes back to the cut, which becomes a later one where the planner
+ * cannot begin there. Returns the motion that is taken back, s. */
+static double take_back(struct engine *engine, struct cut *cut) {
+    const struct planner_ops *planner = engine->planner;
+    for (;;) {
+        double seconds = planner->take_back(engine, cut->motion_s);
+        if (seconds <= 0.0) {
+            return 0.0;
+        }
+        cut_later(engine, cut, seconds);
+        bool meets = seconds <= cut->motion_s + SAME_TIME; /* a phase ends */
+        if (meets && can_cut(engine, cut)) {
+            return seconds;
+        }
+        planner->taken_back(engine, false, seconds);
+        if (meets || planner->stands_elsewhere(engine)
+            || !can_cut(engine, cut)) {
+            return 0.0;
+        }
+    }
+}
+
 /* The commit ends at the cut from now on; the motion behind it is the beginning
  * of the stored tail. */
 static bool publish_cut(struct engine *engine,
@@ -182,11 +209,10 @@ void recall_commit(struct engine *engine) {
     if (!find_cut(engine, margin_s(engine), &cut)) {
         return;
     }
-    double seconds = engine->planner->take_back(engine, cut.motion_s);
+    double seconds = take_back(engine, &cut);
     if (seconds <= 0.0) {
         return;
     }
-    cut_later(engine, &cut, seconds);
     bool in_time = publish_cut(engine, word, &cut);
     bool follows = in_time || engine->commit.late;
     engine->planner->taken_back(engine, follows, seconds);

@@ -14,6 +14,8 @@ import pytest
 from cnc_core._engine import ffi, lib
 
 from cnc_core.engine import Event
+from hli import layout
+from support import threaded
 from support.commanded import config, drive, program
 from support.inside import Inside
 from support.limits import legal
@@ -141,4 +143,36 @@ def test_the_speed_follows_the_override_and_holds(
         speeds = np.diff(np.concatenate(cnc.paths), prepend=0.0) / cycle_s
         assert (speeds <= 1.005 * asked + 1e-6)[settled].all()
         assert lib.engine_interleaved_stood() <= TURNS
+        legal(cnc.pos, cnc.cell)
+
+
+@pytest.mark.parametrize("seed", [541, 711, 718, 895, 926, 2794])
+def test_drive_of_the_threads_switched_anywhere(
+    tmp_path: Path, seed: int
+) -> None:
+    """What ``test_threads`` commands beside threads, with random switches: feed
+    holds just behind a stand among it.
+    """
+    rng = np.random.default_rng(seed)
+    with Inside(
+        tmp_path,
+        threaded.PROGRAM,
+        threaded.CONFIG % threaded.FUNCTIONS,
+        service=layout.HLI_SERVICE_IMMEDIATE,
+    ) as cnc:
+        handle = cnc.engine._handle
+
+        def cycles(n: int, part: int) -> Event:
+            return Event(
+                lib.engine_interleaved(
+                    handle,
+                    n,
+                    seed * 100_003 + part,
+                    seed // 4 % 2,
+                    seed // 8 % 2,
+                )
+            )
+
+        threaded.drive_in_turns(cnc, rng, cycles)
+        assert not cnc.engine.state.fault
         legal(cnc.pos, cnc.cell)
