@@ -146,7 +146,7 @@ def test_the_speed_follows_the_override_and_holds(
         legal(cnc.pos, cnc.cell)
 
 
-@pytest.mark.parametrize("seed", [541, 711, 718, 895, 926, 2794])
+@pytest.mark.parametrize("seed", [525, 862, 936])
 def test_drive_of_the_threads_switched_anywhere(
     tmp_path: Path, seed: int
 ) -> None:
