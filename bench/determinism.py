@@ -60,9 +60,16 @@ FLAGS = {
     "sse2": "-O3 -march=x86-64",
     "avx2": "-O3 -march=x86-64-v3",
 }
-CHOICE = Path("c_ext/jerk/solver/interior_point.c")
+CHOICES = tuple(
+    Path("c_ext/jerk", name)
+    for name in (
+        "solver/interior_point.c",
+        "solver/projection.c",
+        "window/verify.c",
+    )
+)
 ASKED = '__builtin_cpu_supports("avx2")'
-"""Where the engine chooses the solver's build, and how it asks for the processor."""
+"""Where the engine chooses a build, and how it asks for the processor."""
 PRINT = (
     "import json, sys; sys.path[:0] = ['tests'];"
     "from support.sample_hashes import now; from cnc_core import _engine;"
@@ -113,7 +120,8 @@ def compiled(variant: str, made: Path) -> dict[str, str] | None:
         return None
     tree, site = clone(made), made / "site"
     if kind == "sse2":
-        forget_avx2(tree / CHOICE)
+        for choice in CHOICES:
+            forget_avx2(tree / choice)
     flags = {"CC": compiler, "HLI_COSIM_FLAGS": FLAGS[kind]}
     install = ("-m", "pip", "install", "-q", "--no-deps", "--target")
     _run(sys.executable, *install, site, tree, **flags)

@@ -8,4 +8,9 @@
  * `goes_on`: x, accel and inputs meet the dynamics already. Needs the jerk rows
  * and `brake`. False: there is none. */
 bool nearest_profile(struct problem *problem, double stiffness, bool goes_on);
+#ifdef JERK_AVX2
+bool nearest_profile_avx2(struct problem *problem,
+                          double stiffness,
+                          bool goes_on);
+#endif
 #endif

@@ -13,9 +13,7 @@
  */
 #include <math.h>
 #include "jerk/solver/faster_guess.h"
-#include "jerk/solver/interior_point_stage.h"
-#include "jerk/solver/projection.h"
-#include "jerk/state/tuning.h"
+#include "jerk/solver/projection_core.h"
 #include "maths/order.h"
 
 /* Largest jerk of an axis at the ends of the stages of block i, over its limit.
@@ -123,9 +121,9 @@ static void keep_caps(struct problem *problem) {
     }
 }
 
-bool faster_guess(struct problem *problem, double *growth) {
+bool PROJECTION(faster_guess)(struct problem *problem, double *growth) {
     for (int i = 0; i < GROW_ROUNDS && grow(problem, growth) > GROWN; i++) {
-        if (!nearest_profile(problem, STIFFNESS, true)) {
+        if (!PROJECTION(nearest_profile)(problem, STIFFNESS, true)) {
             return false;
         }
     }
