@@ -1,7 +1,9 @@
 /* What the operator and the program ask of a planner, and what it tells. */
 #include <math.h>
 #include "jerk/state/api.h"
+#include "jerk/path/ring.h"
 #include "jerk/state/state.h"
+#include "maths/order.h"
 
 static bool positive(double v) {
     return isfinite(v) && v > 0.0;
@@ -31,8 +33,34 @@ static void changes(jerk_planner *planner) {
     planner->waited_s = 0.0;
 }
 
+/* The plan is far below what was and what is asked for everywhere: nothing of
+ * it depends on them. */
+static bool plan_stays(const jerk_planner *planner) {
+    const plan *pl = &planner->plan;
+    const struct speeds now = speeds_now(planner);
+    uint64_t i = planner->head;
+    if (planner->changed || planner->at_standstill || pl->next >= pl->count) {
+        return false;
+    }
+    for (int k = pl->next; k < pl->count; k++) {
+        const jerk_interval *interval = ring_at(planner, i);
+        double asked = lesser(asked_under(&planner->was, interval),
+                              asked_under(&now, interval));
+        double most = planner->scale * sqrt(greater(pl->x[k], pl->x[k + 1]));
+        if (most > FAR_BELOW * asked) {
+            return false;
+        }
+        i += pl->last[k] != 0;
+    }
+    return true;
+}
+
 /* Other speeds are asked for, perhaps not the first time within CALM_S. */
 static void other_speeds(jerk_planner *planner) {
+    if (plan_stays(planner)) {
+        planner->was = speeds_now(planner);
+        return;
+    }
     planner->hurried = planner->driven_s - planner->other_s < CALM_S;
     planner->other_s = planner->driven_s;
     double again_s = planner->hurried ? planner->again_s : 0.0;

@@ -491,6 +491,10 @@
  * test_lookahead_epochs. */
 #define CALM_S 0.05
 
+/* A plan whose speeds are below it does not depend on what is asked for. Unit:
+ * share of the speed asked for. Evidence: test_override_that_limits_nothing. */
+#define FAR_BELOW 0.95
+
 /* Work that a second of motion earns for other speeds that come all the time:
  * iterations, each times the intervals. Unit: 1/s. Evidence: `bench planner`
  * (wave). */

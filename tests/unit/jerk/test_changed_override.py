@@ -56,6 +56,29 @@ def test_changes_that_come_all_the_time_have_a_budget() -> None:
     assert planner.stats["work"] - work <= 1.5 * WORK_PER_S * commits * COMMIT_S
 
 
+def test_an_override_that_limits_nothing_asks_for_no_plan() -> None:
+    """Bends hold the speed far below every override that is asked for: the plan
+    does not depend on them, so no other one is looked for.
+    """
+    slow = Limits([300.0] * 2, [300.0] * 2, [3000.0] * 2)
+    driven, solves = [], []
+    for noise in (0.0, 0.05):
+        rng = np.random.default_rng(1)
+        planner = JerkPlanner(slow, window=120, knots=400)
+        planner.push(contour(600, 2, per_block=2).intervals(100.0))
+        planner.finish()
+        laws = [planner.take(0.3)]
+        while len(laws[-1]):
+            planner.override(1.0 + noise * rng.normal())
+            laws.append(planner.take(COMMIT_S))
+        driven.append(sample(np.concatenate(laws), 0.001))
+        solves.append(planner.stats["solves"])
+    assert driven[0][:, 1].max() < 70.0
+    assert solves[0] == solves[1]
+    assert len(driven[0]) == len(driven[1])
+    assert np.allclose(driven[0][:, 0], driven[1][:, 0], atol=0.01)
+
+
 def test_the_speed_follows_a_falling_override() -> None:
     """It falls with every change, without a standstill and without waiting for the last one."""
     planner = JerkPlanner(LIMITS, window=120, knots=400)
