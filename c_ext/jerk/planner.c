@@ -34,8 +34,10 @@ static void changes(jerk_planner *planner) {
 }
 
 /* The plan is far below what was and what is asked for everywhere: nothing of
- * it depends on them. */
-static bool plan_stays(const jerk_planner *planner) {
+ * it depends on them. `before`: what was asked for last; a stop for an override
+ * of 0 was not made under `was`. */
+static bool plan_stays(const jerk_planner *planner,
+                       const struct speeds *before) {
     const plan *pl = &planner->plan;
     const struct speeds now = speeds_now(planner);
     uint64_t i = planner->head;
@@ -44,8 +46,9 @@ static bool plan_stays(const jerk_planner *planner) {
     }
     for (int k = pl->next; k < pl->count; k++) {
         const jerk_interval *interval = ring_at(planner, i);
-        double asked = lesser(asked_under(&planner->was, interval),
-                              asked_under(&now, interval));
+        double asked =
+            lesser(asked_under(before, interval), asked_under(&now, interval));
+        asked = lesser(asked, asked_under(&planner->was, interval));
         double most = planner->scale * sqrt(greater(pl->x[k], pl->x[k + 1]));
         if (most > FAR_BELOW * asked) {
             return false;
@@ -56,8 +59,8 @@ static bool plan_stays(const jerk_planner *planner) {
 }
 
 /* Other speeds are asked for, perhaps not the first time within CALM_S. */
-static void other_speeds(jerk_planner *planner) {
-    if (plan_stays(planner)) {
+static void other_speeds(jerk_planner *planner, const struct speeds *before) {
+    if (plan_stays(planner, before)) {
         planner->was = speeds_now(planner);
         return;
     }
@@ -75,9 +78,10 @@ void jerk_override(jerk_planner *planner, double feed, double rapid) {
     if (feed == planner->feed_factor && rapid == planner->rapid_factor) {
         return;
     }
+    const struct speeds before = speeds_now(planner);
     planner->feed_factor = fmax(0.0, feed);
     planner->rapid_factor = fmax(0.0, rapid);
-    other_speeds(planner);
+    other_speeds(planner, &before);
 }
 
 void jerk_hold(jerk_planner *planner, int hold) {
@@ -121,6 +125,7 @@ void jerk_command_speed(jerk_planner *planner, double speed) {
         || (speed < 0.0 && planner->command_speed < 0.0)) {
         return;
     }
+    const struct speeds before = speeds_now(planner);
     planner->command_speed = speed;
-    other_speeds(planner);
+    other_speeds(planner, &before);
 }

@@ -266,23 +266,32 @@ static void end_interval(spots *spots, double to, jerk_interval *interval) {
     }
 }
 
+/* 1 over the speed along the path that the axes allow at a place, s/mm. */
+static double least_slowness(const engine_config *cfg, const double *d1) {
+    double slow = 0.0;
+    for (int i = 0; i < cfg->axis_count; i++) {
+        slow = greater(slow, fabs(d1[i]) / cfg->v_max[i]);
+    }
+    return slow;
+}
+
 /* How far the third derivative of the planner's polynomial over q (path.c)
  * misses the curve at the share t, over the largest of the interval: each axis
  * by its jerk limit. q->miss keeps the largest. */
 static double curve_miss(spots *spots, jerk_interval *interval, double t) {
     const struct engine *engine = spots->engine;
-    const double *d3 =
-        spot_at(spots, interval->offset + t * interval->length)->d3;
+    const spot *at = spot_at(spots, interval->offset + t * interval->length);
+    const double *d3 = at->d3;
+    double slow = least_slowness(&engine->cfg, at->d1);
     double most = 0.0;
     double miss = 0.0;
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        double v = engine->cfg.v_max[i],
-               j = engine->cfg.j_max[i] > 0
+        double j = engine->cfg.j_max[i] > 0
                        ? engine->cfg.j_max[i]
                        : engine->cfg.a_max[i] / engine->cfg.cycle_s;
-        double off = fabs(jerk_third(interval, t, i) - d3[i]),
-               noise = CURVE_NOISE * j
-                       / (v * v * v); /* too little to matter at any speed */
+        double off = fabs(jerk_third(interval, t, i) - d3[i]);
+        /* too little to matter at any speed */
+        double noise = CURVE_NOISE * j * (slow * slow * slow);
         if (off > noise) {
             interval->miss[i] = fmaxf(interval->miss[i], (float)off);
         }

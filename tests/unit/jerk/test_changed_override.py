@@ -79,6 +79,25 @@ def test_an_override_that_limits_nothing_asks_for_no_plan() -> None:
     assert np.allclose(driven[0][:, 0], driven[1][:, 0], atol=0.01)
 
 
+@pytest.mark.parametrize("commits", [1, 2, 4])
+def test_an_override_of_0_that_goes_again_ends_its_stop(commits: int) -> None:
+    """On a path whose bends hold the speed far below the override, too."""
+    slow = Limits([300.0] * 2, [300.0] * 2, [3000.0] * 2)
+    planner = JerkPlanner(slow, window=120, knots=400)
+    planner.push(contour(600, 2, per_block=2).intervals(100.0))
+    planner.finish()
+    planner.take(0.3)
+    speeds = []
+    for k in range(60):
+        planner.override(0.0 if k < commits else 1.0)
+        laws = planner.take(COMMIT_S)
+        assert len(laws)
+        speeds.append(float(sample(laws, 0.001)[-1, 1]))
+    least = min(speeds)
+    assert least > 0.4 * speeds[0]
+    assert speeds[-1] > 0.8 * max(speeds[0], 10.0)
+
+
 def test_the_speed_follows_a_falling_override() -> None:
     """It falls with every change, without a standstill and without waiting for the last one."""
     planner = JerkPlanner(LIMITS, window=120, knots=400)
