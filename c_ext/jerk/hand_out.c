@@ -51,7 +51,7 @@ static double earned_in(const jerk_planner *planner, uint64_t since) {
         return 0.0;
     }
     double work = (double)(planner->stats.work - since);
-    return fmin(EARNED_MAX_S, work / WORK_PER_S);
+    return fmax(fmin(EARNED_MAX_S, work / WORK_PER_S), work / WORK_MAX_PER_S);
 }
 
 /* A plan over the window takes what motion has earned; more is owed. What the

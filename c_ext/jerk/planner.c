@@ -44,6 +44,9 @@ static bool plan_stays(const jerk_planner *planner,
     if (planner->changed || planner->at_standstill || pl->next >= pl->count) {
         return false;
     }
+    if (planner->near && planner->credit < 0.0) {
+        return false; /* short, and the window behind it has to wait */
+    }
     for (int k = pl->next; k < pl->count; k++) {
         const jerk_interval *interval = ring_at(planner, i);
         double asked =
@@ -60,12 +63,12 @@ static bool plan_stays(const jerk_planner *planner,
 
 /* Other speeds are asked for, perhaps not the first time within CALM_S. */
 static void other_speeds(jerk_planner *planner, const struct speeds *before) {
+    planner->hurried = planner->driven_s - planner->other_s < CALM_S;
+    planner->other_s = planner->driven_s;
     if (plan_stays(planner, before)) {
         planner->was = speeds_now(planner);
         return;
     }
-    planner->hurried = planner->driven_s - planner->other_s < CALM_S;
-    planner->other_s = planner->driven_s;
     double again_s = planner->hurried ? planner->again_s : 0.0;
     changes(planner);
     planner->again_s = again_s;

@@ -503,6 +503,10 @@
 /* They wait no longer than this. Unit: s. Evidence: `bench planner` (wave). */
 #define EARNED_MAX_S 0.03
 
+/* But for plans so dear that they would take more than a twentieth of the
+ * motion time. Unit: 1/s. Evidence: random programs under waves and ramps. */
+#define WORK_MAX_PER_S 2.2e5
+
 /* Of the way to rest: a window for other speeds is so long. Unit: ways.
  * Evidence: `bench planner` (live). */
 #define NEAR_WAYS 1.3
