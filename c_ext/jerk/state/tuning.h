@@ -492,7 +492,7 @@
 #define CALM_S 0.05
 
 /* A plan whose speeds are below it does not depend on what is asked for. Unit:
- * share of the speed asked for. Evidence: test_override_that_limits_nothing. */
+ * share of the speed asked for. Evidence: test_changed_override. */
 #define FAR_BELOW 0.95
 
 /* Work that a second of motion earns for other speeds that come all the time:
