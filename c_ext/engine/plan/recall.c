@@ -156,7 +156,8 @@ static double take_back(struct engine *engine, struct cut *cut) {
             return 0.0;
         }
         cut_later(engine, cut, seconds);
-        bool meets = seconds <= cut->motion_s + SAME_TIME; /* a phase ends */
+        /* else the planner's place is inside a phase */
+        bool meets = seconds <= cut->motion_s + SAME_TIME;
         if (meets && can_cut(engine, cut)) {
             return seconds;
         }
