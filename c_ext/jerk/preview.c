@@ -16,8 +16,8 @@ static double follow(jerk_planner *planner, double seconds) {
 }
 
 /* What a hold would do that comes when `later` seconds more are handed out: as
- * it is driven, the plan is followed where no stop is found (planner.c), but it
- * is given up sooner there. `scratch`: made like p, its content is lost. */
+ * it is driven, the plan is followed where no stop is found (planner.c).
+ * `scratch`: made like p, its content is lost. */
 void jerk_stop_preview(const jerk_planner *planner,
                        jerk_planner *scratch,
                        double later,
@@ -34,7 +34,7 @@ void jerk_stop_preview(const jerk_planner *planner,
         if (scratch->at_standstill || (planner->hold && !planner->changed)) {
             break;
         }
-        if (shortest_stop(scratch, PREVIEW_TRIES)) {
+        if (plan_stop(scratch)) {
             break;
         }
     }

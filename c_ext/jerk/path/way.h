@@ -11,7 +11,7 @@ double way_to_rest(const jerk_planner *planner,
                    double v,
                    double a);
 
-/* mm from the head to rest: the first distance that is tried for a stop. */
+/* mm from the head to rest. */
 double likely_stop(const jerk_planner *planner);
 
 /* mm from the head to the speed v1, and s. */

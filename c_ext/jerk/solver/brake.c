@@ -25,14 +25,13 @@ static void narrow(const jerk_planner *planner,
                    int axis,
                    double t,
                    const double state[2],
-                   double share,
                    room *out) {
     const jerk_interval *part = segment->interval;
     double v = state[0];
     double d1 = mixed(part->d1, axis, t);
     double d2 = mixed(part->d2, axis, t);
     double acc = segment->acc[axis] * acc_max(planner, part, axis);
-    double jerk = share * segment->share * jerk_max(planner, part, axis);
+    double jerk = BRAKE_SHARE * segment->share * jerk_max(planner, part, axis);
     double d3 = mixed(part->d3, axis, t);
     double along = fabs(d1);
     if (along < BRAKE_LEAST_RATE) {
@@ -43,17 +42,16 @@ static void narrow(const jerk_planner *planner,
     double bend_jerk = forward * (3.0 * d2 * state[1] + d3 * v * v);
     out->jerk[0] = fmax(out->jerk[0], (-jerk - bend_jerk) / along);
     out->jerk[1] = fmin(out->jerk[1], (jerk - bend_jerk) / along);
-    out->acc = fmax(out->acc, (-share * acc - bend_acc) / along);
+    out->acc = fmax(out->acc, (-BRAKE_SHARE * acc - bend_acc) / along);
 }
 
 static room room_at(const jerk_planner *planner,
                     const struct segment *segment,
                     double t,
-                    const double state[2],
-                    double share) {
+                    const double state[2]) {
     room least = {{-1e30, 1e30}, -1e30};
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        narrow(planner, segment, axis, t, state, share, &least);
+        narrow(planner, segment, axis, t, state, &least);
     }
     return least;
 }
@@ -82,7 +80,6 @@ static void brake_step(const room *room,
  * the path does not let it. */
 static int shoot(const jerk_planner *planner,
                  const struct grid *grid,
-                 double share,
                  double dt,
                  double turn,
                  brake_path *path) {
@@ -103,7 +100,7 @@ static int shoot(const jerk_planner *planner,
         const struct segment *segment = &grid->seg[k];
         const double state[2] = {path->v[i], path->a[i]};
         double into = (path->s[i] - grid->from_start[k]) / segment->length;
-        room room = room_at(planner, segment, into, state, share);
+        room room = room_at(planner, segment, into, state);
         bool back = t >= turn;
         double step = back ? dt : fmin(dt, turn - t);
         brake_step(&room, path, step, back);
@@ -129,7 +126,6 @@ static void end_at_rest(brake_path *path) {
 
 enum brake_end brake_to_rest(const jerk_planner *planner,
                              const struct grid *grid,
-                             double share,
                              double longest,
                              brake_path *out) {
     double low = 0.0;
@@ -140,14 +136,14 @@ enum brake_end brake_to_rest(const jerk_planner *planner,
     out->a[0] = acceleration_at_head(planner);
     for (int i = 0; i < BRAKE_TRIES; i++) {
         double turn = 0.5 * (low + high);
-        int found = shoot(planner, grid, share, dt, turn, out);
+        int found = shoot(planner, grid, dt, turn, out);
         if (found == 0) {
             return BRAKE_NONE;
         }
         *(found > 0 ? &low : &high) = turn;
     }
     bool beyond = out->beyond;
-    bool rests = shoot(planner, grid, share, dt, high, out) < 0;
+    bool rests = shoot(planner, grid, dt, high, out) < 0;
     if (out->torn) {
         return BRAKE_NONE;
     }

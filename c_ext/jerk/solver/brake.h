@@ -19,11 +19,9 @@ enum brake_end {
     BRAKE_BEYOND
 };
 
-/* From the head over the grid, with a share of the limits, in `longest` s at
- * the most. */
+/* From the head over the grid, in `longest` s at the most. */
 enum brake_end brake_to_rest(const jerk_planner *planner,
                              const struct grid *grid,
-                             double share,
                              double longest,
                              brake_path *out);
 

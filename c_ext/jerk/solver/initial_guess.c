@@ -376,30 +376,6 @@ bool guess_from(jerk_planner *planner,
     return project(planner, grid, CLOSE_STIFFNESS);
 }
 
-/* A stop from the present state over the whole grid. */
-bool guess_stop(jerk_planner *planner, const struct grid *grid) {
-    struct problem *problem = &planner->prob;
-    double way = grid->from_start[grid->count];
-    double beta =
-        lesser(4.0,
-               greater(0.0,
-                       2.0 * planner->accel * way / greater(planner->x, 1e-12)
-                           + 4.0 / 3.0));
-    problem->guess[0] = planner->x;
-    for (int k = 1; k < grid->count; k++) {
-        double t = grid->from_start[k] / way;
-        double cap = lesser(grid->knot_cap[k],
-                            lesser(grid->seg[k - 1].soft, grid->seg[k].soft));
-        problem->guess[k] = greater(
-            TINY,
-            lesser(cap,
-                   planner->x * standstill_power(1.0 - t) * (1.0 + beta * t)));
-    }
-    problem->guess[grid->count] = 0.0;
-    bound_rows(planner, grid);
-    return project(planner, grid, CLOSE_STIFFNESS);
-}
-
 /* A stop as the plan's over another length: its speeds at the same share of the
  * way. */
 bool guess_stop_like(jerk_planner *planner,

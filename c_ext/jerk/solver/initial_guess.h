@@ -18,9 +18,6 @@ bool guess_from(jerk_planner *planner,
                 const struct grid *grid,
                 const double *x);
 
-/* A stop from the present state over the whole grid. */
-bool guess_stop(jerk_planner *planner, const struct grid *grid);
-
 /* A stop as that of the plan, which was over another length. */
 bool guess_stop_like(jerk_planner *planner,
                      const struct grid *grid,

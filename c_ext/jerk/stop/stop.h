@@ -5,7 +5,4 @@
 
 /* The plan becomes the shortest stop that is found; false: none is. */
 bool plan_stop(jerk_planner *planner);
-
-/* As plan_stop, given up after so many distances without a legal stop. */
-bool shortest_stop(jerk_planner *planner, int hopeless);
 #endif

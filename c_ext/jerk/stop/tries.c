@@ -1,5 +1,4 @@
-/* Stops over one distance: from a profile of constant limits, from a stop that
- * is there, or from a brake. */
+/* Stops over one distance: from a stop that is there, or from a brake. */
 #include <math.h>
 #include "jerk/path/grid.h"
 #include "jerk/solver/constraints.h"
@@ -13,21 +12,6 @@ static bool solve_like(jerk_planner *planner, struct grid *grid, double found) {
     problem_from_grid(planner, grid, planner->x, planner->accel);
     return guess_stop_like(planner, grid, found)
            && solve_guess(planner, grid, TIGHTENINGS, STOP_ITERATIONS);
-}
-
-/* Solve for a stop over the grid: from a profile of constant limits, and where
- * that fails closely from the stop that is there (`found` 0: none is). */
-static bool solve_stop(jerk_planner *planner, struct grid *grid, double found) {
-    problem_from_grid(planner, grid, planner->x, planner->accel);
-    if (guess_stop(planner, grid)
-        && solve_guess(planner, grid, TIGHTENINGS, STOP_ITERATIONS)) {
-        return true;
-    }
-    if (!(found > 0.0) || !(planner->prob.missed < NEARLY_MET)) {
-        return false;
-    }
-    give_back(grid);
-    return solve_like(planner, grid, found);
 }
 
 /* The grid of a stop; false: there is none. */
@@ -50,11 +34,6 @@ static bool take_stop(jerk_planner *planner, bool legal) {
     }
     grid->stands = false;
     return plan_accept(planner, grid, true);
-}
-
-bool try_stop(jerk_planner *planner, double distance, double found) {
-    return lay_stop(planner, distance)
-           && take_stop(planner, solve_stop(planner, &planner->grid, found));
 }
 
 bool try_shorter(jerk_planner *planner, double share) {

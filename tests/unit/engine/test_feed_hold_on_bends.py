@@ -115,14 +115,27 @@ def over_the_shortest(
 @pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("seed", "share"),
-    [(7, 0.61), (17, 0.773), (18, 0.559), (19, 0.451), (104, 0.71)],
+    [
+        (7, 0.61),
+        (17, 0.773),
+        (18, 0.559),
+        (19, 0.451),
+        (104, 0.71),
+        (2031, 0.842),
+        (2073, 0.778),
+        (2128, 0.763),
+        (2210, 0.403),
+        (2300, 0.577),
+    ],
 )
 def test_a_hold_between_axes_that_take_turns_is_hardly_longer_than_the_shortest(
     seed: int, share: float
 ) -> None:
     """Random machines and waves, at a share of their motion time: at most 1.05 of
     the stop that linear programs find from the hold on.  The deepest brake, and
-    one stop nearer than the deepest fall, took up to 1.6 of it.
+    one stop nearer than the deepest fall, took up to 1.6 of it.  Ten shorter stops
+    were not enough, and where no first stop was found the hold came later: up to
+    1.5 of it.
     """
     assert over_the_shortest(*random_machine(seed), share) <= 1.05
 
