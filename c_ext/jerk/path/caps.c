@@ -76,6 +76,7 @@ void segment_limits(const jerk_planner *planner, struct segment *segment) {
         segment->acc[axis] = 1.0;
     }
     segment->excess = 0.0;
+    segment->lowered = 0.0;
     segment->heavy = 0.0;
     segment->fast = 0.0;
     segment->leave = 0.0;

@@ -211,7 +211,8 @@ static double longest_at(const jerk_planner *planner,
 
 /* Longest interval on interval i behind the head: where the curvature changes
  * so that jerk bounds the speed below what can be reached there the path jerk
- * is constant over it, what the axes need to follow the bend is not. */
+ * is constant over it, what the axes need to follow the bend is not. Where they
+ * need most in the middle, rows at the ends do not see it. */
 static double bend_length(const jerk_planner *planner,
                           const struct grid *grid,
                           int i,
@@ -224,8 +225,9 @@ static double bend_length(const jerk_planner *planner,
     double times = steps->bend * v * v * v;
     double part =
         times > BEND_DECIDES && steps->little ? BEND_FINER : BEND_STEP;
-    return times < BEND_MATTERS ? steps->turn
-                                : lesser(steps->turn, part * steps->even);
+    double matters = steps->peaks ? 1.0 : BEND_MATTERS;
+    return times < matters ? steps->turn
+                           : lesser(steps->turn, part * steps->even);
 }
 
 /* Growth of the spacing over interval i, which begins `at` mm from a standstill

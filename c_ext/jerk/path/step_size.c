@@ -84,6 +84,14 @@ static double turn_length(const jerk_planner *planner,
     return MAX_TURN / sqrt(greater(1e-30, greater(start, end)));
 }
 
+/* Third derivative of an axis in the middle of the interval: its polynomial has
+ * degree 5 in q' and meets all derivatives at both ends. */
+static double third_inside(const jerk_interval *interval, int axis) {
+    double change = interval->d2[1][axis] - interval->d2[0][axis];
+    return 1.5 * change / interval->length
+           - 0.25 * (interval->d3[0][axis] + interval->d3[1][axis]);
+}
+
 /* Of the third derivatives by the jerk limits: the largest, and the length over
  * which they change by as much. */
 static void set_bend(const jerk_planner *planner,
@@ -93,12 +101,18 @@ static void set_bend(const jerk_planner *planner,
     out->bend = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         double jerk = jerk_max(planner, interval, axis);
-        out->bend = greater(out->bend,
-                            larger(interval->d3[0][axis], interval->d3[1][axis])
-                                / jerk);
-        change =
-            greater(change,
-                    fabs(interval->d3[1][axis] - interval->d3[0][axis]) / jerk);
+        double first = interval->d3[0][axis];
+        double last = interval->d3[1][axis];
+        double inside = third_inside(interval, axis);
+        double most = larger(first, last);
+        double by = fabs(last - first);
+        if (fabs(inside) > PEAKS * most) {
+            most = fabs(inside);
+            by = 2.0 * larger(inside - first, inside - last);
+            out->peaks = true;
+        }
+        out->bend = greater(out->bend, most / jerk);
+        change = greater(change, by / jerk);
     }
     out->even = interval->length * out->bend / greater(1e-30, change);
     out->turn = lesser(out->turn, lean_length(planner, interval, out->bend));

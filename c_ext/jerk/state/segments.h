@@ -26,11 +26,13 @@ typedef struct segment {
     double excess, fast; /* ratios of the last check (limits; feed) where they
                             were too large, else 0 */
     double heavy;        /* the same of the acceleration limits alone */
-    double leave; /* of the jerk limit, that the last check has asked it to
-                     leave to kinks; else 0 */
-    double jump;  /* share of the jerk limit that jumps of derivatives nearby
-                     leave */
-    double share; /* share that is planned with: jump * tight */
+    double lowered; /* `excess` of the check before, for which the limit was
+                       lowered, else 0 */
+    double leave;   /* of the jerk limit, that the last check has asked it to
+                       leave to kinks; else 0 */
+    double jump;    /* share of the jerk limit that jumps of derivatives nearby
+                       leave */
+    double share;   /* share that is planned with: jump * tight */
     double acc[JERK_AXES]; /* shares of the acceleration limits that joints
                               nearby leave (joints.c) */
     double jerk_up,
@@ -72,6 +74,7 @@ typedef struct steps {
                                 shown; the shortest that this may come to */
     double bend, even; /* largest third derivative over the jerk limit, s3/mm3;
                           mm over which they change by so much */
+    bool peaks;        /* inside it is larger than at the ends */
     bool little;       /* it turns next to not at all */
     double top[2]; /* squared speed that the bend at its ends allows, mm2/s2 */
     double along;  /* largest acceleration along the path, mm/s2 */

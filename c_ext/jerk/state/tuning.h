@@ -283,6 +283,10 @@
  * test_jerk_planner_limits, test_unequal_jerk. */
 #define FINER_BELOW 0.85
 
+/* Of what was above the limit: where a lower limit leaves more, an interval is
+ * made finer. Unit: share. Evidence: test_same_motion. */
+#define FINER_STAYS 0.5
+
 /* Of the length, that a finer interval has. Unit: share. Evidence:
  * bench/planner_parts.py, test_planner_optimum. */
 #define FINER_STEPS 0.55
@@ -708,6 +712,11 @@
 /* Change of the third derivatives in one interval, of the largest. Unit:
  * share. Evidence: bench/planner_parts.py, test_planner_optimum. */
 #define BEND_STEP 0.5
+
+/* Of the third derivatives at the ends of an interval: one in the middle that
+ * is so much larger counts, and BEND_STEP then as soon as it reaches the limit.
+ * Unit: factor. Evidence: test_same_motion. */
+#define PEAKS 1.2
 
 /* BEND_STEP counts where at the speed in reach it would take so many times the
  * jerk limit. Unit: factor. Evidence: bench/planner_parts.py,

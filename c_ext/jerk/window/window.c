@@ -129,6 +129,13 @@ static void plan_slower(struct segment *segment) {
     segment->slower *= by;
 }
 
+/* A lower limit has changed little: rows at the ends of the segment are far
+ * from it. */
+static bool stays_above(const struct segment *segment) {
+    return segment->lowered > 0.0
+           && segment->excess - 1.0 > FINER_STAYS * (segment->lowered - 1.0);
+}
+
 /* Rows at its ends say too little of what the path does inside segment s: the
  * pushed interval that it is of takes finer steps from now on. */
 static bool finer_steps(jerk_planner *planner, const struct segment *segment) {
@@ -138,7 +145,8 @@ static bool finer_steps(jerk_planner *planner, const struct segment *segment) {
         return false; /* a line is resolved as it is */
     }
     if (!(segment->excess > FINER_FROM
-          || (segment->excess > 0.0 && *segment->tight < FINER_BELOW))
+          || (segment->excess > 0.0
+              && (*segment->tight < FINER_BELOW || stays_above(segment))))
         || to > FINER_STEPS * lesser(of->turn, 2.0 * segment->length)) {
         return false;
     }
@@ -189,6 +197,7 @@ static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
                 greater(TIGHTEST, (1.0 - segment->leave) / segment->jump));
         }
         segment->leave = 0.0;
+        segment->lowered = segment->heavy > 0.0 ? 0.0 : segment->excess;
         if (segment->excess <= 0.0) {
             continue;
         }
