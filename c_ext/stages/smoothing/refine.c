@@ -67,6 +67,17 @@ static double wall_share(const struct site *site, int join) {
     return near ? WALL_JOIN : WALL;
 }
 
+/* Where a wall stands: behind the curve in any case, but not beyond the
+ * tolerance, where the certificate would refuse what it lets pass. */
+static double wall_for(const struct site *site, int join) {
+    double most = sqrt(fmax(site->off[0], site->off[1]));
+    double behind = WALL_BEHIND * most;
+    if (most < site->allowed) {
+        behind = fmin(behind, 0.5 * (most + site->allowed));
+    }
+    return fmax(wall_share(site, join) * site->allowed, behind);
+}
+
 /* Walls as springs, with their slope and curvature at the present curve. */
 static void set_walls(nc_smooth *smooth, int join, double weight) {
     struct window *window = &smooth->window;
@@ -74,9 +85,7 @@ static void set_walls(nc_smooth *smooth, int join, double weight) {
     for (int k = 0; k < window->sites_n; k++) {
         struct site *site = &window->sites[k];
         const double *off = site->off;
-        double most = sqrt(fmax(off[0], off[1]));
-        site->target =
-            fmax(wall_share(site, join) * site->allowed, WALL_BEHIND * most);
+        site->target = wall_for(site, join);
         for (int group = 0; group < 2; group++) {
             double room = square(site->target) - off[group];
             double slope = 2.0 * weight / room;
@@ -138,43 +147,20 @@ static void wall_at(nc_smooth *smooth, int span, double t, int chord) {
     add_wall(smooth, chord, t, span);
 }
 
-/* A part of the step is taken around a span that stops it. */
-static void hold_back(double share[CONTROLS], int span, int spans) {
-    for (int k = span - BESIDE; k < span + ORDER + BESIDE; k++) {
-        if (k >= 0 && k < spans + 5) {
-            bool own = k >= span && k < span + ORDER;
-            share[k] *= own ? TRY_NEXT : TRY_BESIDE;
-        }
-    }
-}
-
-static void hold_back_all(double share[CONTROLS]) {
-    for (int k = 0; k < CONTROLS; k++) {
-        share[k] *= TRY_NEXT;
-    }
-}
-
-/* Is the curve ahead of all walls? The step is held back where it is not. */
-static bool inside_walls(const struct window *window, double share[CONTROLS]) {
-    int last = -1;
+/* Is the curve ahead of all walls? */
+static bool inside_walls(const struct window *window) {
     for (int k = 0; k < window->sites_n; k++) {
         const struct site *site = &window->sites[k];
-        double most = fmax(site->off[0], site->off[1]);
-        if (most < square(site->target) || site->span == last) {
-            continue;
+        if (!(fmax(site->off[0], site->off[1]) < square(site->target))) {
+            return false;
         }
-        last = site->span;
-        hold_back(share, last, window->spans);
     }
-    return last < 0;
+    return true;
 }
 
-/* Is the curve within the tolerance? Spans that fail get a wall where they do,
- * and less of the step. */
-static bool certified(nc_smooth *smooth,
-                      int end,
-                      double *deviation,
-                      double share[CONTROLS]) {
+/* Is the curve within the tolerance? Spans that fail get a wall where they do.
+ */
+static bool certified(nc_smooth *smooth, int end, double *deviation) {
     const struct window *window = &smooth->window;
     contour path = {smooth->nodes, end + 1};
     int chord = 0;
@@ -191,23 +177,22 @@ static bool certified(nc_smooth *smooth,
         deviation[k] = verdict.distance;
         if (!(verdict.worst <= 1.0)) {
             wall_at(smooth, k, verdict.t, chord);
-            hold_back(share, k, window->spans);
             good = false;
         }
     }
     return good;
 }
 
-/* Shares of the way from the best curve to another one. */
+/* A share of the way from the best curve to another one. */
 static void part_way(struct window *window,
                      const struct best *best,
                      double full[CONTROLS][AXES_EVEN],
-                     const double share[CONTROLS]) {
+                     double share) {
     for (int k = 0; k < window->spans + 5; k++) {
         for (int i = 0; i < window->moving_n; i++) {
             int axis = window->moving[i];
             double from = best->control[k][axis];
-            window->control[k][axis] = from + share[k] * (full[k][axis] - from);
+            window->control[k][axis] = from + share * (full[k][axis] - from);
         }
     }
 }
@@ -218,32 +203,31 @@ static void back(nc_smooth *smooth, const struct best *best) {
     look_at_walls(smooth);
 }
 
-/* As much of a step as is faster and certified. */
+/* As much of a step as is faster and certified. The share is the same
+ * everywhere: with less of it at one place the curve would meet walls that the
+ * whole step keeps off. */
 static bool take_step(nc_smooth *smooth,
                       struct best *best,
                       int end,
                       double weight) {
     struct window *window = &smooth->window;
-    double full[CONTROLS][AXES_EVEN], deviation[SPANS_ROOM], share[CONTROLS];
+    double full[CONTROLS][AXES_EVEN], deviation[SPANS_ROOM];
+    double share = 1.0;
     memcpy(full, window->control, sizeof full);
-    for (int k = 0; k < CONTROLS; k++) {
-        share[k] = 1.0;
-    }
-    for (int i = 0; i < TRIES; i++) {
+    for (int i = 0; i < TRIES; i++, share *= TRY_NEXT) {
         int known = window->sites_n;
         part_way(window, best, full, share);
         look_at_walls(smooth);
-        if (!inside_walls(window, share)) {
+        if (!inside_walls(window)) {
             continue;
         }
         curve_changed(smooth);
         double cost = law_cost(smooth);
         if (!(cost + weight * walls(window)
               < best->cost + weight * best->walls)) {
-            hold_back_all(share);
             continue;
         }
-        if (certified(smooth, end, deviation, share)) {
+        if (certified(smooth, end, deviation)) {
             memcpy(best->control, window->control, sizeof best->control);
             memcpy(best->deviation, deviation, sizeof deviation);
             best->cost = cost;
@@ -261,10 +245,9 @@ static bool take_step(nc_smooth *smooth,
 bool take_up(nc_smooth *smooth, int end, double *deviation) {
     struct window *window = &smooth->window;
     double control[CONTROLS][AXES_EVEN], found[SPANS_ROOM];
-    double unused[CONTROLS] = {0.0}; /* no step is held back */
     int sites = window->sites_n;
     memcpy(control, window->control, sizeof control);
-    for (; window->kept > window->fixed_head; window->kept -= BESIDE) {
+    for (; window->kept > window->fixed_head; window->kept -= KEPT_LESS) {
         for (int k = 0; k < window->kept; k++) {
             double share = kept_share(window, k);
             for (int axis = 0; axis < smooth->cfg.axes; axis++) {
@@ -273,7 +256,7 @@ bool take_up(nc_smooth *smooth, int end, double *deviation) {
                 window->control[k][axis] = now + share * off;
             }
         }
-        bool good = certified(smooth, end, found, unused);
+        bool good = certified(smooth, end, found);
         window->sites_n = sites;
         if (good) {
             memcpy(deviation, found, sizeof found);

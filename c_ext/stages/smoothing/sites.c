@@ -75,6 +75,11 @@ static void scatter(const nc_smooth *smooth, int end, double *out) {
     }
 }
 
+/* How far from a point the curve is sought. */
+static double share_of(const nc_smooth *smooth, double allowed) {
+    return smooth->closer * SHARE * allowed;
+}
+
 /* Smooth dense data: the chord leaves a curve through its points by little, so
  * the points can be kept as closely as they are known; more buys nothing, and
  * less would follow their rounding. */
@@ -83,14 +88,14 @@ static double target_of(const nc_smooth *smooth, int i, double noise) {
     double sagitta = 0.125 * node->turn * fmax(node->len, node[1].len);
     double allowed = allowed_at(smooth, i);
     if (node->turn > 0.3 || sagitta > 0.3 * smooth->tol) {
-        return SHARE * allowed;
+        return share_of(smooth, allowed);
     }
     return fmin(fmax(fmin(POINT * allowed, POINT_MAX), NOISE * noise),
-                SHARE * allowed);
+                share_of(smooth, allowed));
 }
 
 /* Points of the contour that pull: nodes, and the middle of every span that
- * holds none. */
+ * holds none. Behind a failure all of them have to be met. */
 void lay_sites(nc_smooth *smooth, int end) {
     struct window *window = &smooth->window;
     int i = 0;
@@ -123,7 +128,7 @@ void lay_sites(nc_smooth *smooth, int end) {
             site_add(window,
                      position,
                      t,
-                     SHARE * allowed,
+                     share_of(smooth, allowed),
                      allowed,
                      k,
                      smooth->cfg.axes);
@@ -132,7 +137,9 @@ void lay_sites(nc_smooth *smooth, int end) {
         double weight = STIFF / (length * length * length * length * length)
                         / (double)(window->sites_n - first);
         for (int j = first; j < window->sites_n; j++) {
-            window->sites[j].weight = weight;
+            struct site *site = &window->sites[j];
+            site->weight = weight;
+            site->wish = site->wish && !(smooth->closer < 1.0);
         }
         window->rho[k] = 1.0;
     }

@@ -198,7 +198,9 @@ struct nc_smooth {
     bool has_line;
     double line_start[NC_AXES], line_t;
     bool no_memory;
-    double finer; /* factor of all span lengths, below 1 after a failure */
+    double finer;  /* factor of all span lengths, below 1 after a failure */
+    double closer; /* share of the tolerance in which the curve is sought, below
+                      1 after a failure */
     bool firm; /* all control points that the window before knows are fixed */
     nc_smooth_stats stats;
 };

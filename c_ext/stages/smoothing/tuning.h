@@ -356,16 +356,13 @@
 /* Shares of a step that are tried. Unit: count. Evidence: as above. */
 #define TRIES 12
 
-/* What is taken of a step at a span that stops it, over the try before. Unit:
- * factor. Evidence: as above. */
+/* What is taken of a step, over the try before. Unit: factor. Evidence: as
+ * above. */
 #define TRY_NEXT 0.6
 
-/* The same beside it. Unit: factor. Evidence: as above. */
-#define TRY_BESIDE 0.8
-
-/* Which are beside it, on either side. Unit: control points. Evidence: as
- * above. */
-#define BESIDE 4
+/* So many fewer are kept of the window before where the certificate fails.
+ * Unit: control points. Evidence: as above. */
+#define KEPT_LESS 4
 
 /* ---- Certificate and output (certify.c, emit.c) ---- */
 

@@ -159,10 +159,14 @@ static void use_tail(nc_smooth *smooth) {
     smooth->nodes[0].kind = NODE_BREAK;
 }
 
+/* Where what is certified of the section ends; nodes up to there stay. */
+static double kept_to(const nc_smooth *smooth) {
+    return smooth->keep.valid ? smooth->keep.tau[smooth->keep.spans + 5] : -1.0;
+}
+
 /* The sharpest turn behind what is certified; 0: none is sharp. */
 static int sharpest(const nc_smooth *smooth, int end) {
-    double from =
-        smooth->keep.valid ? smooth->keep.tau[smooth->keep.spans + 5] : -1.0;
+    double from = kept_to(smooth);
     double most = SHARP_TURN;
     int found = 0;
     for (int i = 1; i < end; i++) {
@@ -175,10 +179,64 @@ static int sharpest(const nc_smooth *smooth, int end) {
     return found;
 }
 
+/* How far a position is from the chord behind node i. */
+static double off_chord(const nc_smooth *smooth,
+                        int i,
+                        const double *position) {
+    const struct node *from = &smooth->nodes[i];
+    const struct node *to = from + 1;
+    double along = 0.0;
+    double length2 = 0.0;
+    double nearest[NC_AXES] = {0.0};
+    for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+        double step = to->position[axis] - from->position[axis];
+        along += step * (position[axis] - from->position[axis]);
+        length2 += step * step;
+    }
+    double share = fmin(1.0, fmax(0.0, along / length2));
+    on_chord(smooth, i, from->t + share * (to->t - from->t), nearest);
+    return scaled_distance(smooth, nearest, position);
+}
+
+/* First node of a figure within the tolerance that ends at nodes[end], where
+ * the path does, and has begun there; 0: there is none. A curve could shrink it
+ * to a point. */
+static int figure_to(const nc_smooth *smooth, int end) {
+    const struct node *last = &smooth->nodes[end];
+    for (int i = end - 2; i >= 0 && last->kind == NODE_BREAK; i--) {
+        const struct node *node = &smooth->nodes[i + 1];
+        if (scaled_distance(smooth, node->position, last->position)
+            > smooth->tol) {
+            return 0;
+        }
+        if (off_chord(smooth, i, last->position) <= ZERO) {
+            return i + 1;
+        }
+    }
+    return 0;
+}
+
+/* All points of such a figure become corners; false: there is none. */
+static bool corners_of_figure(nc_smooth *smooth, int end) {
+    int figure = figure_to(smooth, end);
+    bool any = false;
+    for (int i = figure; figure > 0 && i < end; i++) {
+        struct node *node = &smooth->nodes[i];
+        if (node->t > kept_to(smooth)) {
+            node->kind = NODE_BREAK;
+            any = true;
+        }
+    }
+    return any;
+}
+
 /* A turn in the way of the curve becomes an exact corner; without one, what is
  * certified is written and blends take the place of the curve. */
 static void fall_back(nc_smooth *smooth, int end) {
     smooth->stats.fallbacks++;
+    if (corners_of_figure(smooth, end)) {
+        return;
+    }
     int sharp = sharpest(smooth, end);
     if (sharp > 0) {
         smooth->nodes[sharp].kind = NODE_BREAK;
@@ -263,17 +321,23 @@ static void accept(nc_smooth *smooth,
  * nodes are needed to know them. */
 void window_advance(nc_smooth *smooth, int end, bool final) {
     double deviation[SPANS_ROOM];
-    /* `firm`: what the window before found stays as it is */
+    /* `firm`: what the window before found stays as it is. A curve that is kept
+     * closer goes forward along short chords too. */
     static const struct {
         double finer;
         bool firm;
-    } tries[] = {{1.0, false}, {1.0, true}, {0.5, false}, {0.5, true}};
+    } tries[] = {{1.0, false},
+                 {1.0, true},
+                 {0.5, false},
+                 {0.5, true},
+                 {0.25, false}};
     int reached = end;
     bool good = false;
     for (size_t k = 0; !good && k < sizeof tries / sizeof *tries; k++) {
-        smooth->finer = tries[k].finer;
+        smooth->finer = smooth->closer = tries[k].finer;
         smooth->firm = tries[k].firm;
-        if (smooth->firm && !law_goes_on(smooth)) {
+        if ((smooth->firm && !law_goes_on(smooth))
+            || (smooth->closer < 1.0 && figure_to(smooth, end) > 0)) {
             continue;
         }
         reached = lay_out(smooth, end, final);
