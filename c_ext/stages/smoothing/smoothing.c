@@ -81,6 +81,15 @@ static void leave_out(nc_smooth *smooth, double length) {
     to->programmed = smooth->programmed;
 }
 
+/* The programmed position becomes a node, unless it is one. */
+static void end_here(nc_smooth *smooth, const nc_block *row, double slack) {
+    if (scaled_distance(smooth, last_node(smooth)->position, smooth->last)
+        > ZERO) {
+        last_node(smooth)->mark = true; /* not merged into what is before */
+        section_point(smooth, row, slack);
+    }
+}
+
 /* The path comes back to the last node from a figure whose points have all been
  * left out, and ends: they are not left out then, but for those that are next
  * to each other. */
@@ -108,18 +117,16 @@ static void drive_figure(nc_smooth *smooth) {
     }
     memcpy(smooth->last, last, sizeof last);
     smooth->programmed = programmed;
+    end_here(smooth, &copy, leave);
 }
 
 /* A node where the programmed position is, so that something can take effect
  * there. */
 static struct node *node_here(nc_smooth *smooth) {
     const nc_block *row = newest_motion(smooth);
-    if (row
-        && scaled_distance(smooth, last_node(smooth)->position, smooth->last)
-               > ZERO) {
-        nc_block copy = *row;
-        last_node(smooth)->mark = true; /* not merged into what is before */
-        section_point(smooth, &copy, 0.0);
+    if (row) {
+        const nc_block copy = *row;
+        end_here(smooth, &copy, 0.0);
     }
     return last_node(smooth);
 }

@@ -71,3 +71,29 @@ def test_what_is_left_out_counts_as_deviation(
     plan_program(path, window=120)
     assert least <= path.smoothing.report.left_out
     assert least <= path.smoothing.report.deviation <= 1.0
+
+
+@pytest.mark.ci_cases
+@pytest.mark.parametrize("lead", [0.0, 20.0])
+def test_a_path_that_ends_in_a_tiny_figure_meets_its_end(
+    program: Callable[..., Path], lead: float
+) -> None:
+    """There and back within the tolerance, 20 of them: the last move was lost
+    where it was shorter than a tenth of the figure.
+    """
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        there = np.cumsum(rng.normal(size=(6, 2)) * 0.01, axis=0)
+        points = np.vstack([[[0, 0]], there, there[::-1], [[0, 0]]])
+        points = points.round(5)
+        way = f"G1 X{lead} F600\n" if lead else "G1 F600\n"
+        path = Program(
+            program(way + blocks(points, lead) + "M30\n"),
+            CellConfig(),
+            "isg",
+            tolerance=0.25,
+        )
+        result = plan_program(path, keep_samples=True)
+        assert result.samples is not None
+        end = result.samples["pos"][-1, :2]
+        assert end == pytest.approx([lead, 0.0], abs=1e-9)
