@@ -76,7 +76,7 @@ static void scatter(const nc_smooth *smooth, int end, double *out) {
 }
 
 /* How far from a point the curve is sought. */
-static double share_of(const nc_smooth *smooth, double allowed) {
+static double sought_within(const nc_smooth *smooth, double allowed) {
     return smooth->closer * SHARE * allowed;
 }
 
@@ -88,10 +88,10 @@ static double target_of(const nc_smooth *smooth, int i, double noise) {
     double sagitta = 0.125 * node->turn * fmax(node->len, node[1].len);
     double allowed = allowed_at(smooth, i);
     if (node->turn > 0.3 || sagitta > 0.3 * smooth->tol) {
-        return share_of(smooth, allowed);
+        return sought_within(smooth, allowed);
     }
     return fmin(fmax(fmin(POINT * allowed, POINT_MAX), NOISE * noise),
-                share_of(smooth, allowed));
+                sought_within(smooth, allowed));
 }
 
 /* Points of the contour that pull: nodes, and the middle of every span that
@@ -128,7 +128,7 @@ void lay_sites(nc_smooth *smooth, int end) {
             site_add(window,
                      position,
                      t,
-                     share_of(smooth, allowed),
+                     sought_within(smooth, allowed),
                      allowed,
                      k,
                      smooth->cfg.axes);

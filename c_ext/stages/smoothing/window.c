@@ -201,7 +201,7 @@ static double off_chord(const nc_smooth *smooth,
 /* First node of a figure within the tolerance that ends at nodes[end], where
  * the path does, and has begun there; 0: there is none. A curve could shrink it
  * to a point. */
-static int figure_to(const nc_smooth *smooth, int end) {
+static int figure_from(const nc_smooth *smooth, int end) {
     const struct node *last = &smooth->nodes[end];
     for (int i = end - 2; i >= 0 && last->kind == NODE_BREAK; i--) {
         const struct node *node = &smooth->nodes[i + 1];
@@ -218,7 +218,7 @@ static int figure_to(const nc_smooth *smooth, int end) {
 
 /* All points of such a figure become corners; false: there is none. */
 static bool corners_of_figure(nc_smooth *smooth, int end) {
-    int figure = figure_to(smooth, end);
+    int figure = figure_from(smooth, end);
     bool any = false;
     for (int i = figure; figure > 0 && i < end; i++) {
         struct node *node = &smooth->nodes[i];
@@ -337,7 +337,7 @@ void window_advance(nc_smooth *smooth, int end, bool final) {
         smooth->finer = smooth->closer = tries[k].finer;
         smooth->firm = tries[k].firm;
         if ((smooth->firm && !law_goes_on(smooth))
-            || (smooth->closer < 1.0 && figure_to(smooth, end) > 0)) {
+            || (smooth->closer < 1.0 && figure_from(smooth, end) > 0)) {
             continue;
         }
         reached = lay_out(smooth, end, final);

@@ -49,8 +49,8 @@ def lines(points: Iterable[Point]) -> list[str]:
 def test_behind_a_standstill_motion_is_as_fast_as_from_the_start(
     program: Write, seeds: Iterable[int], times: float
 ) -> None:
-    """Within 0.05 % of the sum: a first plan over one line cost up to 0.5 %. One walk on axes with
-    unequal jerk may differ by 0.2 % either way.
+    """Within 0.05 % in the sum, within 0.3 % for each walk: a first plan over one line cost up to
+    0.5 %. Rounding decides which curve is found, so a walk on unequal axes may differ by 0.25 %.
     """
 
     def seconds(blocks: list[str]) -> float:
@@ -58,14 +58,15 @@ def test_behind_a_standstill_motion_is_as_fast_as_from_the_start(
         source = Program(program(text), cell(times), "isg", tolerance=0.02)
         return plan_program(source).motion_time_s
 
-    whole = parts = 0.0
+    wholes, sums = [], []
     for seed in seeds:
         rng = np.random.default_rng(seed)
         ahead = walk(rng, 8, np.zeros(2), 0.3)
         corner = ahead[-1]
         behind = walk(rng, 15, corner, rng.uniform(-3, 3))
         first, stop = lines(ahead[:-1]), lines([corner])
-        whole += seconds([*first, f"G60 {stop[0]}", *lines(behind)])
-        parts += seconds([*first, *stop])
-        parts += seconds(lines(point - corner for point in behind))
-    assert whole == pytest.approx(parts, rel=5e-4)
+        wholes.append(seconds([*first, f"G60 {stop[0]}", *lines(behind)]))
+        alone = seconds(lines(point - corner for point in behind))
+        sums.append(seconds([*first, *stop]) + alone)
+    assert sum(wholes) == pytest.approx(sum(sums), rel=5e-4)
+    assert wholes == pytest.approx(sums, rel=3e-3)
