@@ -99,7 +99,7 @@ static void limit_fall(const jerk_planner *planner, struct grid *grid) {
  * plan itself, which is legal. */
 static bool plan_over(jerk_planner *planner, double reach, bool again) {
     struct grid *grid = &planner->grid;
-    grid_window(planner, grid, reach);
+    grid_window_above(planner, grid, reach, DEEPEST_FALL * planner->x);
     if (grid->count < 2) {
         return false;
     }
@@ -109,7 +109,7 @@ static bool plan_over(jerk_planner *planner, double reach, bool again) {
     double asked = planner->scale * sqrt(grid->seg[0].asked);
     grid->ramp = again ? INFINITY : FALL_WAYS * way_down_to(planner, asked);
     if (!solve_window(planner, grid, true, 1.0)) {
-        give_back(grid);
+        give_back(planner, grid);
         return false;
     }
     if (!plan_accept(planner, grid, false)) {

@@ -181,7 +181,7 @@ static bool solve_fall(jerk_planner *planner, struct grid *grid) {
     bool legal = guess_window(planner, grid, true, 1.0)
                  && solve_guess(planner, grid, SINK_TRIES, SINK_ITERATIONS);
     if (!legal) {
-        give_back(grid);
+        give_back(planner, grid);
     }
     grid->sinks = false;
     return legal;
@@ -360,6 +360,8 @@ static bool solve_ahead(jerk_planner *planner) {
         return true;
     }
     if (slowed) {
+        give_back(planner, grid);
+        plan_near(planner);
         return follow_soon(planner, true, before);
     }
     bool met = !changed || plan_stop(planner); /* the fastest way down */

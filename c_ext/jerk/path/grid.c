@@ -341,7 +341,8 @@ static bool fill_interval(jerk_planner *planner,
                           double stand_to) {
     const uint64_t at = planner->head + (uint64_t)i;
     const jerk_interval *interval = ring_at(planner, at);
-    double v = planner->scale * sqrt(feed_cap(planner, interval));
+    double x = greater(grid->lowest, feed_cap(planner, interval));
+    double v = planner->scale * sqrt(x);
     double slow =
         greater(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
                 lesser(steps_at(planner, at)->least, SLOW_TIME * v));
@@ -445,12 +446,19 @@ static struct extent extent_to(const jerk_planner *planner, double distance) {
     return extent;
 }
 
-/* The window of the next plan, or the first `reach` mm of it. */
 void grid_window(jerk_planner *planner, struct grid *grid, double reach) {
+    grid_window_above(planner, grid, reach, 0.0);
+}
+
+void grid_window_above(jerk_planner *planner,
+                       struct grid *grid,
+                       double reach,
+                       double lowest) {
     struct extent extent = window_extent(planner);
     bool whole = extent.length <= reach;
     double parts = whole && extent.stands ? STAND_PARTS : END_PARTS;
     grid->finer = 1.0;
+    grid->lowest = lowest;
     if (!whole) {
         extent = extent_to(planner, reach);
     }
@@ -471,6 +479,7 @@ bool grid_to(jerk_planner *planner, struct grid *grid, double distance) {
         return false;
     }
     grid->finer = 1.0;
+    grid->lowest = 0.0;
     bool fits = grid_fill(planner, grid, &extent, distance, END_PARTS);
     if (fits && grid->count < STOP_STEPS) {
         grid->finer = (double)grid->count / STOP_STEPS;

@@ -10,33 +10,18 @@ void jerk_at(const jerk_law *law, double t, jerk_state *out) {
     const double snap = law->snap;
     const double crackle = law->crackle;
     const double pop = law->pop;
-    out->s = law->s0
-             + t
-                   * (law->v0
-                      + t
-                            * (law->a0 / 2
-                               + t
-                                     * (j / 6
-                                        + t
-                                              * (snap / 24
-                                                 + t
-                                                       * (crackle / 120
-                                                          + t * pop / 720)))));
-    out->v = law->v0
-             + t
-                   * (law->a0
-                      + t
-                            * (j / 2
-                               + t
-                                     * (snap / 6
-                                        + t * (crackle / 24 + t * pop / 120))));
-    out->a =
-        law->a0 + t * (j + t * (snap / 2 + t * (crackle / 6 + t * pop / 24)));
+    double s5 = snap * PER_24 + t * (crackle * PER_120 + t * (pop * PER_720));
+    double s3 = law->a0 / 2 + t * (j * PER_6 + t * s5);
+    double v3 = snap * PER_6 + t * (crackle * PER_24 + t * (pop * PER_120));
+    double a2 = snap / 2 + t * (crackle * PER_6 + t * (pop * PER_24));
+    out->s = law->s0 + t * (law->v0 + t * s3);
+    out->v = law->v0 + t * (law->a0 + t * (j / 2 + t * v3));
+    out->a = law->a0 + t * (j + t * a2);
 }
 
 double motion_law_jerk(const jerk_law *law, double t) {
     return law->jerk
-           + t * (law->snap + t * (law->crackle / 2 + t * law->pop / 6));
+           + t * (law->snap + t * (law->crackle / 2 + t * (law->pop * PER_6)));
 }
 
 void jerk_begin_at(jerk_law *law, double t) {
@@ -76,11 +61,10 @@ static double duration(double length,
                        double a1,
                        double j1) {
     double mean = 0.5 * (v0 + v1);
-    double turn = (a0 - a1) / 10.0;
-    double twist = (j0 + j1) / 120.0;
-    double t =
-        2.0 * length
-        / (mean + sqrt(greater(mean * mean + (a0 - a1) * length / 3.0, 0.0)));
+    double turn = (a0 - a1) * 0.1;
+    double twist = (j0 + j1) * PER_120;
+    double square = mean * mean + (a0 - a1) * length * (1.0 / 3.0);
+    double t = 2.0 * length / (mean + sqrt(greater(square, 0.0)));
     for (int i = 0; i < DURATION_STEPS; i++) {
         double slope = mean + t * (2.0 * turn + 3.0 * t * twist);
         double step = (length - t * (mean + t * (turn + t * twist))) / slope;
@@ -107,16 +91,17 @@ void motion_law_between(jerk_law *law,
     double v = v1 - v0 - a0 * t - 0.5 * j0 * t2;
     double a = (a1 - a0 - j0 * t) * t;
     double j = (j1 - j0) * t2;
+    double per_t = 1.0 / t;
+    double per_t2 = per_t * per_t;
+    double per_t3 = per_t2 * per_t;
     law->length = length;
     law->v0 = v0;
     law->a0 = a0;
     law->jerk = j0;
     law->time = t;
-    double t3 = t2 * t;
-    law->snap = 6.0 * (10.0 * v - 4.0 * a + 0.5 * j) / t3;
-    law->crackle = 24.0 * (-15.0 * v + 7.0 * a - j) / (t2 * t2);
-    double t5 = t2 * t2 * t;
-    law->pop = 120.0 * (6.0 * v - 3.0 * a + 0.5 * j) / t5;
+    law->snap = 6.0 * (10.0 * v - 4.0 * a + 0.5 * j) * per_t3;
+    law->crackle = 24.0 * (-15.0 * v + 7.0 * a - j) * (per_t2 * per_t2);
+    law->pop = 120.0 * (6.0 * v - 3.0 * a + 0.5 * j) * (per_t2 * per_t3);
 }
 
 /* The law over h from scaled (x, u) to (x1, u1), with c[0] and c[1] there; x =

@@ -4,6 +4,12 @@
 #include "jerk/state/api.h"
 #include <stdbool.h>
 
+/* Of the power series in time: a division takes longer. */
+#define PER_6 (1.0 / 6.0)
+#define PER_24 (1.0 / 24.0)
+#define PER_120 (1.0 / 120.0)
+#define PER_720 (1.0 / 720.0)
+
 /* Jerk of a law at the time t, mm/s3. */
 double motion_law_jerk(const jerk_law *law, double t);
 

@@ -185,6 +185,7 @@ struct steps interval_steps(const jerk_planner *planner,
     out.top[1] = bend_top(planner, interval, 1);
     out.along = most_along(planner, interval);
     out.curve_standstill = STANDSTILL_TURN * out.turn;
+    out.kept = out.turn;
     out.shortest = lesser(out.turn, interval->length) / LEAST_PARTS;
     out.knots = ceil(interval->length / out.longest);
     return out;

@@ -186,32 +186,44 @@ static double acc_weight(const jerk_planner *planner,
               * entry_slack(problem, k));
 }
 
-/* At knot k, by the derivatives at one end of a segment beside it. */
-static void add_acc_forms(const jerk_planner *planner,
-                          const struct problem *problem,
+/* At knot k, by the derivatives at one end of a segment beside it, with these
+ * weights. */
+static void add_acc_forms(const struct problem *problem,
                           const struct segment *segment,
                           int end,
-                          int k,
+                          const double *weight,
                           struct forms *forms) {
     for (int i = 0; i < problem->axes; i++) {
         int axis = problem->axis[i];
-        double weight = acc_weight(planner, problem, segment, axis, k);
         add_form(forms,
-                 weight * segment->interval->d2[end][axis],
-                 weight * segment->interval->d1[end][axis],
+                 weight[i] * segment->interval->d2[end][axis],
+                 weight[i] * segment->interval->d1[end][axis],
                  0.0);
     }
 }
 
-/* On either side of knot k. */
+/* On either side of knot k; inside a pushed interval both are the same. */
 static void acc_rows(const jerk_planner *planner,
                      struct problem *problem,
                      const struct grid *grid,
                      int k) {
+    const struct segment *left = &grid->seg[k - 1];
+    const struct segment *right = &grid->seg[k];
     struct used *used = &problem->used[k / LANES];
     struct forms forms = {.count = 0};
-    add_acc_forms(planner, problem, &grid->seg[k], 0, k, &forms);
-    add_acc_forms(planner, problem, &grid->seg[k - 1], 1, k, &forms);
+    double before[JERK_AXES], after[JERK_AXES];
+    for (int i = 0; i < problem->axes; i++) {
+        int axis = problem->axis[i];
+        before[i] = acc_weight(planner, problem, left, axis, k);
+        after[i] = acc_weight(planner, problem, right, axis, k);
+        if (!left->last) {
+            after[i] = greater(before[i], after[i]);
+        }
+    }
+    add_acc_forms(problem, right, 0, after, &forms);
+    if (left->last) {
+        add_acc_forms(problem, left, 1, before, &forms);
+    }
     forms.count = without_implied(forms.coef, forms.count);
     two_sided *row = &problem->acc[(k / LANES) * 2 * problem->axes];
     used->acc = most_of(used->acc, put_forms(&forms, row, k));
@@ -347,15 +359,26 @@ static double swell(double x0, double x1) {
                : 1.0;
 }
 
+/* Squared speed that is asked for at knot k, where more of it should fall to
+ * that; else 0. */
+static double falls_to(const jerk_planner *planner,
+                       const struct grid *grid,
+                       int k) {
+    double asked = lesser(grid->seg[k - 1].asked, grid->seg[k].asked);
+    bool falls = grid->sinks && cap_at(planner, grid, k) > ABOVE_ASKED * asked;
+    return falls ? asked : 0.0;
+}
+
 /* What is minimised: the time.  Around knot k it is the mean of both lengths
  * times x^(-1/2).  Where speeds are to fall it is a square instead, least at
- * the speed that is asked for.  Returns what all is divided by, so that the
- * slope at the guess times the guess is 1 in the sum. */
+ * the speed that is asked for.  A millimetre counts about the same there
+ * whatever the speed: else high speeds fall at the expense of low ones. Returns
+ * what all is divided by, so that the slope at the guess times the guess is 1
+ * in the sum. */
 static double set_objective(jerk_planner *planner, const struct grid *grid) {
     struct problem *problem = &planner->prob;
     double sum = 0.0;
     double top = 0.0;
-    double pull = grid->stops ? STOP_PULL : PULL;
     for (int k = 1; k < grid->count; k++) {
         top = greater(top, problem->guess[k]);
     }
@@ -369,12 +392,12 @@ static double set_objective(jerk_planner *planner, const struct grid *grid) {
     for (int k = 1; k < grid->count; k++) {
         double weight = problem->weight[k] / sum;
         double x = problem->guess[k];
-        double asked = lesser(grid->seg[k - 1].asked, grid->seg[k].asked);
-        bool falls =
-            grid->sinks && cap_at(planner, grid, k) > ABOVE_ASKED * asked;
+        double asked = falls_to(planner, grid, k);
+        bool falls = asked > 0.0;
+        double pull = PULL * weight / greater(asked, x);
         problem->slope[k] = falls ? 0.0 : weight * x * sqrt(x);
-        problem->weight[k] = falls ? pull * weight : 0.0;
-        problem->pull[k] = falls ? pull * weight / asked : 0.0;
+        problem->weight[k] = falls ? pull * asked : 0.0;
+        problem->pull[k] = falls ? pull : 0.0;
     }
     return sum;
 }
@@ -385,7 +408,9 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
     double sum = set_objective(planner, grid);
     for (int k = 1; k < grid->count; k++) {
         double cap = cap_at(planner, grid, k);
-        double floor = GUESS_FLOOR * problem->guess[k];
+        double guess = problem->guess[k];
+        double fallen = lesser(falls_to(planner, grid, k), guess);
+        double floor = greater(GUESS_FLOOR * guess, FALL_FLOOR * fallen);
         one_row(problem, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
         one_row(problem, ROW_FLOOR, k, -1.0 / floor, 0.0, 0.0, 0.0, -1.0);
     }

@@ -53,6 +53,8 @@ static struct cost_to_go factor_terminal(struct problem *problem,
     return before;
 }
 
+/* Each stage waits for the one behind it.  So what that decides is divided
+ * once, and everything else is ready by then. */
 static bool factor_stage(struct problem *problem,
                          int k,
                          struct cost_to_go *to_go) {
@@ -60,52 +62,48 @@ static bool factor_stage(struct problem *problem,
     double length = problem->lengths[k];
     double along = 0.5 * length;
     double third = THIRD * length * length;
+    double twice = 2.0 * length;
     double bx[2] = {2.0 * third, third};
     double px[2], pu[2], sx[2], su[2];
     for (int i = 0; i < 2; i++) {
         px[i] = to_go->xx * bx[i] + to_go->xu * along;
         pu[i] = to_go->xu * bx[i] + to_go->uu * along;
         sx[i] = cost->xc[i][k] + px[i];
-        double before = cost->uc[i][k] + 2.0 * length * px[i];
-        su[i] = before + pu[i];
+        su[i] = (cost->uc[i][k] + twice * px[i]) + pu[i];
     }
-    double cc00 = cost->cc[0][k];
-    double cc01 = cost->cc[1][k];
-    double cc11 = cost->cc[2][k];
-    double r00 = cc00 + bx[0] * px[0] + along * pu[0];
-    double r01 = cc01 + bx[0] * px[1] + along * pu[1];
-    double r11 = cc11 + bx[1] * px[1] + along * pu[1];
+    double r00 = cost->cc[0][k] + (bx[0] * px[0] + along * pu[0]);
+    double r01 = cost->cc[1][k] + (bx[0] * px[1] + along * pu[1]);
+    double r11 = cost->cc[2][k] + (bx[1] * px[1] + along * pu[1]);
     double det = r00 * r11 - r01 * r01;
     if (!(r00 > 0.0) || !(det > 0.0)) {
         return false;
     }
     double inverse = 1.0 / det;
-    double i00 = r11 * inverse;
-    double i01 = -r01 * inverse;
-    double i11 = r00 * inverse;
-    double kx[2], ku[2];
-    kx[0] = -(i00 * sx[0] + i01 * sx[1]);
-    kx[1] = -(i01 * sx[0] + i11 * sx[1]);
-    ku[0] = -(i00 * su[0] + i01 * su[1]);
-    ku[1] = -(i01 * su[0] + i11 * su[1]);
-    double twice = 2.0 * length;
+    double x0 = r11 * sx[0] - r01 * sx[1];
+    double x1 = r00 * sx[1] - r01 * sx[0];
+    double u0 = r11 * su[0] - r01 * su[1];
+    double u1 = r00 * su[1] - r01 * su[0];
+    double less_xx = sx[0] * x0 + sx[1] * x1;
+    double less_xu = su[0] * x0 + su[1] * x1;
+    double less_uu = su[0] * u0 + su[1] * u1;
+    double xx = cost->xx[k] + to_go->xx;
+    double xu = cost->xu[k] + (twice * to_go->xx + to_go->xu);
+    double uu = cost->uu[k]
+                + (twice * (twice * to_go->xx + 2.0 * to_go->xu) + to_go->uu);
+    *to_go = (struct cost_to_go){xx - less_xx * inverse,
+                                 xu - less_xu * inverse,
+                                 uu - less_uu * inverse};
+    double kx[2] = {-x0 * inverse, -x1 * inverse};
+    double ku[2] = {-u0 * inverse, -u1 * inverse};
     problem->gain[k] =
         (struct gain){.length = length,
                       .kx = {kx[0], kx[1]},
                       .ku = {ku[0], ku[1]},
-                      .inverse = {i00, i01, i11},
+                      .inverse = {r11 * inverse, -r01 * inverse, r00 * inverse},
                       .xx = 1.0 + bx[0] * kx[0] + bx[1] * kx[1],
                       .xu = twice + bx[0] * ku[0] + bx[1] * ku[1],
                       .ux = along * (kx[0] + kx[1]),
                       .uu = 1.0 + along * (ku[0] + ku[1])};
-    double xx = cost->xx[k] + to_go->xx;
-    xx = xx + sx[0] * kx[0] + sx[1] * kx[1];
-    double xu = cost->xu[k] + 2.0 * length * to_go->xx + to_go->xu
-                + sx[0] * ku[0] + sx[1] * ku[1];
-    double uu = cost->uu[k] + 4.0 * length * length * to_go->xx
-                + 4.0 * length * to_go->xu + to_go->uu + su[0] * ku[0]
-                + su[1] * ku[1];
-    *to_go = (struct cost_to_go){xx, xu, uu};
     return true;
 }
 

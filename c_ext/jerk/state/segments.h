@@ -53,8 +53,9 @@ typedef struct grid {
                       some */
     double finer; /* share of the steps that is taken: short stops have few, and
                      rows hold the jerk at the faster end of each */
-    bool sinks;   /* where more than `asked` is allowed the speed should fall */
-    double ramp;  /* mm: over so much of it */
+    double lowest; /* x: steps are for feeds that are no lower */
+    bool sinks;  /* where more than `asked` is allowed the speed should fall */
+    double ramp; /* mm: over so much of it */
     double usable; /* share of the jerk limits that is planned with */
     bool stops;    /* a stop, or the fall ahead of one */
     int count, used, max;
@@ -72,6 +73,7 @@ typedef struct steps {
                          constant path jerk */
     double turn, shortest;   /* longest by what it turns, or by what a plan has
                                 shown; the shortest that this may come to */
+    double kept;             /* `turn` with which a plan was found */
     double bend, even; /* largest third derivative over the jerk limit, s3/mm3;
                           mm over which they change by so much */
     bool peaks;        /* inside it is larger than at the ends */

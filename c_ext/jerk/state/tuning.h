@@ -531,13 +531,13 @@
 #define FALL_WAYS 1.5
 
 /* Of the objective's other parts: speed that is too high counts so much of
- * them. With 2 the solver takes a tenth more iterations. Unit: factor.
- * Evidence: `bench planner` (live). */
-#define PULL 0.1
+ * them. 0.2: one percent more work. Unit: factor. Evidence: `bench planner`
+ * (live). */
+#define PULL 0.05
 
-/* The same on the way to a stop: with PULL one of 42 stops on a contour is 1.15
- * times as long. Unit: factor. Evidence: test_feed_hold_on_bends. */
-#define STOP_PULL 2.0
+/* Of the squared speed that is asked for, or of the guess: a fall goes no
+ * deeper. Unit: share. Evidence: test_orders_take_effect. */
+#define FALL_FLOOR 0.95
 
 /* Of the present squared speed: one plan falls no deeper. Unit: share.
  * Evidence: `bench planner` (live). */
@@ -992,8 +992,9 @@
  * test_jerk_planner. */
 #define DURATION_STEPS 12
 
-/* A step below it ends them. Unit: share. Evidence: rounding. */
-#define DURATION_CLOSE 1e-13
+/* A step below it ends them: what is left is about its square. Unit: share.
+ * Evidence: rounding. */
+#define DURATION_CLOSE 1e-7
 
 /* Of the way by the time, over the mean speed: it is one root, and stays it
  * with other roundings. Unit: share. Evidence: test_jerk_planner. */

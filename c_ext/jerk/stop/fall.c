@@ -39,7 +39,7 @@ static bool fall_over(jerk_planner *planner, double reach) {
     grid->ramp = INFINITY;
     grid->stops = true;
     if (!solve_window(planner, grid, true, 1.0)) {
-        give_back(grid);
+        give_back(planner, grid);
         return false;
     }
     return true;
@@ -111,6 +111,6 @@ bool fall_to_rest(jerk_planner *planner, double tail) {
     }
     bool deeper = deeper_fall(planner, asked);
     end_fall(planner, asked, &brake);
-    give_back(&planner->grid);
+    give_back(planner, &planner->grid);
     return deeper && stop_near(planner, &brake);
 }

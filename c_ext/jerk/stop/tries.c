@@ -29,7 +29,7 @@ static bool lay_stop(jerk_planner *planner, double distance) {
 static bool take_stop(jerk_planner *planner, bool legal) {
     struct grid *grid = &planner->grid;
     if (!legal) {
-        give_back(grid);
+        give_back(planner, grid);
         return false;
     }
     grid->stands = false;

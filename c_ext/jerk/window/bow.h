@@ -91,4 +91,11 @@ static double bow_for(const view *view,
     double most = BOW_MOST / steepest;
     return lesser(greater(bow + least_change(&range), -most), most);
 }
+
+/* What the look at an interval shows with so much more of a bow. */
+static void bend_look(look *seen, double more) {
+    vec z = seen->places;
+    seen->at_ends.j -= more * seen->at_ends.v;
+    seen->within.j += more * (6.0 * z * (1.0 - z) - 1.0) * seen->within.v;
+}
 #endif

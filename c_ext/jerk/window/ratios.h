@@ -18,7 +18,7 @@ typedef struct motion {
  * limits. */
 typedef struct view {
     const jerk_interval *interval;
-    double length;
+    double per_length; /* 1 over its length */
     int count;
     int axis[JERK_AXES];
     double v[JERK_AXES], acc[JERK_AXES], jerk[JERK_AXES];
@@ -42,7 +42,7 @@ static bool rests(const jerk_interval *interval, int axis) {
 static view view_of(const jerk_planner *planner,
                     const struct segment *segment) {
     const jerk_interval *interval = segment->interval;
-    view out = {.interval = interval, .length = segment->length};
+    view out = {.interval = interval, .per_length = 1.0 / segment->length};
     for (int i = 0; i < planner->cfg.axes; i++) {
         if (rests(interval, i)) {
             continue;
@@ -97,6 +97,7 @@ static void bends_inside(const view *view, const vec *at, bends *out) {
     const jerk_interval *interval = view->interval;
     vec t = *at;
     double length = interval->length;
+    double per_length = view->per_length;
     vec left = 1.0 - t;
     vec t2 = t * t;
     vec r2 = left * left;
@@ -105,15 +106,16 @@ static void bends_inside(const view *view, const vec *at, bends *out) {
     vec s3 = 0.5 * length * length * r2 * left * t2;
     vec e2 = -length * t2 * t * left * (1.0 + 3.0 * left);
     vec e3 = 0.5 * length * length * t2 * t * r2;
-    vec first = -30.0 * t2 * r2 / length;
+    vec first = -30.0 * per_length * t2 * r2;
     vec b2 = r2 * (1.0 + 2.0 * t - 15.0 * t2);
     vec b3 = 0.5 * length * t * r2 * (2.0 - 5.0 * t);
     vec f2 = t2 * (1.0 + 2.0 * left - 15.0 * r2);
     vec f3 = -0.5 * length * left * t2 * (2.0 - 5.0 * left);
-    vec second = -60.0 * t * left * (1.0 - 2.0 * t) / (length * length);
-    vec g2 = -12.0 * t * left * (3.0 - 5.0 * t) / length;
+    vec tl = per_length * t * left;
+    vec second = -60.0 * per_length * tl * (1.0 - 2.0 * t);
+    vec g2 = -12.0 * tl * (3.0 - 5.0 * t);
     vec g3 = left * (1.0 - 8.0 * t + 10.0 * t2);
-    vec k2 = 12.0 * t * left * (3.0 - 5.0 * left) / length;
+    vec k2 = 12.0 * tl * (3.0 - 5.0 * left);
     vec k3 = t * (1.0 - 8.0 * left + 10.0 * r2);
     for (int n = 0; n < view->count; n++) {
         int i = view->axis[n];
@@ -156,14 +158,15 @@ static motion motion_at(const jerk_law *law, const vec *times, vec *s) {
     double snap = law->snap;
     double crackle = law->crackle;
     double pop = law->pop;
-    vec s5 = snap / 24 + t * (crackle / 120 + t * pop / 720);
-    vec s3 = law->a0 / 2 + t * (j / 6 + t * s5);
-    vec v3 = snap / 6 + t * (crackle / 24 + t * pop / 120);
-    vec a2 = snap / 2 + t * (crackle / 6 + t * pop / 24);
+    vec s5 = snap * PER_24 + t * (crackle * PER_120 + t * (pop * PER_720));
+    vec s3 = law->a0 / 2 + t * (j * PER_6 + t * s5);
+    vec v3 = snap * PER_6 + t * (crackle * PER_24 + t * (pop * PER_120));
+    vec a2 = snap / 2 + t * (crackle * PER_6 + t * (pop * PER_24));
     *s = t * (law->v0 + t * s3);
     return (motion){.v = law->v0 + t * (law->a0 + t * (j / 2 + t * v3)),
                     .a = law->a0 + t * (j + t * a2),
-                    .j = j + t * (snap + t * (crackle / 2 + t * pop / 6))};
+                    .j =
+                        j + t * (snap + t * (crackle / 2 + t * (pop * PER_6)))};
 }
 
 static double ratio_at_times(const view *view,
@@ -171,7 +174,7 @@ static double ratio_at_times(const view *view,
                              const vec *t) {
     vec s;
     const motion at = motion_at(law, t, &s);
-    s = s / view->length;
+    s = s * view->per_length;
     return ratio_inside(view, &s, &at);
 }
 
@@ -209,7 +212,7 @@ static void look_at(const view *view, const jerk_law *law, look *out) {
     const vec times =
         law->time * parts_from(1, FORESEEN_PARTS - 1, FORESEEN_PARTS);
     out->within = motion_at(law, &times, &places);
-    out->places = places / view->length;
+    out->places = places * view->per_length;
     bends_at_ends(view, &out->ends);
     bends_inside(view, &out->places, &out->inside);
 }

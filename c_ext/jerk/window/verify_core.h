@@ -57,29 +57,23 @@ static double bulge(double most, double ends) {
     return most > 0.0 ? most / greater(ends, 0.8 * most) : 1.0;
 }
 
-/* The bow that the look at an interval asks for, and the look with it; false:
- * it is as good as it is. `at`: x and u at its start. */
-static bool bend_again(const view *view,
-                       const struct segment *segment,
-                       const double at[2],
-                       const double input[2],
-                       double *bow,
-                       jerk_law *law,
-                       look *seen) {
-    double x = at[0];
-    double accel = at[1];
+/* The bow that the look at an interval asks for; false: it is as good as it is.
+ */
+static bool other_bow(const view *view,
+                      const struct segment *segment,
+                      const look *seen,
+                      double *bow) {
     double bent = bow_for(view, seen, *segment->tight, *bow);
     if (bent == *bow || !isfinite(bent)) {
         return false;
     }
     *bow = bent;
-    *law = law_of(segment->length, &x, &accel, input, bent);
-    look_at(view, law, seen);
     return true;
 }
 
 /* For the planner, ahead of a check: largest ratio of the interval; `*more`: by
- * what it is more than at the ends. */
+ * what it is more than at the ends. With another bow the jerk is that of the
+ * law all but exactly. */
 double CHECKER(bend_inside)(const jerk_planner *planner,
                             const struct segment *segment,
                             double x,
@@ -87,12 +81,14 @@ double CHECKER(bend_inside)(const jerk_planner *planner,
                             const double input[2],
                             double *bow,
                             double *more) {
-    const double at[2] = {x, accel};
     const view view = view_of(planner, segment);
-    jerk_law law = law_of(segment->length, &x, &accel, input, *bow);
+    const double before = *bow;
+    const jerk_law law = law_of(segment->length, &x, &accel, input, *bow);
     look seen;
     look_at(&view, &law, &seen);
-    bend_again(&view, segment, at, input, bow, &law, &seen);
+    if (other_bow(&view, segment, &seen, bow)) {
+        bend_look(&seen, *bow - before);
+    }
     double ends = ends_ratio(&view, &seen);
     double most = greater(inside_ratio(&view, &seen), ends);
     *more = bulge(most, ends);
@@ -117,12 +113,9 @@ static double feed_ratio(const jerk_planner *planner,
 }
 
 static double acceleration(const jerk_law *law, double t) {
-    return law->a0
-           + t
-                 * (law->jerk
-                    + t
-                          * (law->snap / 2.0
-                             + t * (law->crackle / 6.0 + t * law->pop / 24.0)));
+    double snap = law->snap / 2.0;
+    double rest = law->crackle * PER_6 + t * (law->pop * PER_24);
+    return law->a0 + t * (law->jerk + t * (snap + t * rest));
 }
 
 /* Times in the law at which the acceleration changes its sign: how many. */
@@ -241,12 +234,17 @@ static void bend_to_fit(const view *view,
                         look *seen,
                         driven *driven,
                         double *bow) {
-    jerk_law law;
+    double x = at[0];
+    double accel = at[1];
     double bent = *bow;
-    if (!bend_again(view, segment, at, input, &bent, &law, seen)
-        || !is_law(&law)) {
+    if (!other_bow(view, segment, seen, &bent)) {
         return;
     }
+    const jerk_law law = law_of(segment->length, &x, &accel, input, bent);
+    if (!is_law(&law)) {
+        return;
+    }
+    look_at(view, &law, seen);
     const struct driven then = drive(view, &law, seen, at[0], x1);
     if (then.limits <= CHECK_SLACK) {
         *driven = then;
@@ -262,7 +260,7 @@ static double heavy_ratio(const view *view, const jerk_law *law) {
         vec s;
         bends at;
         const motion motion = motion_at(law, &t, &s);
-        s = s / view->length;
+        s = s * view->per_length;
         bends_inside(view, &s, &at);
         for (int n = 0; n < view->count; n++) {
             vec v2 = motion.v * motion.v;

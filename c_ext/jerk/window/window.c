@@ -51,6 +51,11 @@ static void relax(const struct grid *grid, const struct problem *problem) {
     }
 }
 
+static struct steps *steps_of(jerk_planner *planner,
+                              const struct segment *segment) {
+    return &planner->steps[segment->at & planner->mask];
+}
+
 /* The checked problem becomes the plan, unless what it begins with is no longer
  * what is driven. */
 bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
@@ -79,6 +84,7 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
         pl->jerk[k] = 0.0;
         pl->time[k] = 0.0;
         end += s->last;
+        steps_of(planner, s)->kept = steps_of(planner, s)->turn;
     }
     relax(grid, problem);
     pl->count = grid->count;
@@ -139,7 +145,7 @@ static bool stays_above(const struct segment *segment) {
 /* Rows at its ends say too little of what the path does inside segment s: the
  * pushed interval that it is of takes finer steps from now on. */
 static bool finer_steps(jerk_planner *planner, const struct segment *segment) {
-    struct steps *of = &planner->steps[segment->at & planner->mask];
+    struct steps *of = steps_of(planner, segment);
     double to = greater(of->shortest, FINER_STEPS * segment->length);
     if (segment->tight == &segment->own) {
         return false; /* a line is resolved as it is */
@@ -294,7 +300,7 @@ static bool made_finer(jerk_planner *planner,
     bool any = false;
     for (int k = problem->first; k < grid->count - 1; k++) {
         const struct segment *segment = &grid->seg[k];
-        struct steps *of = &planner->steps[segment->at & planner->mask];
+        struct steps *of = steps_of(planner, segment);
         if (segment->tight == &segment->own || share[k] > below) {
             continue;
         }
@@ -417,14 +423,15 @@ bool solve_guess(jerk_planner *planner,
     return false;
 }
 
-/* What iterates took off limits is given back: of a window that has failed they
- * say nothing. */
-void give_back(struct grid *grid) {
+/* What iterates took off limits and steps is given back: of a window that has
+ * failed they say nothing. */
+void give_back(jerk_planner *planner, struct grid *grid) {
     for (int k = 0; k < grid->count; k++) {
         struct segment *segment = &grid->seg[k];
         *segment->tight = segment->before;
         segment->share = segment->jump * segment->before;
         segment->bow = 0.0;
+        steps_of(planner, segment)->turn = steps_of(planner, segment)->kept;
     }
 }
 

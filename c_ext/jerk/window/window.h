@@ -33,7 +33,7 @@ double way_from(const jerk_planner *planner,
                 double v);
 
 /* What iterates took off limits is given back. */
-void give_back(struct grid *grid);
+void give_back(jerk_planner *planner, struct grid *grid);
 
 /* What the stored tail drives stays allowed over `reach` mm. */
 void allow_tail(jerk_planner *planner, struct grid *grid, double reach);

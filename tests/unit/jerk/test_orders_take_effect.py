@@ -5,6 +5,7 @@ is known in closed form, so it is the shortest there is.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from cnc_core.engine.jerk_planner import (
     Limits,
     sample,
 )
-from cnc_core.units import AnyArray
+from cnc_core.units import AnyArray, FloatArray
 
 COMMIT_S = 0.01
 
@@ -275,3 +276,55 @@ def test_a_deep_drop_on_arcs(feed: float, low: float) -> None:
     assert speeds[200:].max() <= 1.15 * low * feed
     assert speeds[500:].max() <= 1.005 * low * feed
     assert speeds[500:].min() >= 0.98 * low * feed
+
+
+@pytest.mark.parametrize(
+    ("start", "feed", "acc", "jerk", "low"),
+    [
+        (0.345, 100.0, 800.0, 2500.0, 0.02),
+        (0.356, 100.0, 3000.0, 10000.0, 0.03),
+        (0.38, 100.0, 3000.0, 10000.0, 0.05),
+        (0.748, 100.0, 800.0, 2500.0, 0.01),
+        (0.413, 100.0, 500.0, 2500.0, 0.02),
+    ],
+)
+def test_a_drop_on_a_circle_that_takes_all_jerk(
+    start: float, feed: float, acc: float, jerk: float, low: float
+) -> None:
+    """It is met about as soon as a feed hold: windows for so low a feed had steps so short that
+    they ended ahead of any stop, and it took more than twice as long.
+    """
+
+    def driven(order: Callable[[JerkPlanner], None]) -> FloatArray:
+        planner = JerkPlanner(Limits([300.0] * 2, [acc] * 2, [jerk] * 2))
+        for k in range(60):
+            planner.push(_arc(8.0, 1.2, feed, 1.2 * k))
+        planner.take(start)
+        order(planner)
+        laws = np.concatenate([planner.take(COMMIT_S) for _ in range(120)])
+        return np.asarray(sample(laws, 1e-3)[:, 1])
+
+    held = driven(lambda planner: planner.hold(True))
+    fallen = driven(lambda planner: planner.override(low))
+    down = [int(np.argmax(v <= 1.05 * low * feed)) for v in (held, fallen)]
+    assert 0 < down[1] <= 1.15 * down[0]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_drop_does_not_fall_below_what_is_asked_for(seed: int) -> None:
+    """On arcs two of three did, to less than 0.8 of it: the last of a fall weighed next to
+    nothing beside its beginning.
+    """
+    rng = np.random.default_rng(seed)
+    for low in (0.05, 0.1, 0.3):
+        feed = float(rng.choice([30.0, 50.0, 100.0]))
+        acc = float(rng.choice([500.0, 800.0, 3000.0]))
+        jerk = float(rng.choice([2500.0, 10000.0, 50000.0]))
+        planner = JerkPlanner(Limits([300.0] * 2, [acc] * 2, [jerk] * 2))
+        for k in range(20):
+            planner.push(_arc(20.0, 0.5, feed, 0.5 * k))
+        planner.take(float(rng.uniform(0.3, 1.0)))
+        planner.override(low)
+        laws = np.concatenate([planner.take(COMMIT_S) for _ in range(100)])
+        v = sample(laws, 1e-3)[:, 1]
+        assert v.min() >= 0.9 * low * feed, (low, feed, acc, jerk)
