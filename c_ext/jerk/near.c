@@ -99,7 +99,7 @@ static void limit_fall(const jerk_planner *planner, struct grid *grid) {
  * plan itself, which is legal. */
 static bool plan_over(jerk_planner *planner, double reach, bool again) {
     struct grid *grid = &planner->grid;
-    grid_window_above(planner, grid, reach, DEEPEST_FALL * planner->x);
+    grid_window(planner, grid, reach, DEEPEST_FALL * planner->x);
     if (grid->count < 2) {
         return false;
     }

@@ -142,7 +142,7 @@ static bool can_afford(const jerk_planner *planner) {
 static bool over_window(jerk_planner *planner,
                         struct grid *grid,
                         double reach) {
-    grid_window(planner, grid, reach);
+    grid_window(planner, grid, reach, 0.0);
     bool faster = !grid->from_standstill && plan_is_faster(planner, grid, 0.0);
     if (faster) {
         allow_tail(planner, grid, INFINITY);
@@ -185,6 +185,18 @@ static bool solve_fall(jerk_planner *planner, struct grid *grid) {
     }
     grid->sinks = false;
     return legal;
+}
+
+/* The same in parts, over windows that need not reach further than to rest. If
+ * there is none either, the window is laid out again. */
+static bool fall_in_parts(jerk_planner *planner,
+                          struct grid *grid,
+                          double reach) {
+    if (plan_near(planner)) {
+        return true;
+    }
+    over_window(planner, grid, reach);
+    return false;
 }
 
 /* What the solver has come to is the guess over finer steps. */
@@ -312,7 +324,7 @@ static bool solve_ahead(jerk_planner *planner) {
     if (planner->changed && !planner->is_read) {
         ahead = fmin(ahead, reach_behind_change(planner));
     }
-    grid_window(planner, grid, ahead);
+    grid_window(planner, grid, ahead, 0.0);
     if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return true;
     }
@@ -330,8 +342,11 @@ static bool solve_ahead(jerk_planner *planner) {
     bool changed = planner->changed;
     planner->changed = false;
     planner->wait = 1 + grid->count / 10;
-    if ((falls && solve_fall(planner, grid))
-        || solve_finer(planner, grid, ahead, FINER_TRIES)
+    bool fallen = falls && solve_fall(planner, grid);
+    if (slowed && falls && !fallen && fall_in_parts(planner, grid, ahead)) {
+        return follow_soon(planner, true, before);
+    }
+    if (fallen || solve_finer(planner, grid, ahead, FINER_TRIES)
         || solve_shorter(planner, grid, TAIL_MORE * left)) {
         if (!changed && !falls && !grid->from_standstill
             && slower_than_tail(planner, grid)) {
@@ -351,7 +366,7 @@ static bool solve_ahead(jerk_planner *planner) {
         return true;
     }
     if (grid->from_standstill) {
-        grid_window(planner, grid, 1e30);
+        grid_window(planner, grid, 1e30, 0.0);
         if ((solve_window(planner, grid, false, SHRINK)
              || slow_fallback(planner, grid))
             && plan_accept(planner, grid, false)) {
@@ -360,15 +375,13 @@ static bool solve_ahead(jerk_planner *planner) {
         return true;
     }
     if (slowed) {
-        give_back(planner, grid);
-        plan_near(planner);
         return follow_soon(planner, true, before);
     }
     bool met = !changed || plan_stop(planner); /* the fastest way down */
     if (!changed) {
         return true;
     }
-    grid_window(planner, grid, 1e30);
+    grid_window(planner, grid, 1e30, 0.0);
     allow_tail(planner, grid, INFINITY);
     return (solve_window(planner, grid, true, 1.0)
             && plan_accept(planner, grid, planner->prob.solved))

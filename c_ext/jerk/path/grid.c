@@ -341,8 +341,8 @@ static bool fill_interval(jerk_planner *planner,
                           double stand_to) {
     const uint64_t at = planner->head + (uint64_t)i;
     const jerk_interval *interval = ring_at(planner, at);
-    double x = greater(grid->lowest, feed_cap(planner, interval));
-    double v = planner->scale * sqrt(x);
+    double v = planner->scale
+               * sqrt(greater(grid->lowest, feed_cap(planner, interval)));
     double slow =
         greater(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
                 lesser(steps_at(planner, at)->least, SLOW_TIME * v));
@@ -446,14 +446,10 @@ static struct extent extent_to(const jerk_planner *planner, double distance) {
     return extent;
 }
 
-void grid_window(jerk_planner *planner, struct grid *grid, double reach) {
-    grid_window_above(planner, grid, reach, 0.0);
-}
-
-void grid_window_above(jerk_planner *planner,
-                       struct grid *grid,
-                       double reach,
-                       double lowest) {
+void grid_window(jerk_planner *planner,
+                 struct grid *grid,
+                 double reach,
+                 double lowest) {
     struct extent extent = window_extent(planner);
     bool whole = extent.length <= reach;
     double parts = whole && extent.stands ? STAND_PARTS : END_PARTS;
@@ -465,9 +461,8 @@ void grid_window_above(jerk_planner *planner,
     if (!grid_fill(planner, grid, &extent, whole ? 1e30 : reach, parts)) {
         grid->stands = false;
     }
-    if (!whole) {
-        grid->stands =
-            false; /* it ends at rest where the axes need not stand */
+    if (!whole) { /* it ends at rest where the axes need not stand */
+        grid->stands = false;
     }
     knot_caps(planner, grid);
 }

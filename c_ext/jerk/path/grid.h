@@ -3,15 +3,12 @@
 #define JERK_GRID_H
 #include "jerk/state/state.h"
 
-/* The window of the next plan, or the first `reach` mm of it. */
-void grid_window(jerk_planner *planner, struct grid *grid, double reach);
-
-/* The same, with steps that are fine enough for squared speeds (scaled) from
- * `lowest` on. */
-void grid_window_above(jerk_planner *planner,
-                       struct grid *grid,
-                       double reach,
-                       double lowest);
+/* The window of the next plan, or the first `reach` mm of it, with steps that
+ * are fine enough for squared speeds (scaled) from `lowest` on. */
+void grid_window(jerk_planner *planner,
+                 struct grid *grid,
+                 double reach,
+                 double lowest);
 
 /* A grid that ends at rest `distance` mm ahead; false if it does not fit. */
 bool grid_to(jerk_planner *planner, struct grid *grid, double distance);

@@ -15,13 +15,14 @@ void jerk_at(const jerk_law *law, double t, jerk_state *out) {
     double v3 = snap * PER_6 + t * (crackle * PER_24 + t * (pop * PER_120));
     double a2 = snap / 2 + t * (crackle * PER_6 + t * (pop * PER_24));
     out->s = law->s0 + t * (law->v0 + t * s3);
-    out->v = law->v0 + t * (law->a0 + t * (j / 2 + t * v3));
+    double v2 = j / 2 + t * v3;
+    out->v = law->v0 + t * (law->a0 + t * v2);
     out->a = law->a0 + t * (j + t * a2);
 }
 
 double motion_law_jerk(const jerk_law *law, double t) {
-    return law->jerk
-           + t * (law->snap + t * (law->crackle / 2 + t * (law->pop * PER_6)));
+    double j2 = law->crackle / 2 + t * (law->pop * PER_6);
+    return law->jerk + t * (law->snap + t * j2);
 }
 
 void jerk_begin_at(jerk_law *law, double t) {
@@ -101,7 +102,8 @@ void motion_law_between(jerk_law *law,
     law->time = t;
     law->snap = 6.0 * (10.0 * v - 4.0 * a + 0.5 * j) * per_t3;
     law->crackle = 24.0 * (-15.0 * v + 7.0 * a - j) * (per_t2 * per_t2);
-    law->pop = 120.0 * (6.0 * v - 3.0 * a + 0.5 * j) * (per_t2 * per_t3);
+    double pop = 6.0 * v - 3.0 * a + 0.5 * j;
+    law->pop = 120.0 * pop * (per_t2 * per_t3);
 }
 
 /* The law over h from scaled (x, u) to (x1, u1), with c[0] and c[1] there; x =

@@ -69,11 +69,15 @@ static bool factor_stage(struct problem *problem,
         px[i] = to_go->xx * bx[i] + to_go->xu * along;
         pu[i] = to_go->xu * bx[i] + to_go->uu * along;
         sx[i] = cost->xc[i][k] + px[i];
-        su[i] = (cost->uc[i][k] + twice * px[i]) + pu[i];
+        double before = cost->uc[i][k] + twice * px[i];
+        su[i] = before + pu[i];
     }
-    double r00 = cost->cc[0][k] + (bx[0] * px[0] + along * pu[0]);
-    double r01 = cost->cc[1][k] + (bx[0] * px[1] + along * pu[1]);
-    double r11 = cost->cc[2][k] + (bx[1] * px[1] + along * pu[1]);
+    double p00 = bx[0] * px[0] + along * pu[0];
+    double p01 = bx[0] * px[1] + along * pu[1];
+    double p11 = bx[1] * px[1] + along * pu[1];
+    double r00 = cost->cc[0][k] + p00;
+    double r01 = cost->cc[1][k] + p01;
+    double r11 = cost->cc[2][k] + p11;
     double det = r00 * r11 - r01 * r01;
     if (!(r00 > 0.0) || !(det > 0.0)) {
         return false;

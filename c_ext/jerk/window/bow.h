@@ -95,7 +95,8 @@ static double bow_for(const view *view,
 /* What the look at an interval shows with so much more of a bow. */
 static void bend_look(look *seen, double more) {
     vec z = seen->places;
+    vec shape = 6.0 * z * (1.0 - z) - 1.0;
     seen->at_ends.j -= more * seen->at_ends.v;
-    seen->within.j += more * (6.0 * z * (1.0 - z) - 1.0) * seen->within.v;
+    seen->within.j += more * shape * seen->within.v;
 }
 #endif

@@ -163,10 +163,11 @@ static motion motion_at(const jerk_law *law, const vec *times, vec *s) {
     vec v3 = snap * PER_6 + t * (crackle * PER_24 + t * (pop * PER_120));
     vec a2 = snap / 2 + t * (crackle * PER_6 + t * (pop * PER_24));
     *s = t * (law->v0 + t * s3);
-    return (motion){.v = law->v0 + t * (law->a0 + t * (j / 2 + t * v3)),
+    vec v2 = j / 2 + t * v3;
+    vec j2 = crackle / 2 + t * (pop * PER_6);
+    return (motion){.v = law->v0 + t * (law->a0 + t * v2),
                     .a = law->a0 + t * (j + t * a2),
-                    .j =
-                        j + t * (snap + t * (crackle / 2 + t * (pop * PER_6)))};
+                    .j = j + t * (snap + t * j2)};
 }
 
 static double ratio_at_times(const view *view,
