@@ -312,6 +312,19 @@ static bool rests_first(jerk_planner *planner) {
     return true;
 }
 
+/* A plan that moves on next to not at all.  From such a speed one much higher
+ * is reached within the shortest step, and no window is legal; from rest one
+ * is. */
+static bool creeps_on(const jerk_planner *planner, double asked) {
+    const plan *pl = &planner->plan;
+    double most = planner->x;
+    for (int k = pl->next; k < pl->count; k++) {
+        most = fmax(most, pl->x[k]);
+    }
+    return !planner->at_standstill && !pl->from_standstill
+           && most < NEXT_TO_REST * asked;
+}
+
 /* A new plan over the window by the solver, if it is legal and not slower than
  * the stored tail; else the tail stays. False: it is not what is wanted. */
 static bool solve_ahead(jerk_planner *planner) {
@@ -377,7 +390,10 @@ static bool solve_ahead(jerk_planner *planner) {
     if (slowed) {
         return follow_soon(planner, true, before);
     }
-    bool met = !changed || plan_stop(planner); /* the fastest way down */
+    if (!changed && !creeps_on(planner, grid->seg[0].asked)) {
+        return true;
+    }
+    bool met = plan_stop(planner); /* the fastest way down */
     if (!changed) {
         return true;
     }

@@ -543,6 +543,10 @@
  * Evidence: `bench planner` (live). */
 #define DEEPEST_FALL 0.25
 
+/* Of the squared speed that is asked for: a plan that comes to no more may stop
+ * to be planned from rest. Unit: share. Evidence: test_orders_take_effect. */
+#define NEXT_TO_REST 1e-4
+
 /* Ways to rest over which the present plan is looked at in short parts: a fall
  * ends there. Unit: ways. Evidence: test_a_deep_drop_ahead_of_a_long_line. */
 #define FINE_WAYS 3.0

@@ -328,3 +328,69 @@ def test_a_drop_does_not_fall_below_what_is_asked_for(seed: int) -> None:
         laws = np.concatenate([planner.take(COMMIT_S) for _ in range(100)])
         v = sample(laws, 1e-3)[:, 1]
         assert v.min() >= 0.9 * low * feed, (low, feed, acc, jerk)
+
+
+@pytest.mark.parametrize(
+    ("acc", "jerk", "radius", "feed", "low", "seconds"),
+    [
+        (300.0, 12000.0, 545.0, 300.0, 0.9, 0.28),
+        (300.0, 3000.0, 3400.0, 500.0, 0.8, 0.38),
+        (500.0, 20000.0, 829.0, 300.0, 0.9, 0.16),
+    ],
+)
+def test_a_change_while_the_speed_rises_leaves_no_saw(
+    acc: float,
+    jerk: float,
+    radius: float,
+    feed: float,
+    low: float,
+    seconds: float,
+) -> None:
+    """The way takes as long as with that override from the start: the short window behind the
+    change was driven until it all but stood, since most of its knots are where it comes to rest.
+    """
+
+    def lasts(at: float) -> float:
+        planner = JerkPlanner(Limits([700.0] * 2, [acc] * 2, [jerk] * 2))
+        for k in range(3):
+            planner.push(_arc(radius, 0.7, feed, 0.7 * k))
+        planner.finish()
+        taken = [planner.take(at)] if at > 0.0 else []
+        planner.override(low)
+        while len(laws := planner.take(COMMIT_S)):
+            taken.append(laws)
+        return float(np.concatenate(taken)["time"].sum())
+
+    assert lasts(seconds) <= 1.01 * lasts(0.0)
+
+
+@pytest.mark.parametrize(
+    ("radius", "feed", "acc", "jerk", "cycle", "low", "seconds"),
+    [
+        (0.295, 10.0, 5000.0, 300000.0, 0.002, 0.0005, 0.312),
+        (0.0882, 5.0, 5000.0, 500000.0, 0.002, 0.0005, 0.18),
+    ],
+)
+def test_a_creeping_tool_speeds_up_again(
+    radius: float,
+    feed: float,
+    acc: float,
+    jerk: float,
+    cycle: float,
+    low: float,
+    seconds: float,
+) -> None:
+    """Behind an override of next to nothing every window was refused, and the tool crept on for
+    ever: from there it may stand for a moment.
+    """
+    limits = Limits([300.0] * 2, [acc] * 2, [jerk] * 2)
+    planner = JerkPlanner(limits, cycle_s=cycle)
+    for k in range(40):
+        planner.push(_arc(radius, 1.2, feed, 1.2 * k))
+    planner.take(0.3)
+    planner.override(low)
+    for _ in range(round(seconds / COMMIT_S)):
+        planner.take(COMMIT_S)
+    planner.override(1.0)
+    laws = np.concatenate([planner.take(COMMIT_S) for _ in range(200)])
+    assert laws["v0"].max() >= 0.5 * feed
