@@ -394,6 +394,7 @@ static bool grid_fill(jerk_planner *planner,
     grid->sinks = false;
     grid->usable = JERK_USABLE;
     grid->stops = false;
+    grid->cut = false;
     grid->finest = extent->length / parts;
     if (count > grid->max) {
         return false;
@@ -458,12 +459,10 @@ void grid_window(jerk_planner *planner,
     if (!whole) {
         extent = extent_to(planner, reach);
     }
-    if (!grid_fill(planner, grid, &extent, whole ? 1e30 : reach, parts)) {
-        grid->stands = false;
-    }
-    if (!whole) { /* it ends at rest where the axes need not stand */
-        grid->stands = false;
-    }
+    bool fits = grid_fill(planner, grid, &extent, whole ? 1e30 : reach, parts);
+    /* cut short it ends at rest where the axes need not stand */
+    grid->stands = grid->stands && fits && whole;
+    grid->cut = !whole;
     knot_caps(planner, grid);
 }
 
@@ -579,6 +578,7 @@ bool grid_of_plan(jerk_planner *planner,
     grid->sinks = false;
     grid->usable = JERK_USABLE;
     grid->stops = false;
+    grid->cut = false;
     grid->finer = 1.0;
     states->x[0] = planner->x;
     states->accel[0] = planner->accel;

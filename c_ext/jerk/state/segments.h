@@ -54,6 +54,7 @@ typedef struct grid {
     double finer; /* share of the steps that is taken: short stops have few, and
                      rows hold the jerk at the faster end of each */
     double lowest; /* x: steps are for feeds that are no lower */
+    bool cut;      /* a window that ends ahead of what it might reach */
     bool sinks;  /* where more than `asked` is allowed the speed should fall */
     double ramp; /* mm: over so much of it */
     double usable; /* share of the jerk limits that is planned with */

@@ -27,14 +27,17 @@ double way_from(const jerk_planner *planner,
     return 0.5 * v * (v / ramp + ramp / j);
 }
 
-/* The longest way to rest from the second half of the plan's way: by the speed
- * that it comes to, not that at which it begins.  Half of the knots may stand in
- * the last millimetre. */
+/* The longest way to rest from a knot of the plan's second half: the speed that
+ * it comes to, not that at which it begins.  A window cut short has half of its
+ * knots where it ends: there the second half of the way counts too. */
 static double stopping_way(const jerk_planner *planner,
                            const struct grid *grid) {
     double most = 0.0;
-    double half = 0.5 * grid->from_start[grid->count];
-    for (int k = grid->count - 1; k >= 0 && grid->from_start[k] > half; k--) {
+    double half = grid->cut ? 0.5 * grid->from_start[grid->count] : INFINITY;
+    for (int k = grid->count - 1; k >= 0; k--) {
+        if (k < grid->count / 2 && grid->from_start[k] < half) {
+            break;
+        }
         double v = planner->scale * sqrt(planner->prob.x[k]);
         most = greater(most, way_from(planner, grid->seg[k].interval, v));
     }
