@@ -531,7 +531,7 @@
 #define FALL_WAYS 1.5
 
 /* Of the objective's other parts: speed that is too high counts so much of
- * them. 0.2: one percent more work. Unit: factor. Evidence: `bench planner`
+ * them. 1.0: twice as many falls fail. Unit: factor. Evidence: `bench planner`
  * (live). */
 #define PULL 0.05
 

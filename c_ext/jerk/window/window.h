@@ -32,7 +32,7 @@ double way_from(const jerk_planner *planner,
                 const jerk_interval *interval,
                 double v);
 
-/* What iterates took off limits is given back. */
+/* What iterates took off limits and steps is given back. */
 void give_back(jerk_planner *planner, struct grid *grid);
 
 /* What the stored tail drives stays allowed over `reach` mm. */
