@@ -88,13 +88,13 @@ static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
                         &problem->cent.x,
                         &problem->cent.accel,
                         &problem->cent.input[0],
-                        &problem->cent.input[1],
-                        &problem->free[0],
-                        &problem->free[1]};
+                        &problem->cent.input[1]};
     for (size_t i = 0; i < sizeof stage / sizeof *stage; i++) {
         *stage[i] = doubles(arena, stages);
     }
-    problem->gain = take(arena, sizeof(struct gain) * stages);
+    size_t pairs = stages / 2 + 2 * LANES;
+    problem->gain = take(arena, sizeof *problem->gain * pairs);
+    problem->free = take(arena, sizeof *problem->free * pairs);
     problem->block = take(arena, sizeof(struct block) * blocks);
     problem->used = take(arena, sizeof(struct used) * blocks);
     problem->jerk = take(arena, sizeof(two_sided) * blocks * 2 * axes);

@@ -326,6 +326,8 @@ void problem_from_grid(jerk_planner *planner,
     problem->paused = false;
     problem->first = grid->from_standstill ? 1 : 0;
     problem->blocks = (grid->count + 1 + LANES - 1) / LANES;
+    int half = grid->count / (2 * LANES) * LANES;
+    problem->middle = half > 0 ? half : problem->first;
     problem->x0 = x0;
     problem->u0 = u0;
     problem->terminal = 1.5 * grid->seg[grid->count - 1].length;

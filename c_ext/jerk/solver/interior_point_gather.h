@@ -275,24 +275,18 @@ static void gather(struct problem *problem, double floor) {
         vec pull = load(problem->pull + k);
         vec gain, curvature;
         saved_by(problem, k, bl.x[0], &gain, &curvature);
-        store(problem->cost.xx + k, totals.xx + curvature + pull);
-        store(problem->cost.xu + k, totals.xu);
-        store(problem->cost.uu + k, totals.uu);
+        totals.xx += curvature + pull;
+        totals.slopes.x += pull * bl.x[0] - gain;
         vec calm = load(problem->calm + k);
         vec even = EVEN * calm;
-        for (int count = 0; count < 2; count++) {
-            store(problem->cost.xc[count] + k, totals.xc[count]);
-            store(problem->cost.uc[count] + k, totals.uc[count]);
-            store(problem->cost.cc[2 * count] + k,
-                  totals.cc[2 * count] + calm + even
-                      + STAGE_LEAST_COST * problem->convex);
-            store(problem->grad.input[count] + k,
-                  totals.slopes.input[count] + calm * bl.input[count]
-                      + even * (bl.input[count] - bl.input[1 - count]));
+        for (int n = 0; n < 2; n++) {
+            totals.cc[2 * n] +=
+                calm + even + STAGE_LEAST_COST * problem->convex;
+            totals.slopes.input[n] +=
+                calm * bl.input[n] + even * (bl.input[n] - bl.input[1 - n]);
         }
-        store(problem->cost.cc[1] + k, totals.cc[1] - even);
-        store(problem->grad.x + k, totals.slopes.x - gain + pull * bl.x[0]);
-        store(problem->grad.accel + k, totals.slopes.accel);
+        totals.cc[1] -= even;
+        store_totals(problem, i, &totals);
     }
 }
 #endif

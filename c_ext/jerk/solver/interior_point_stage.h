@@ -183,6 +183,79 @@ static inline void add_end_slope(struct slopes *slopes,
     slopes->input[1] += third + half + slope->input;
 }
 
+/* Driven backwards: the state behind the stages and -u take the place of that
+ * ahead of them and u, and c1 that of c0. */
+static inline void turn_slopes(struct slopes *slopes, vec length) {
+    const struct slope ahead = {.x = slopes->x, .accel = -slopes->accel};
+    struct slopes out;
+    clear_slopes(&out);
+    add_end_slope(&out, &ahead, length);
+    out.input[0] += slopes->input[1];
+    out.input[1] += slopes->input[0];
+    *slopes = out;
+}
+
+static inline void turn_totals(struct totals *totals, vec length) {
+    const struct sums ahead = {.xx = totals->xx,
+                               .xu = -totals->xu,
+                               .uu = totals->uu};
+    vec third = THIRD * length * length;
+    vec half = 0.5 * length;
+    vec xc[2] = {totals->xc[1], totals->xc[0]};
+    vec uc[2] = {-totals->uc[1], -totals->uc[0]};
+    struct totals out;
+    clear_totals(&out);
+    add_end(&out, &ahead, length);
+    for (int i = 0; i < 2; i++) {
+        out.xc[i] += xc[i];
+        out.uc[i] += 2.0 * length * xc[i] + uc[i];
+        out.cc[2 * i] += totals->cc[2 - 2 * i];
+    }
+    vec c0[2] = {2.0 * third * xc[0] + half * uc[0],
+                 2.0 * third * xc[1] + half * uc[1]};
+    vec c1[2] = {third * xc[0] + half * uc[0], third * xc[1] + half * uc[1]};
+    out.cc[0] += 2.0 * c0[0];
+    out.cc[1] += c0[1] + c1[0] + totals->cc[1];
+    out.cc[2] += 2.0 * c1[1];
+    *totals = out;
+}
+
+/* Those of block i as the solver's recursion takes them. */
+static inline void store_slopes(const struct problem *problem,
+                                int i,
+                                struct slopes *slopes,
+                                const struct stage_grad *to) {
+    int k = i * LANES;
+    if (k < problem->middle) {
+        turn_slopes(slopes, load(problem->lengths + k));
+    }
+    store(to->x + k, slopes->x);
+    store(to->accel + k, slopes->accel);
+    store(to->input[0] + k, slopes->input[0]);
+    store(to->input[1] + k, slopes->input[1]);
+}
+
+static inline void store_totals(struct problem *problem,
+                                int i,
+                                struct totals *totals) {
+    const struct stage_cost *cost = &problem->cost;
+    int k = i * LANES;
+    store_slopes(problem, i, &totals->slopes, &problem->grad);
+    if (k < problem->middle) {
+        turn_totals(totals, load(problem->lengths + k));
+    }
+    store(cost->xx + k, totals->xx);
+    store(cost->xu + k, totals->xu);
+    store(cost->uu + k, totals->uu);
+    for (int n = 0; n < 2; n++) {
+        store(cost->xc[n] + k, totals->xc[n]);
+        store(cost->uc[n] + k, totals->uc[n]);
+    }
+    for (int n = 0; n < 3; n++) {
+        store(cost->cc[n] + k, totals->cc[n]);
+    }
+}
+
 /* In the middle of the stages: x + h u + h^2 (5 c0 + c1) / 24, and the middle
  * control point of u, u + h c0 / 2: with the limit at both ends and there u
  * keeps it everywhere between. */

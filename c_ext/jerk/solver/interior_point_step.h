@@ -217,15 +217,6 @@ static inline void predict_one(struct problem *problem,
     }
 }
 
-static inline void store_slopes(const struct slopes *from,
-                                const struct stage_grad *to,
-                                int k) {
-    store(to->x + k, from->x);
-    store(to->accel + k, from->accel);
-    store(to->input[0] + k, from->input[0]);
-    store(to->input[1] + k, from->input[1]);
-}
-
 /* The predictor's step in all rows, and the gradients that corrector and
  * centring add. */
 static struct scan predict(struct problem *problem) {
@@ -240,8 +231,8 @@ static struct scan predict(struct problem *problem) {
         predict_jerk(problem, i, block, &dz, &scan, &all);
         predict_accs(problem, i, block->length, &dz, &scan, &all);
         predict_one(problem, i, &dz, &scan, &all);
-        store_slopes(&all.corr, &problem->corr, k);
-        store_slopes(&all.cent, &problem->cent, k);
+        store_slopes(problem, i, &all.corr, &problem->corr);
+        store_slopes(problem, i, &all.cent, &problem->cent);
     }
     return scan;
 }

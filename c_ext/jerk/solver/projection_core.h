@@ -30,11 +30,30 @@ static void jerk_cost(const struct problem *problem,
     }
 }
 
+/* Their slopes at x, accel and the inputs, and that of the distance. */
+static void stage_slopes(const struct problem *problem,
+                         int k,
+                         vec guess,
+                         struct totals *all) {
+    vec x = load(problem->x + k);
+    vec accel = load(problem->accel + k);
+    vec input[2] = {load(problem->input[0] + k), load(problem->input[1] + k)};
+    vec most = vmax(guess, set1(TINY));
+    all->slopes.x = all->xx * x + all->xu * accel - guess / (most * most);
+    all->slopes.accel = all->xu * x + all->uu * accel;
+    for (int n = 0; n < 2; n++) {
+        all->slopes.x += all->xc[n] * input[n];
+        all->slopes.accel += all->uc[n] * input[n];
+        all->slopes.input[n] = all->cc[n] * input[0] + all->cc[n + 1] * input[1]
+                               + all->xc[n] * x + all->uc[n] * accel;
+    }
+}
+
 static void stage_costs(struct problem *problem, double stiffness) {
-    const struct stage_cost *cost = &problem->cost;
     for (int i = 0; i < problem->blocks; i++) {
         int k = i * LANES;
-        vec guess = vmax(load(problem->guess + k), set1(TINY));
+        vec at = load(problem->guess + k);
+        vec guess = vmax(at, set1(TINY));
         struct totals all;
         clear_totals(&all);
         all.xx = 1.0 / (guess * guess);
@@ -45,44 +64,8 @@ static void stage_costs(struct problem *problem, double stiffness) {
         all.cc[0] = all.cc[2] = GUESS_LEAST_COST * problem->convex + least;
         vec weight = 0.5 * stiffness * guess;
         jerk_cost(problem, i, &weight, &all);
-        store(cost->xx + k, all.xx);
-        store(cost->xu + k, all.xu);
-        store(cost->uu + k, all.uu);
-        store(cost->cc[1] + k, all.cc[1]);
-        for (int n = 0; n < 2; n++) {
-            store(cost->xc[n] + k, all.xc[n]);
-            store(cost->uc[n] + k, all.uc[n]);
-            store(cost->cc[2 * n] + k, all.cc[2 * n]);
-        }
-    }
-}
-
-/* Slope of that cost at the present x, accel and inputs. */
-static void stage_slopes(struct problem *problem) {
-    const struct stage_cost *cost = &problem->cost;
-    for (int k = 0; k < problem->blocks * LANES; k += LANES) {
-        vec x = load(problem->x + k);
-        vec accel = load(problem->accel + k);
-        vec c0 = load(problem->input[0] + k);
-        vec c1 = load(problem->input[1] + k);
-        vec guess = load(problem->guess + k);
-        vec most = vmax(guess, set1(TINY));
-        vec xu = load(cost->xu + k);
-        vec by_x = load(cost->xx + k) * x + xu * accel;
-        vec by_accel = xu * x + load(cost->uu + k) * accel;
-        vec both = load(cost->cc[1] + k);
-        vec by_c0 = load(cost->cc[0] + k) * c0 + both * c1;
-        vec by_c1 = both * c0 + load(cost->cc[2] + k) * c1;
-        vec xc0 = load(cost->xc[0] + k);
-        vec xc1 = load(cost->xc[1] + k);
-        vec uc0 = load(cost->uc[0] + k);
-        vec uc1 = load(cost->uc[1] + k);
-        by_x += xc0 * c0 + xc1 * c1 - guess / (most * most);
-        by_accel += uc0 * c0 + uc1 * c1;
-        store(problem->grad.x + k, by_x);
-        store(problem->grad.accel + k, by_accel);
-        store(problem->grad.input[0] + k, by_c0 + xc0 * x + uc0 * accel);
-        store(problem->grad.input[1] + k, by_c1 + xc1 * x + uc1 * accel);
+        stage_slopes(problem, k, at, &all);
+        store_totals(problem, i, &all);
     }
 }
 
@@ -99,8 +82,9 @@ static void roll_out(struct problem *problem) {
         double length = problem->lengths[k];
         double input = 0.0;
         if (k == last - 1) {
-            const struct gain *gain = &problem->gain[k];
-            input = gain->kx[0] * x + gain->ku[0] * accel;
+            double kx[2], ku[2];
+            tie_to_rest(problem, kx, ku);
+            input = kx[0] * x + ku[0] * accel;
         }
         problem->input[0][k] = problem->input[1][k] = input;
         x += 2.0 * length * accel + length * length * input;
@@ -109,7 +93,6 @@ static void roll_out(struct problem *problem) {
 }
 
 static void step(struct problem *problem) {
-    stage_slopes(problem);
     riccati_solve(problem, &problem->grad);
     for (int k = problem->first; k < problem->count; k++) {
         problem->x[k] += problem->dx[k];
@@ -129,12 +112,12 @@ static void step(struct problem *problem) {
 bool PROJECTION(nearest_profile)(struct problem *problem,
                                  double stiffness,
                                  bool goes_on) {
+    if (!goes_on) {
+        roll_out(problem);
+    }
     stage_costs(problem, stiffness);
     if (!riccati_factor(problem)) {
         return false;
-    }
-    if (!goes_on) {
-        roll_out(problem);
     }
     step(problem);
     return true;

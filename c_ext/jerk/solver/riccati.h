@@ -3,6 +3,9 @@
 #define JERK_RICCATI_H
 #include "jerk/state/problem.h"
 
+/* Inputs of the last stage but one by its state: c = kx x + ku u. */
+void tie_to_rest(const struct problem *problem, double kx[2], double ku[2]);
+
 /* Gains of all stages; false if the cost is not convex (or not a number). */
 bool riccati_factor(struct problem *problem);
 

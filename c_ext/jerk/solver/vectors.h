@@ -26,6 +26,25 @@ static inline vec vmax(vec a, vec other) {
     return (vec)((mask & (ivec)a) | (~mask & (ivec)other));
 #endif
 }
+/* The lesser lanes; those of the second where one is NAN. */
+static inline vec vmin(vec a, vec other) {
+#ifdef __AVX__
+    return __builtin_ia32_minpd256(a, other);
+#else
+    ivec mask = a < other;
+    return (vec)((mask & (ivec)a) | (~mask & (ivec)other));
+#endif
+}
+/* Lanes of `then` where the mask is set, of `other` elsewhere. */
+static inline vec chosen(ivec mask, vec then, vec other) {
+    return (vec)((mask & (ivec)then) | (~mask & (ivec)other));
+}
+static inline bool any_of(ivec mask) {
+    return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+}
+static inline ivec are_finite(vec v) {
+    return v - v == 0.0;
+}
 static inline vec size_of(vec v) {
     return vmax(v, -v);
 }

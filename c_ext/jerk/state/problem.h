@@ -20,6 +20,7 @@
 #define THIRD (1.0 / 3.0) /* in loops: a division takes longer */
 typedef double vec __attribute__((vector_size(32)));
 typedef long long ivec __attribute__((vector_size(32)));
+typedef double pair __attribute__((vector_size(16)));
 
 /* What the rows of LANES stages share.  At either end the jerk rows read root
  * (b z) + half x_t <= bound, with the tangent of root x^(-1/2) at the present
@@ -93,17 +94,25 @@ typedef struct stage_grad {
     double *x, *accel, *input[2];
 } stage_grad;
 
-/* Feedback of a stage: dc = k (dx, du) + what is free. */
+/* Feedback of two stages, one of each half: dc = k (dx, du) + what is free. */
 typedef struct gain {
-    double length, kx[2], ku[2];
-    double xx, xu, ux, uu; /* of the state behind it, by the state */
-    double inverse[3];     /* of the Hessian by dc, as cc */
+    pair length, kx[2], ku[2];
+    pair xx, xu, ux, uu; /* of the state further out, by the state */
+    pair inverse[3];     /* of the Hessian by dc, as cc */
 } gain;
+
+/* The state in the middle of the window by the gradients there: the inverse of
+ * the Hessian. */
+typedef struct joined {
+    double xx, xu, uu;
+} joined;
 
 typedef struct problem {
     int count, first, blocks, axes; /* intervals; first stage with rows; blocks
                                        of LANES stages; axes that move */
-    int axis[JERK_AXES];            /* which they are */
+    int middle; /* the stages ahead of it have costs and gradients as they are
+                   driven backwards: turn_totals; a whole block, or `first` */
+    int axis[JERK_AXES]; /* which they are */
     bool from_standstill;
     double *lengths, *x, *accel, *input[2]; /* stages */
     double *dx, *du, *dc[2];
@@ -128,8 +137,8 @@ typedef struct problem {
     struct stage_grad grad, corr,
         cent; /* affine gradient; corrector and centring parts */
     struct gain *gain;
-    double *free[2];   /* c without feedback */
-    double start_cost; /* by the end speed of an interval from rest */
+    pair (*free)[2]; /* of as many: c without feedback */
+    struct joined joined;
     double x0, u0;
     double terminal; /* 1.5 h of the last interval */
     double convex;   /* what keeps a cost of c^2 positive: 1, less where c is

@@ -13,17 +13,15 @@ double plan_check(const jerk_planner *planner,
     return plan_check_base(planner, grid, problem);
 }
 
-double bend_inside(const jerk_planner *planner,
-                   const struct segment *segment,
-                   double x,
-                   double accel,
-                   const double input[2],
-                   double *bow,
-                   double *more) {
+int bend_inside(const jerk_planner *planner,
+                const struct grid *grid,
+                const struct problem *problem,
+                int k,
+                struct bent out[LANES]) {
 #ifdef JERK_AVX2
     if (__builtin_cpu_supports("avx2")) {
-        return bend_inside_avx2(planner, segment, x, accel, input, bow, more);
+        return bend_inside_avx2(planner, grid, problem, k, out);
     }
 #endif
-    return bend_inside_base(planner, segment, x, accel, input, bow, more);
+    return bend_inside_base(planner, grid, problem, k, out);
 }

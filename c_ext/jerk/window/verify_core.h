@@ -13,17 +13,47 @@
 #include "jerk/window/verify.h"
 #include "maths/order.h"
 
+/* Intervals that are looked at together: those from `first` on, so many. The
+ * last one stands in the lanes that are left. */
+typedef struct batch {
+    int first, count;
+    const struct segment *segment[LANES];
+    view view;
+    drives of;
+    laws law;
+    look seen;
+} batch;
+
+static void begin_batch(const struct grid *grid, int first, batch *out) {
+    int free = grid->count - 1 - first; /* the last interval ends at rest */
+    out->first = first;
+    out->count = free < LANES ? free : LANES;
+    for (int lane = 0; lane < LANES; lane++) {
+        int at = lane < out->count ? lane : out->count - 1;
+        out->segment[lane] = &grid->seg[first + at];
+        out->of.length[lane] = out->segment[lane]->length;
+    }
+}
+
+static vec tight_of(const batch *batch) {
+    vec out;
+    for (int lane = 0; lane < LANES; lane++) {
+        out[lane] = *batch->segment[lane]->tight;
+    }
+    return out;
+}
+
 /* Between the points that have rows the path may bend otherwise than the rows
  * know: it is looked at in more places where the third derivative changes much
  * over the interval. */
-static bool bends_unevenly(const view *view) {
-    double change = 0.0;
-    double most = 0.0;
+static ivec bend_unevenly(const view *view) {
+    vec change = set1(0.0);
+    vec most = set1(0.0);
     for (int n = 0; n < view->count; n++) {
-        double first = view->interval->d3[0][view->axis[n]];
-        double last = view->interval->d3[1][view->axis[n]];
-        change = greater(change, fabs(last - first));
-        most = greater(most, larger(first, last));
+        vec first = view->ends[0].d3[n];
+        vec last = view->ends[1].d3[n];
+        change = vmax(size_of(last - first), change);
+        most = vmax(vmax(size_of(first), size_of(last)), most);
     }
     return change > 0.2 * most;
 }
@@ -36,19 +66,19 @@ static double standstill_ratio(const jerk_planner *planner,
                                double sign) {
     double time = 3.0 * segment->length / v;
     double j = 2.0 * v / (time * time);
-    const view view = view_of(planner, segment);
-    int parts = bends_unevenly(&view) ? 12 : 6;
-    double worst = 0.0;
+    view view;
+    view_of_one(planner, segment, &view);
+    int parts = any_of(bend_unevenly(&view)) ? 12 : 6;
+    vec worst = set1(0.0);
     for (int k = 0; k <= parts; k += LANES) {
         vec share = parts_from(k, parts, parts);
         vec t = time * share;
         vec way = share * share * share;
         vec place = sign > 0.0 ? way : 1.0 - way;
         const motion at = {0.5 * j * t * t, sign * j * t, set1(j)};
-        double ratio = ratio_inside(&view, &place, &at);
-        worst = ratio > worst ? ratio : worst;
+        worst = vmax(ratio_inside(&view, &place, &at), worst);
     }
-    return worst;
+    return largest(worst);
 }
 
 /* How much larger than at the ends it is inside an interval; ends far below the
@@ -57,42 +87,46 @@ static double bulge(double most, double ends) {
     return most > 0.0 ? most / greater(ends, 0.8 * most) : 1.0;
 }
 
-/* The bow that the look at an interval asks for; false: it is as good as it is.
- */
-static bool other_bow(const view *view,
-                      const struct segment *segment,
-                      const look *seen,
-                      double *bow) {
-    double bent = bow_for(view, seen, *segment->tight, *bow);
-    if (bent == *bow || !isfinite(bent)) {
-        return false;
-    }
-    *bow = bent;
-    return true;
+/* The bows that the look at the intervals asks for; the mask: where they are
+ * others. */
+static ivec other_bows(const batch *batch, vec *bows) {
+    *bows =
+        bows_for(&batch->view, &batch->seen, tight_of(batch), batch->of.bow);
+    return (*bows != batch->of.bow) & are_finite(*bows);
 }
 
-/* For the planner, ahead of a check: largest ratio of the interval; `*more`: by
- * what it is more than at the ends. With another bow the jerk is that of the
- * law all but exactly. */
-double CHECKER(bend_inside)(const jerk_planner *planner,
-                            const struct segment *segment,
-                            double x,
-                            double accel,
-                            const double input[2],
-                            double *bow,
-                            double *more) {
-    const view view = view_of(planner, segment);
-    const double before = *bow;
-    const jerk_law law = law_of(segment->length, &x, &accel, input, *bow);
-    look seen;
-    look_at(&view, &law, &seen);
-    if (other_bow(&view, segment, &seen, bow)) {
-        bend_look(&seen, *bow - before);
+/* With another bow the jerk is that of the law all but exactly. */
+int CHECKER(bend_inside)(const jerk_planner *planner,
+                         const struct grid *grid,
+                         const struct problem *problem,
+                         int k,
+                         struct bent out[LANES]) {
+    double f2 = planner->scale * planner->scale;
+    batch batch;
+    vec bows;
+    begin_batch(grid, k, &batch);
+    view_of(planner, batch.segment, &batch.view);
+    for (int lane = 0; lane < LANES; lane++) {
+        int at = k + (lane < batch.count ? lane : batch.count - 1);
+        batch.of.x[lane] = problem->x[at] * f2;
+        batch.of.accel[lane] = problem->accel[at] * f2;
+        batch.of.input[0][lane] = problem->input[0][at] * f2;
+        batch.of.input[1][lane] = problem->input[1][at] * f2;
+        batch.of.bow[lane] = problem->bow[at] * f2;
     }
-    double ends = ends_ratio(&view, &seen);
-    double most = greater(inside_ratio(&view, &seen), ends);
-    *more = bulge(most, ends);
-    return most;
+    batch.law = laws_of(&batch.of);
+    look_at(&batch.view, &batch.law, &batch.seen);
+    ivec others = other_bows(&batch, &bows);
+    bows = chosen(others, bows, batch.of.bow);
+    bend_look(&batch.seen, bows - batch.of.bow);
+    vec ends = ends_ratio(&batch.view, &batch.seen);
+    vec most = vmax(inside_ratio(&batch.view, &batch.seen), ends);
+    for (int lane = 0; lane < batch.count; lane++) {
+        out[lane].most = most[lane];
+        out[lane].more = bulge(most[lane], ends[lane]);
+        out[lane].bow = others[lane] ? bows[lane] / f2 : problem->bow[k + lane];
+    }
+    return batch.count;
 }
 
 /* Largest speed over its cap: the feed or what was allowed on the way down to
@@ -112,21 +146,36 @@ static double feed_ratio(const jerk_planner *planner,
                           : INFINITY;
 }
 
-static double acceleration(const jerk_law *law, double t) {
-    double snap = law->snap / 2.0;
-    double rest = law->crackle * PER_6 + t * (law->pop * PER_24);
-    return law->a0 + t * (law->jerk + t * (snap + t * rest));
+/* Acceleration of one of the laws. */
+static double acceleration(const laws *law, int lane, double t) {
+    double snap = law->snap[lane] / 2.0;
+    double rest = law->crackle[lane] * PER_6 + t * (law->pop[lane] * PER_24);
+    return law->a0[lane] + t * (law->jerk[lane] + t * (snap + t * rest));
+}
+
+/* Laws whose acceleration changes its sign from one part to the next. */
+static ivec that_turn(const laws *law) {
+    vec from = law->a0;
+    ivec turn = {0, 0, 0, 0};
+    for (int i = 1; i <= TURN_PARTS; i++) {
+        vec t = law->time * ((double)i / TURN_PARTS);
+        vec rest = law->crackle * PER_6 + t * (law->pop * PER_24);
+        vec to = law->a0 + t * (law->jerk + t * (law->snap / 2.0 + t * rest));
+        turn |= from * to < 0.0;
+        from = to;
+    }
+    return turn;
 }
 
 /* Times in the law at which the acceleration changes its sign: how many. */
-static int turning_points(const jerk_law *law, double t[TURN_PARTS]) {
-    double from = law->a0;
+static int turning_points(const laws *law, int lane, double t[TURN_PARTS]) {
+    double from = law->a0[lane];
     int count = 0;
     for (int i = 1; i <= TURN_PARTS; i++) {
-        double low = law->time * (i - 1) / TURN_PARTS;
-        double high = law->time * i / TURN_PARTS;
+        double low = law->time[lane] * (i - 1) / TURN_PARTS;
+        double high = law->time[lane] * i / TURN_PARTS;
         double a0 = from;
-        double a1 = acceleration(law, high);
+        double a1 = acceleration(law, lane, high);
         from = a1;
         if (!(a0 * a1 < 0.0)) {
             continue;
@@ -134,7 +183,7 @@ static int turning_points(const jerk_law *law, double t[TURN_PARTS]) {
         t[count] = low;
         for (int k = 0; k < TURN_STEPS; k++) { /* secants, inside the bracket */
             t[count] = (low * a1 - high * a0) / (a1 - a0);
-            double a = acceleration(law, t[count]);
+            double a = acceleration(law, lane, t[count]);
             if (a * a0 > 0.0) {
                 low = t[count], a0 = a;
             } else {
@@ -149,160 +198,240 @@ static int turning_points(const jerk_law *law, double t[TURN_PARTS]) {
     return count;
 }
 
-/* What an interval does under a law. */
+/* What intervals do under their laws. */
 typedef struct driven {
-    double ends, limits; /* largest ratios: at its ends, anywhere */
-    double low, top_x;   /* squared speeds */
+    vec ends, limits; /* largest ratios: at their ends, anywhere */
+    vec low, top_x;   /* squared speeds */
 } driven;
 
 /* Largest acceleration over its limit, of the places that were looked at. */
-static double most_acceleration(const view *view, const look *seen) {
+static vec most_acceleration(const view *view, const look *seen) {
     vec most = set1(0.0);
     for (int n = 0; n < view->count; n++) {
-        vec ends = seen->ends.d1[n] * seen->at_ends.a
-                   + seen->ends.d2[n] * seen->at_ends.v * seen->at_ends.v;
-        vec inside = seen->inside.d1[n] * seen->within.a
-                     + seen->inside.d2[n] * seen->within.v * seen->within.v;
-        most = vmax(most, vmax(size_of(ends), size_of(inside)) * view->acc[n]);
+        for (int end = 0; end < 2; end++) {
+            const motion *at = &seen->at_ends[end];
+            vec acc = view->ends[end].d1[n] * at->a
+                      + view->ends[end].d2[n] * at->v * at->v;
+            most = vmax(size_of(acc) * view->acc[n], most);
+        }
+        for (int i = 0; i < INNER_PLACES; i++) {
+            const motion *at = &seen->within[i];
+            vec acc = seen->inside[i].d1[n] * at->a
+                      + seen->inside[i].d2[n] * at->v * at->v;
+            most = vmax(size_of(acc) * view->acc[n], most);
+        }
     }
-    return largest(most);
+    return most;
 }
 
-/* Whether the path jerk changes its sign: an acceleration near its limit may be
+/* Where the path jerk changes its sign: an acceleration near its limit may be
  * above it between the places that were looked at. */
-static bool swings(const view *view, const look *seen) {
-    vec most = vmax(seen->at_ends.j, seen->within.j);
-    vec least = vmax(-seen->at_ends.j, -seen->within.j);
-    return largest(most) > 0.0 && largest(least) > 0.0
-           && most_acceleration(view, seen) > SWING_NEAR;
+static ivec swings(const view *view, const look *seen) {
+    vec most = vmax(largest_jerk(seen->at_ends, 2),
+                    largest_jerk(seen->within, INNER_PLACES));
+    vec least = vmin(least_jerk_of(seen->at_ends, 2),
+                     least_jerk_of(seen->within, INNER_PLACES));
+    ivec turns = (most > 0.0) & (least < 0.0);
+    return any_of(turns) ? turns & (most_acceleration(view, seen) > SWING_NEAR)
+                         : turns;
 }
 
-/* Whether the jerk of an axis goes from one limit to the other, or nearly: near
+/* Where the jerk of an axis goes from one limit to the other, or nearly: near
  * an end it may be above it. */
-static bool jerk_swings(const view *view, const look *seen) {
+static ivec jerk_swings(const view *view, const look *seen) {
+    ivec out = {0, 0, 0, 0};
     for (int n = 0; n < view->count; n++) {
-        vec j = axis_jerk(&seen->ends, n, &seen->at_ends) * view->jerk[n];
-        if (j[0] * j[1] < -SWING_JERK * SWING_JERK) {
-            return true;
-        }
-    }
-    return false;
-}
-
-static bool uneven(const view *view, const look *seen, const driven *at) {
-    return bends_unevenly(view) || at->low < UNEVEN_SPEEDS * at->top_x
-           || swings(view, seen) || jerk_swings(view, seen);
-}
-
-/* `x0`, `x1`: squared speeds at its ends. */
-static driven drive(const view *view,
-                    const jerk_law *law,
-                    const look *seen,
-                    double x0,
-                    double x1) {
-    double turns[TURN_PARTS];
-    driven out = {.low = lesser(x0, x1), .top_x = greater(x0, x1)};
-    out.ends = ends_ratio(view, seen);
-    out.limits = greater(inside_ratio(view, seen), out.ends);
-    if (uneven(view, seen, &out)) {
-        out.limits =
-            greater(out.limits, ratio_at_parts(view, law, UNEVEN_PARTS));
-    }
-    for (int i = turning_points(law, turns) - 1; i >= 0; i--) {
-        vec s, t = set1(turns[i]);
-        double v = motion_at(law, &t, &s).v[0];
-        if (v * v > out.top_x) {
-            out.limits = greater(out.limits, ratio_at_times(view, law, &t));
-        }
-        out.top_x = greater(out.top_x, v * v);
-        out.low = v > 0.0 ? lesser(out.low, v * v) : 0.0;
+        vec first = axis_jerk(&view->ends[0], n, &seen->at_ends[0]);
+        vec last = axis_jerk(&view->ends[1], n, &seen->at_ends[1]);
+        vec product = first * view->jerk[n] * (last * view->jerk[n]);
+        out |= product < -SWING_JERK * SWING_JERK;
     }
     return out;
 }
 
-static bool is_law(const jerk_law *law) {
-    return isfinite(law->time + law->snap + law->crackle + law->pop);
+/* One of the intervals at more places, `uneven`, and where the speed has a
+ * maximum or a minimum. */
+static void look_closer(const view *all,
+                        const laws *laws_of_all,
+                        int lane,
+                        bool uneven,
+                        driven *out) {
+    double turns[TURN_PARTS];
+    view view;
+    spread_view(all, lane, &view);
+    const laws law = spread_laws(laws_of_all, lane);
+    double limits = out->limits[lane];
+    if (uneven) {
+        limits = greater(limits, ratio_at_parts(&view, &law, UNEVEN_PARTS));
+    }
+    for (int i = turning_points(&law, lane, turns) - 1; i >= 0; i--) {
+        vec s, t = set1(turns[i]);
+        double v = motion_at(&law, &t, &s).v[0];
+        if (v * v > out->top_x[lane]) {
+            limits = greater(limits, ratio_at_times(&view, &law, &t)[0]);
+        }
+        out->top_x[lane] = greater(out->top_x[lane], v * v);
+        out->low[lane] = v > 0.0 ? lesser(out->low[lane], v * v) : 0.0;
+    }
+    out->limits[lane] = limits;
 }
 
-/* An interval that is not legal may be so with another bow: nothing else of the
- * plan changes by it. `at`, `x1`: x and u at its start, x at its end. */
-static void bend_to_fit(const view *view,
-                        const struct segment *segment,
-                        const double at[2],
-                        double x1,
-                        const double input[2],
-                        look *seen,
+/* `x1`: squared speeds at their ends. */
+static driven drive(const batch *batch, const vec *x1) {
+    const view *view = &batch->view;
+    vec x0 = batch->of.x;
+    driven out = {.low = vmin(x0, *x1), .top_x = vmax(x0, *x1)};
+    out.ends = ends_ratio(view, &batch->seen);
+    out.limits = vmax(inside_ratio(view, &batch->seen), out.ends);
+    ivec uneven = bend_unevenly(view) | (out.low < UNEVEN_SPEEDS * out.top_x)
+                  | swings(view, &batch->seen)
+                  | jerk_swings(view, &batch->seen);
+    ivec turn = that_turn(&batch->law);
+    for (int lane = 0; lane < batch->count; lane++) {
+        if (uneven[lane] | turn[lane]) {
+            look_closer(view, &batch->law, lane, uneven[lane] != 0, &out);
+        }
+    }
+    return out;
+}
+
+static ivec are_laws(const laws *law) {
+    return are_finite(law->time + law->snap + law->crackle + law->pop);
+}
+
+/* Intervals that are not legal may be so with other bows: nothing else of the
+ * plan changes by them. */
+static void bend_to_fit(const batch *present,
+                        const vec *x1,
                         driven *driven,
-                        double *bow) {
-    double x = at[0];
-    double accel = at[1];
-    double bent = *bow;
-    if (!other_bow(view, segment, seen, &bent)) {
+                        vec *bows) {
+    batch other = *present;
+    ivec others =
+        other_bows(present, &other.of.bow) & (driven->limits > CHECK_SLACK);
+    if (!any_of(others)) {
         return;
     }
-    const jerk_law law = law_of(segment->length, &x, &accel, input, bent);
-    if (!is_law(&law)) {
-        return;
-    }
-    look_at(view, &law, seen);
-    const struct driven then = drive(view, &law, seen, at[0], x1);
-    if (then.limits <= CHECK_SLACK) {
-        *driven = then;
-        *bow = bent;
-    }
+    other.law = laws_of(&other.of);
+    look_at(&other.view, &other.law, &other.seen);
+    const struct driven then = drive(&other, x1);
+    ivec fit = others & are_laws(&other.law) & (then.limits <= CHECK_SLACK);
+    driven->ends = chosen(fit, then.ends, driven->ends);
+    driven->limits = chosen(fit, then.limits, driven->limits);
+    driven->low = chosen(fit, then.low, driven->low);
+    driven->top_x = chosen(fit, then.top_x, driven->top_x);
+    *bows = chosen(fit, other.of.bow, *bows);
 }
 
-/* Largest ratio of an acceleration to its limit; 0 where it is small enough. */
-static double heavy_ratio(const view *view, const jerk_law *law) {
+/* Largest ratio of an acceleration of one interval to its limit; 0 where it is
+ * small enough. */
+static double heavy_ratio(const batch *batch, int lane) {
     vec most = set1(0.0);
+    view view;
+    spread_view(&batch->view, lane, &view);
+    const laws law = spread_laws(&batch->law, lane);
     for (int k = 0; k <= UNEVEN_PARTS; k += LANES) {
-        vec t = law->time * parts_from(k, UNEVEN_PARTS, UNEVEN_PARTS);
+        vec t = law.time * parts_from(k, UNEVEN_PARTS, UNEVEN_PARTS);
         vec s;
         bends at;
-        const motion motion = motion_at(law, &t, &s);
-        s = s * view->per_length;
-        bends_inside(view, &s, &at);
-        for (int n = 0; n < view->count; n++) {
+        const motion motion = motion_at(&law, &t, &s);
+        s = s * view.per_length;
+        bends_inside(&view, &s, &at);
+        for (int n = 0; n < view.count; n++) {
             vec v2 = motion.v * motion.v;
             vec acc = at.d1[n] * motion.a + at.d2[n] * v2;
-            most = vmax(most, size_of(acc) * view->acc[n]);
+            most = vmax(most, size_of(acc) * view.acc[n]);
         }
     }
     double ratio = largest(most);
     return ratio > CHECK_SLACK ? ratio : 0.0;
 }
 
-/* One interval with free inputs; x, u advance. */
+/* The input that meets the rest interval exactly: what the way there has
+ * gathered in rounding ends here. */
+static double last_input(const struct grid *grid, double x, double accel) {
+    double length = grid->seg[grid->count - 2].length;
+    double t = 1.5 * grid->seg[grid->count - 1].length;
+    double way = 2.0 * length + t;
+    return -(x + way * accel) / (length * (length + t));
+}
+
+/* What a batch of intervals with free inputs does. */
+typedef struct checked {
+    batch batch;
+    driven driven;
+    vec x1, accel1, bows;
+    ivec none; /* they have no law at all */
+} checked;
+
+/* x and u go on from (x, accel). */
+static void check_batch(const jerk_planner *planner,
+                        const struct grid *grid,
+                        struct problem *problem,
+                        int k,
+                        double x,
+                        double accel,
+                        checked *out) {
+    double f2 = planner->scale * planner->scale;
+    batch *batch = &out->batch;
+    drives *of = &batch->of;
+    begin_batch(grid, k, batch);
+    for (int lane = 0; lane < LANES; lane++) {
+        int at = k + (lane < batch->count ? lane : batch->count - 1);
+        if (lane < batch->count) {
+            if (at == grid->count - 2) {
+                problem->input[0][at] = problem->input[1][at] =
+                    last_input(grid, x, accel) / f2;
+            }
+            of->x[lane] = x;
+            of->accel[lane] = accel;
+            double length = batch->segment[lane]->length;
+            double c0 = problem->input[0][at] * f2;
+            double c1 = problem->input[1][at] * f2;
+            x = x_after(length, x, accel, c0, c1);
+            accel = accel_after(length, accel, c0, c1);
+        } else {
+            of->x[lane] = of->x[lane - 1];
+            of->accel[lane] = of->accel[lane - 1];
+        }
+        out->x1[lane] = x;
+        out->accel1[lane] = accel;
+        of->input[0][lane] = problem->input[0][at] * f2;
+        of->input[1][lane] = problem->input[1][at] * f2;
+        of->bow[lane] = problem->bow[at] * f2;
+    }
+    batch->law = laws_of(of);
+    vec least = vmin(of->x, out->x1);
+    vec most = vmax(of->x, out->x1);
+    out->none = ~((least > LEAST_DIP * most) & are_laws(&batch->law));
+    view_of(planner, batch->segment, &batch->view);
+    look_at(&batch->view, &batch->law, &batch->seen);
+    out->bows = of->bow;
+    out->driven = drive(batch, &out->x1);
+    if (any_of(out->driven.limits > CHECK_SLACK)) {
+        bend_to_fit(batch, &out->x1, &out->driven, &out->bows);
+    }
+}
+
+/* One interval of a batch. */
 static double free_ratio(const jerk_planner *planner,
                          struct grid *grid,
-                         int k,
-                         double *x,
-                         double *accel,
-                         const double input[2],
-                         double *bow) {
+                         const checked *of,
+                         int lane) {
+    int k = of->batch.first + lane;
     struct segment *segment = &grid->seg[k];
-    const double at[2] = {*x, *accel};
-    const jerk_law law = law_of(segment->length, x, accel, input, *bow);
-    double x1 = *x;
-    if (!(lesser(at[0], x1) > LEAST_DIP * greater(at[0], x1))
-        || !is_law(&law)) {
+    if (of->none[lane]) {
         return INFINITY;
     }
-    const view view = view_of(planner, segment);
-    look seen;
-    look_at(&view, &law, &seen);
-    driven driven = drive(&view, &law, &seen, at[0], x1);
-    if (driven.limits > CHECK_SLACK) {
-        bend_to_fit(&view, segment, at, x1, input, &seen, &driven, bow);
-    }
-    segment->bulge = bulge(driven.limits, driven.ends);
-    if (!(driven.low > LEAST_DIP * driven.top_x)) {
+    double limits = of->driven.limits[lane];
+    double top_x = of->driven.top_x[lane];
+    segment->bulge = bulge(limits, of->driven.ends[lane]);
+    if (!(of->driven.low[lane] > LEAST_DIP * top_x)) {
         return INFINITY;
     }
-    double limits = driven.limits;
-    double feed = feed_ratio(planner, grid, k, at[0], x1, driven.top_x);
+    double feed =
+        feed_ratio(planner, grid, k, of->batch.of.x[lane], of->x1[lane], top_x);
     segment->excess = limits > CHECK_SLACK ? limits : 0.0;
-    segment->heavy = limits > CHECK_SLACK ? heavy_ratio(&view, &law) : 0.0;
+    segment->heavy = limits > CHECK_SLACK ? heavy_ratio(&of->batch, lane) : 0.0;
     segment->fast = feed > CHECK_SLACK ? feed : 0.0;
     return greater(limits, feed);
 }
@@ -394,15 +523,6 @@ static bool jump_fits(const jerk_planner *planner,
     return used <= room * JUMP_SLACK + SMALL_JUMPS;
 }
 
-/* The input that meets the rest interval exactly: what the way there has
- * gathered in rounding ends here. */
-static double last_input(const struct grid *grid, double x, double accel) {
-    double length = grid->seg[grid->count - 2].length;
-    double t = 1.5 * grid->seg[grid->count - 1].length;
-    double way = 2.0 * length + t;
-    return -(x + way * accel) / (length * (length + t));
-}
-
 /* Largest ratio of anything to its limit over the plan (infinite: no plan at
  * all).  On the way x and u of the problem are replaced by what the inputs
  * integrate to. */
@@ -432,7 +552,13 @@ double CHECKER(plan_check)(const jerk_planner *planner,
         problem->input[1][0] = 0.0;
         k = 1;
     }
-    for (; k < last; k++) {
+    checked checked;
+    int lane = LANES;
+    for (; k < last; k++, lane++) {
+        if (lane == LANES) {
+            lane = 0;
+            check_batch(planner, grid, problem, k, x, accel, &checked);
+        }
         problem->x[k] = x / f2;
         problem->accel[k] = accel / f2;
         if (k > 0 && !jump_fits(planner, grid, k, x)) {
@@ -441,15 +567,10 @@ double CHECKER(plan_check)(const jerk_planner *planner,
         if (k > 0) {
             worst = greater(worst, kink_ratio(planner, grid, k, x, accel));
         }
-        if (k == last - 1) {
-            problem->input[0][k] = problem->input[1][k] =
-                last_input(grid, x, accel) / f2;
-        }
-        const double input[2] = {problem->input[0][k] * f2,
-                                 problem->input[1][k] * f2};
-        double bow = problem->bow[k] * f2;
-        double ratio = free_ratio(planner, grid, k, &x, &accel, input, &bow);
-        problem->bow[k] = grid->seg[k].bow = bow / f2;
+        double ratio = free_ratio(planner, grid, &checked, lane);
+        problem->bow[k] = grid->seg[k].bow = checked.bows[lane] / f2;
+        x = checked.x1[lane];
+        accel = checked.accel1[lane];
         if (!(ratio <= worst)) {
             worst = ratio;
         }

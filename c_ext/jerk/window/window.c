@@ -242,32 +242,20 @@ static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
 
 /* Interval k gets the bow that its iterate asks for; the share of the limit
  * that it can be planned with then, by what the iterate does inside it. */
-static double foreseen(const jerk_planner *planner,
-                       struct problem *problem,
+static double foreseen(struct problem *problem,
                        struct segment *segment,
+                       const struct bent *bent,
                        int k) {
-    double more;
-    double f2 = planner->scale * planner->scale;
-    double input[2];
-    input[0] = problem->input[0][k] * f2;
-    input[1] = problem->input[1][k] * f2;
-    double bow = problem->bow[k] * f2;
-    double most = bend_inside(planner,
-                              segment,
-                              problem->x[k] * f2,
-                              problem->accel[k] * f2,
-                              input,
-                              &bow,
-                              &more);
-    if (bow / f2 != problem->bow[k]) {
-        problem->bow[k] = segment->bow = bow / f2;
+    double most = bent->most;
+    if (bent->bow != problem->bow[k]) {
+        problem->bow[k] = segment->bow = bent->bow;
         problem->missed = greater(problem->missed, MISSED_SO);
     }
     double tight = *segment->tight;
     if (!(most > FORESEEN * tight) || !isfinite(most)) {
         return tight;
     }
-    double then = more * JERK_USABLE * tight;
+    double then = bent->more * JERK_USABLE * tight;
     return then > FORESEEN_FROM ? greater(TIGHTEST, tight / then) : tight;
 }
 
@@ -330,8 +318,12 @@ static bool made_finer(jerk_planner *planner,
 static bool foresee(jerk_planner *planner, struct grid *grid) {
     struct problem *problem = &planner->prob;
     double *share = planner->scratch;
-    for (int k = problem->first; k < grid->count - 1; k++) {
-        share[k] = foreseen(planner, problem, &grid->seg[k], k);
+    for (int k = problem->first; k < grid->count - 1;) {
+        struct bent bent[LANES];
+        int count = bend_inside(planner, grid, problem, k, bent);
+        for (int i = 0; i < count; i++, k++) {
+            share[k] = foreseen(problem, &grid->seg[k], &bent[i], k);
+        }
     }
     planner->finer = made_finer(planner, grid, problem, share);
     if (planner->finer) {
