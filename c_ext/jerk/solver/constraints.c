@@ -2,8 +2,8 @@
  * stage. */
 #include <math.h>
 #include <string.h>
+#include "jerk/solver/axis_rows.h"
 #include "jerk/solver/constraints.h"
-#include "jerk/solver/implied_rows.h"
 #include "jerk/state/state.h"
 #include "maths/order.h"
 
@@ -56,15 +56,6 @@ static void clear_rows(struct problem *problem) {
     }
 }
 
-/* The state that a window starts with was checked, not planned, to lie within
- * the limits: between the knots of that plan it may lie a little above what is
- * planned with. */
-static double entry_slack(const struct problem *problem, int k) {
-    return problem->from_standstill || k >= ENTRY_STAGES
-               ? 1.0
-               : 1.0 + ENTRY_SLACK * (1.0 - (double)k / ENTRY_STAGES);
-}
-
 static bool moves(const jerk_planner *planner,
                   const jerk_interval *interval,
                   int end,
@@ -98,72 +89,6 @@ static void find_axes(const jerk_planner *planner,
     }
 }
 
-/* Rows of one stage, before they go into its lane. */
-typedef struct forms {
-    double coef[2 * JERK_AXES][3];
-    int count;
-} forms;
-
-static void add_form(struct forms *forms, double x, double u, double c) {
-    double *coef = forms->coef[forms->count++];
-    coef[0] = x;
-    coef[1] = u;
-    coef[2] = c;
-}
-
-/* Into the stage's lane; how many rows there are in it now. */
-static int put_forms(const struct forms *forms, two_sided *row, int k) {
-    for (int i = 0; i < forms->count; i++) {
-        for (int n = 0; n < 3; n++) {
-            *lane(&row[i].coef[n], k) = forms->coef[i][n];
-        }
-    }
-    return forms->count;
-}
-
-static int most_of(int one, int other) {
-    return one > other ? one : other;
-}
-
-/* Jerk over acceleration limit, 1/s, that turns an acceleration from limit to
- * limit within the segment at its highest speed, which may be that of here
- * where it falls. More is of no use there. */
-static double turning_rate(const jerk_planner *planner,
-                           const struct segment *segment) {
-    double most = greater(planner->x, lesser(segment->soft, segment->cap));
-    return 2.0 * planner->scale * sqrt(most) / segment->length;
-}
-
-/* Axis jerk over sqrt(x), at the start and at the end of the stage. */
-static void jerk_rows(const jerk_planner *planner,
-                      struct problem *problem,
-                      const struct segment *segment,
-                      double usable,
-                      int k) {
-    double f3 = planner->scale * planner->scale * planner->scale;
-    const jerk_interval *interval = segment->interval;
-    struct used *used = &problem->used[k / LANES];
-    double rate = turning_rate(planner, segment);
-    for (int end = 0; end < 2; end++) {
-        struct forms forms = {.count = 0};
-        for (int i = 0; i < problem->axes; i++) {
-            int axis = problem->axis[i];
-            double jerk = jerk_max(planner, interval, axis);
-            double turning = rate * acc_max(planner, interval, axis);
-            double weight =
-                f3 / (segment->share * usable * lesser(jerk, turning));
-            used->quick = used->quick || jerk > QUICK * turning;
-            add_form(&forms,
-                     weight * interval->d3[end][axis],
-                     weight * 3.0 * interval->d2[end][axis],
-                     weight * interval->d1[end][axis]);
-        }
-        forms.count = without_implied(forms.coef, forms.count);
-        int count = put_forms(&forms, jerk_row(problem, k, end, 0), k);
-        used->jerk = most_of(used->jerk, count);
-    }
-}
-
 /* Stage k has less of the jerk limit from now on. */
 void tighten_rows(struct problem *problem, int k, double by) {
     for (int end = 0; end < 2; end++) {
@@ -173,92 +98,6 @@ void tighten_rows(struct problem *problem, int k, double by) {
             }
         }
     }
-}
-
-static double acc_weight(const jerk_planner *planner,
-                         const struct problem *problem,
-                         const struct segment *segment,
-                         int axis,
-                         int k) {
-    return planner->scale * planner->scale
-           / (ACC_USABLE * segment->acc[axis] * *segment->acc_tight
-              * acc_max(planner, segment->interval, axis)
-              * entry_slack(problem, k));
-}
-
-/* At knot k, by the derivatives at one end of a segment beside it, with these
- * weights. */
-static void add_acc_forms(const struct problem *problem,
-                          const struct segment *segment,
-                          int end,
-                          const double *weight,
-                          struct forms *forms) {
-    for (int i = 0; i < problem->axes; i++) {
-        int axis = problem->axis[i];
-        add_form(forms,
-                 weight[i] * segment->interval->d2[end][axis],
-                 weight[i] * segment->interval->d1[end][axis],
-                 0.0);
-    }
-}
-
-/* On either side of knot k; inside a pushed interval both are the same. */
-static void acc_rows(const jerk_planner *planner,
-                     struct problem *problem,
-                     const struct grid *grid,
-                     int k) {
-    const struct segment *left = &grid->seg[k - 1];
-    const struct segment *right = &grid->seg[k];
-    struct used *used = &problem->used[k / LANES];
-    struct forms forms = {.count = 0};
-    double before[JERK_AXES], after[JERK_AXES];
-    for (int i = 0; i < problem->axes; i++) {
-        int axis = problem->axis[i];
-        before[i] = acc_weight(planner, problem, left, axis, k);
-        after[i] = acc_weight(planner, problem, right, axis, k);
-        if (!left->last) {
-            after[i] = greater(before[i], after[i]);
-        }
-    }
-    add_acc_forms(problem, right, 0, after, &forms);
-    if (left->last) {
-        add_acc_forms(problem, left, 1, before, &forms);
-    }
-    forms.count = without_implied(forms.coef, forms.count);
-    two_sided *row = &problem->acc[(k / LANES) * 2 * problem->axes];
-    used->acc = most_of(used->acc, put_forms(&forms, row, k));
-}
-
-/* Between its ends the acceleration may go beyond what it is there: c changes.
- */
-static void mid_rows(const jerk_planner *planner,
-                     struct problem *problem,
-                     const struct segment *segment,
-                     int k) {
-    const jerk_interval *interval = segment->interval;
-    double length = interval->length;
-    struct used *used = &problem->used[k / LANES];
-    struct forms forms = {.count = 0};
-    for (int i = 0; i < problem->axes; i++) {
-        int axis = problem->axis[i];
-        double weight = acc_weight(planner, problem, segment, axis, k);
-        double d1 =
-            0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
-            + length
-                  * (5.0 / 32.0
-                         * (interval->d2[0][axis] - interval->d2[1][axis])
-                     + length / 64.0
-                           * (interval->d3[0][axis] + interval->d3[1][axis]));
-        double d2 =
-            15.0 / 8.0 * (interval->d1[1][axis] - interval->d1[0][axis])
-                / length
-            - 7.0 / 16.0 * (interval->d2[0][axis] + interval->d2[1][axis])
-            + length / 32.0 * (interval->d3[1][axis] - interval->d3[0][axis]);
-        add_form(&forms, weight * d2, weight * d1, 0.0);
-    }
-    forms.count = without_implied(forms.coef, forms.count);
-    two_sided *row = &problem->mid[(k / LANES) * problem->axes];
-    used->mid = most_of(used->mid, put_forms(&forms, row, k));
 }
 
 /* What the caps of knot k come to: hard, feed, and the rest intervals beside
@@ -339,18 +178,8 @@ void problem_from_grid(jerk_planner *planner,
     for (int k = 0; k < grid->count; k++) {
         problem->lengths[k] = grid->seg[k].length;
         problem->bow[k] = grid->seg[k].bow;
-        if (k >= 1) {
-            acc_rows(planner, problem, grid, k);
-        }
-        if (k < problem->first || k > grid->count - 2) {
-            continue;
-        }
-        double usable =
-            greater(grid->usable, JERK_USABLE * entry_slack(problem, k));
-        jerk_rows(planner, problem, &grid->seg[k], usable, k);
-        mid_rows(planner, problem, &grid->seg[k], k);
-        problem->on[k] = 1.0;
     }
+    axis_rows(planner, grid, problem);
 }
 
 /* With the jerk at its limit at both ends and c linear between, the path jerk

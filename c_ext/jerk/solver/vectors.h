@@ -40,7 +40,11 @@ static inline vec chosen(ivec mask, vec then, vec other) {
     return (vec)((mask & (ivec)then) | (~mask & (ivec)other));
 }
 static inline bool any_of(ivec mask) {
+#ifdef __AVX__
+    return __builtin_ia32_movmskpd256((vec)mask) != 0;
+#else
     return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+#endif
 }
 static inline ivec are_finite(vec v) {
     return v - v == 0.0;
