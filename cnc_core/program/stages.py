@@ -42,7 +42,9 @@ def smoothing_machine(cell: CellConfig) -> SmoothingMachine:
     seen = lib.ENGINE_JERK_SEEN / cell.cycle_s
 
     def jerk(axis: AxisConfig) -> float:
-        return min(axis.j_max_mm_s3, float(seen * axis.a_max_mm_s2))
+        # beside axes with a limit one without has what its acceleration allows
+        most = float(seen * axis.a_max_mm_s2)
+        return min(axis.j_max_mm_s3 or most, most)
 
     def in_chords(axis: AxisConfig) -> float:
         if axis.kind == "rotary":

@@ -92,6 +92,6 @@ uint64_t choose_window(struct engine *engine) {
     bool wants = (engine->accel.window_motions <= engine->cfg.window
                       ? engine->accel.capped < engine->run.head
                       : engine->accel.unsettled < end)
-                 && !engine->dispatch.final;
+                 && !engine->dispatch.ends;
     return wants && dispatch_further(engine) ? choose_conditions(engine) : end;
 }

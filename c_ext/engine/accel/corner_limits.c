@@ -203,7 +203,7 @@ static void load_corner(struct engine *engine, uint64_t i, struct load *load) {
                &load->right,
                load,
                engine->run.head,
-               engine->dispatch.final);
+               engine->dispatch.ends);
 }
 
 /* From the corner alone, take in neighbours until `v` does not reach the next
@@ -241,7 +241,7 @@ static bool gather(struct engine *engine,
                        next,
                        load,
                        engine->run.head,
-                       engine->dispatch.final);
+                       engine->dispatch.ends);
         }
     }
     if (left->known < *v * dt) {

@@ -185,7 +185,7 @@ bool corner_zones_known(struct engine *engine,
     }
     double known = engine->accel.capped_at - (piece->at + piece->length);
     bool all =
-        engine->dispatch.final && engine->accel.capped == engine->run.head;
+        engine->dispatch.ends && engine->accel.capped == engine->run.head;
     if (known >= corner_zone(&engine->cfg, next->corner_v, piece)
         || stands_before(&engine->plan, next) || all) {
         return true;

@@ -181,7 +181,7 @@ static bool slows_down(const struct engine *engine,
             return true;
         }
         if (side > 0 && i + 1 >= engine->accel.capped) {
-            return engine->dispatch.final;
+            return engine->dispatch.ends;
         }
         i = side < 0 ? i - 1 : i + 1;
         piece = &engine->run.pieces[i & engine->run.mask];

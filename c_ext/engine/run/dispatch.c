@@ -332,6 +332,7 @@ static bool wants_more(struct engine *engine) {
  */
 static bool dispatch_waits(struct engine *engine,
                            bool finished,
+                           bool draining,
                            uint64_t head) {
     const struct dispatch *dispatch = &engine->dispatch;
     if (!engine->traits.feeds_in_batches || dispatch->in_loop
@@ -342,7 +343,9 @@ static bool dispatch_waits(struct engine *engine,
         || ATOMIC_GET(engine->orders.insert_requests) != dispatch->inserts) {
         return false;
     }
-    return dispatch->final == (finished && dispatch->next >= head)
+    bool all = dispatch->next >= head;
+    return dispatch->final == (finished && all)
+           && dispatch->ends == (all && (finished || draining))
            && (dispatch->next >= head
                || engine->run.head - engine->commit.piece + FED_AT_ONCE
                       > fed_ahead(engine));
@@ -361,8 +364,9 @@ void dispatch_path(struct engine *engine) {
     bool finished = ATOMIC_GET(
         engine->program
             .finished); /* before the head: nothing is pushed behind it */
+    bool draining = ATOMIC_GET(engine->program.expect_drain); /* the same */
     uint64_t head = ATOMIC_GET(engine->store.head);
-    if (dispatch_waits(engine, finished, head)) {
+    if (dispatch_waits(engine, finished, draining, head)) {
         set_store_floor(engine);
         return;
     }
@@ -377,6 +381,9 @@ void dispatch_path(struct engine *engine) {
     engine->dispatch.final = engine->dispatch.dir < 0
                                  ? !can_dispatch(engine, head, finished)
                                  : finished && engine->dispatch.next >= head;
+    engine->dispatch.ends = engine->dispatch.final
+                            || (draining && engine->dispatch.dir >= 0
+                                && engine->dispatch.next >= head);
     insert_stop_at_end(engine);
     set_store_floor(engine);
 }

@@ -139,7 +139,7 @@ static void turn(struct engine *engine) {
         engine->dispatch.frontier = at.i;
     }
     begin_run(engine, at);
-    engine->dispatch.final = false;
+    engine->dispatch.final = engine->dispatch.ends = false;
     bool more = at.i < ATOMIC_GET(engine->store.head);
     ATOMIC_SET(engine->dispatch.drives_on, more && engine->dispatch.dir < 0);
     ATOMIC_SET(engine->dispatch.dir, -engine->dispatch.dir);

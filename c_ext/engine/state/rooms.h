@@ -192,6 +192,7 @@ typedef struct dispatch {
                        GEO stands in may be of the run before */
     uint32_t reach; /* pieces fed beyond the window */
     bool final;     /* nothing can come behind the run ring's head */
+    bool ends;      /* nothing comes there before all of it has been driven */
     int drives_on;  /* turned forward: the way to the end is driven again, so
                        the program has not ended; GEO reads it */
     /* jobs that need standstill */

@@ -366,11 +366,21 @@ static double speed_of(const nc_smooth *smooth, int span) {
     return fmin(v, plain_cbrt(smooth->jerk / (sqrt(third) + 1e-9)));
 }
 
+/* Jerk of the slowest axis that moves. */
+static double slowest_jerk(const nc_smooth *smooth) {
+    const struct window *window = &smooth->window;
+    double most = 1.0;
+    for (int k = 0; k < window->moving_n; k++) {
+        most = fmax(most, smooth->slowness[window->moving[k]]);
+    }
+    return smooth->jerk / most;
+}
+
 /* Between two speeds v^1.5 changes along the way by at most so much: it is
  * linear where the jerk is constant from rest on. */
 static void reach(const nc_smooth *smooth, double *power) {
     const struct window *window = &smooth->window;
-    double slope = LAW_SLOPE * sqrt(smooth->jerk);
+    double slope = LAW_SLOPE * sqrt(slowest_jerk(smooth));
     for (int k = 1; k < window->spans; k++) {
         double way = window->tau[k + 6] - window->tau[k + 4];
         power[k] = fmin(power[k], power[k - 1] + slope * way);
@@ -415,14 +425,14 @@ static void lay_moving(nc_smooth *smooth) {
 
 /* ln v at which the path leaves a standstill over a span of this length. */
 static double rest(const nc_smooth *smooth, double length) {
-    return plain_log(LAW_REST * plain_cbrt(smooth->jerk * square(length)));
+    return plain_log(LAW_REST * plain_cbrt(slowest_jerk(smooth) * square(length)));
 }
 
 static void first_guess(nc_smooth *smooth, bool rests, bool stops) {
     struct window *window = &smooth->window;
     double power[SPANS_ROOM];
     int last = window->spans - 1;
-    double root = sqrt(smooth->jerk);
+    double root = sqrt(slowest_jerk(smooth));
     for (int k = 0; k <= last; k++) {
         double v = speed_of(smooth, k);
         power[k] = v * sqrt(v);
