@@ -42,6 +42,7 @@ ORDER = [
     "jerk/stop",
     "jerk/window",
     "jerk/solver",
+    "jerk/rows",
     "jerk/path",
     "jerk/state",
     "stages/contouring",

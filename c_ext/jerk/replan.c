@@ -5,7 +5,7 @@
 #include "jerk/near.h"
 #include "jerk/path/grid.h"
 #include "jerk/replan.h"
-#include "jerk/solver/constraints.h"
+#include "jerk/rows/constraints.h"
 #include "jerk/solver/initial_guess.h"
 #include "jerk/state/state.h"
 #include "jerk/stop/stop.h"

@@ -1,7 +1,7 @@
 /* Where the solver starts: a speed profile over the grid, then the nearest one
  * that meets the dynamics (projection.c). */
 #include <math.h>
-#include "jerk/solver/constraints.h"
+#include "jerk/rows/constraints.h"
 #include "jerk/solver/faster_guess.h"
 #include "jerk/solver/initial_guess.h"
 #include "jerk/solver/projection.h"

@@ -3,27 +3,8 @@
  * Hessians and gradients by the former written over the latter. */
 #ifndef JERK_IPM_STAGE_H
 #define JERK_IPM_STAGE_H
-#include "jerk/solver/vectors.h"
+#include "jerk/state/vectors.h"
 #include "jerk/state/problem.h"
-
-/* Rows of block i: of jerk at one end of the stages, of acceleration, of
- * acceleration in the middle, and caps and floors. */
-static inline two_sided *jerk_rows_of(const struct problem *problem,
-                                      int i,
-                                      int end) {
-    int first = i * 2 * problem->axes;
-    return &problem->jerk[first + end * problem->axes];
-}
-static inline two_sided *acc_rows_of(const struct problem *problem, int i) {
-    return &problem->acc[i * 2 * problem->axes];
-}
-static inline two_sided *mid_rows_of(const struct problem *problem, int i) {
-    return &problem->mid[i * problem->axes];
-}
-static inline struct one_sided *one_rows_of(const struct problem *problem,
-                                            int i) {
-    return &problem->one[i * ONE_SIDED_ROWS];
-}
 
 /* Linear forms of the rows. */
 static inline vec acc_value(const two_sided *row, vec x, vec accel) {
@@ -213,7 +194,9 @@ static inline void turn_totals(struct totals *totals, vec length) {
     }
     vec c0[2] = {2.0 * third * xc[0] + half * uc[0],
                  2.0 * third * xc[1] + half * uc[1]};
-    vec c1[2] = {third * xc[0] + half * uc[0], third * xc[1] + half * uc[1]};
+    vec c1[2];
+    c1[0] = third * xc[0] + half * uc[0];
+    c1[1] = third * xc[1] + half * uc[1];
     out.cc[0] += 2.0 * c0[0];
     out.cc[1] += c0[1] + c1[0] + totals->cc[1];
     out.cc[2] += 2.0 * c1[1];

@@ -31,13 +31,15 @@ static void jerk_cost(const struct problem *problem,
 }
 
 /* Their slopes at x, accel and the inputs, and that of the distance. */
-static void stage_slopes(const struct problem *problem,
-                         int k,
-                         vec guess,
-                         struct totals *all) {
+static inline void stage_slopes(const struct problem *problem,
+                                int k,
+                                vec guess,
+                                struct totals *all) {
     vec x = load(problem->x + k);
     vec accel = load(problem->accel + k);
-    vec input[2] = {load(problem->input[0] + k), load(problem->input[1] + k)};
+    vec input[2];
+    input[0] = load(problem->input[0] + k);
+    input[1] = load(problem->input[1] + k);
     vec most = vmax(guess, set1(TINY));
     all->slopes.x = all->xx * x + all->xu * accel - guess / (most * most);
     all->slopes.accel = all->xu * x + all->uu * accel;

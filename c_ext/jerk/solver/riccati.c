@@ -84,8 +84,10 @@ static void set_gain(struct gain *gain,
     for (int i = 0; i < 3; i++) {
         gain->inverse[i][lane] = 0.0;
     }
-    gain->xx[lane] = 1.0 + third * (2.0 * kx[0] + kx[1]);
-    gain->xu[lane] = 2.0 * length + third * (2.0 * ku[0] + ku[1]);
+    double by_x = 2.0 * kx[0] + kx[1];
+    double by_accel = 2.0 * ku[0] + ku[1];
+    gain->xx[lane] = 1.0 + third * by_x;
+    gain->xu[lane] = 2.0 * length + third * by_accel;
     gain->ux[lane] = 0.5 * length * (kx[0] + kx[1]);
     gain->uu[lane] = 1.0 + 0.5 * length * (ku[0] + ku[1]);
 }
@@ -101,7 +103,10 @@ static struct tied_cost cost_of_tied(const struct problem *problem,
     const struct stage_cost *cost = &problem->cost;
     const double *kx = tied->kx;
     const double *ku = tied->ku;
-    struct tied_cost out = {cost->xx[k], cost->xu[k], cost->uu[k], {0}, {0}};
+    struct tied_cost out;
+    out.xx = cost->xx[k];
+    out.xu = cost->xu[k];
+    out.uu = cost->uu[k];
     for (int i = 0; i < 2; i++) {
         double xc = cost->xc[i][k];
         double uc = cost->uc[i][k];
@@ -150,6 +155,10 @@ static void factor_last(struct problem *problem, struct cost_to_go *to_go) {
         own.uu + xx * axu * axu + 2.0 * xu * axu * auu + uu * auu * auu;
 }
 
+static double product_of(const double one[2], const double other[2]) {
+    return one[0] * other[0] + one[1] * other[1];
+}
+
 /* Driven backwards the first stage ends at the state where the window begins,
  * or, behind an interval that starts at rest, at x = 1.5 h v, u = v for any v.
  */
@@ -168,8 +177,8 @@ static bool factor_first(struct problem *problem, struct cost_to_go *to_go) {
         double vv = by_v[0] * by_v[0] * cc[0][k]
                     + 2.0 * by_v[0] * by_v[1] * cc[1][k]
                     + by_v[1] * by_v[1] * cc[2][k];
-        double vx = by_v[0] * own.by_x[0] + by_v[1] * own.by_x[1];
-        double vu = by_v[0] * own.by_u[0] + by_v[1] * own.by_u[1];
+        double vx = product_of(by_v, own.by_x);
+        double vu = product_of(by_v, own.by_u);
         if (!(vv > 0.0)) {
             return false;
         }
@@ -211,7 +220,8 @@ static bool factor_pair(struct problem *problem,
         px[i] = to_go->xx * bx[i] + to_go->xu * along;
         pu[i] = to_go->xu * bx[i] + to_go->uu * along;
         sx[i] = input_of(cost->xc, i, at) + px[i];
-        su[i] = input_of(cost->uc, i, at) + twice * px[i] + pu[i];
+        su[i] = input_of(cost->uc, i, at) + twice * px[i];
+        su[i] += pu[i];
     }
     pair p00 = bx[0] * px[0] + along * pu[0];
     pair p01 = bx[0] * px[1] + along * pu[1];
@@ -250,8 +260,10 @@ static bool factor_pair(struct problem *problem,
     gain->inverse[0] = r11 * inverse;
     gain->inverse[1] = -r01 * inverse;
     gain->inverse[2] = r00 * inverse;
-    gain->xx = 1.0 + bx[0] * kx[0] + bx[1] * kx[1];
-    gain->xu = twice + bx[0] * ku[0] + bx[1] * ku[1];
+    gain->xx = 1.0 + bx[0] * kx[0];
+    gain->xx += bx[1] * kx[1];
+    gain->xu = twice + bx[0] * ku[0];
+    gain->xu += bx[1] * ku[1];
     gain->ux = along * (kx[0] + kx[1]);
     gain->uu = 1.0 + along * (ku[0] + ku[1]);
     return true;
@@ -322,8 +334,10 @@ static void gather_gradients(struct problem *problem,
         pair r0 = g0 + 2.0 * third + half;
         pair r1 = g1 + third + half;
         const pair *inverse = gain->inverse;
-        problem->free[p][0] = -(inverse[0] * r0 + inverse[1] * r1);
-        problem->free[p][1] = -(inverse[1] * r0 + inverse[2] * r1);
+        pair c0 = inverse[0] * r0 + inverse[1] * r1;
+        pair c1 = inverse[1] * r0 + inverse[2] * r1;
+        problem->free[p][0] = -c0;
+        problem->free[p][1] = -c1;
         pair by_x = gain->kx[0] * g0 + gain->kx[1] * g1;
         pair by_accel = gain->ku[0] * g0 + gain->ku[1] * g1;
         pair nx =

@@ -154,6 +154,25 @@ typedef struct problem {
     double gap;
 } problem;
 
+/* Rows of block i: of jerk at one end of the stages, of acceleration, of
+ * acceleration in the middle, and caps and floors. */
+static inline two_sided *jerk_rows_of(const struct problem *problem,
+                                      int i,
+                                      int end) {
+    int first = i * 2 * problem->axes;
+    return &problem->jerk[first + end * problem->axes];
+}
+static inline two_sided *acc_rows_of(const struct problem *problem, int i) {
+    return &problem->acc[i * 2 * problem->axes];
+}
+static inline two_sided *mid_rows_of(const struct problem *problem, int i) {
+    return &problem->mid[i * problem->axes];
+}
+static inline struct one_sided *one_rows_of(const struct problem *problem,
+                                            int i) {
+    return &problem->one[i * ONE_SIDED_ROWS];
+}
+
 /* What c0 and c1 make of the state at the start of an interval h. */
 static inline double x_after(double length,
                              double x,

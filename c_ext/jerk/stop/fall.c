@@ -11,7 +11,7 @@
 #include <string.h>
 #include "jerk/stop/fall.h"
 #include "jerk/path/grid.h"
-#include "jerk/solver/constraints.h"
+#include "jerk/rows/constraints.h"
 #include "jerk/solver/initial_guess.h"
 #include "jerk/stop/tries.h"
 #include "jerk/path/way.h"

@@ -1,7 +1,7 @@
 /* Stops over one distance: from a stop that is there, or from a brake. */
 #include <math.h>
 #include "jerk/path/grid.h"
-#include "jerk/solver/constraints.h"
+#include "jerk/rows/constraints.h"
 #include "jerk/solver/initial_guess.h"
 #include "jerk/stop/tries.h"
 #include "jerk/window/window.h"

@@ -40,15 +40,17 @@ static vec least_change(const bow_range *range) {
 }
 
 /* What the jerk of axis n inside leaves: to be as at the ends. */
-static void bound_by_axis(const view *view,
-                          const look *seen,
-                          int n,
-                          vec limit,
-                          bow_range *range) {
+static inline void bound_by_axis(const view *view,
+                                 const look *seen,
+                                 int n,
+                                 vec limit,
+                                 bow_range *range) {
     const vec per_limit = view->jerk[n];
     vec floor = (1.0 - BOW_NEAR) * limit;
-    vec first = axis_jerk(&view->ends[0], n, &seen->at_ends[0]) * per_limit;
-    vec last = axis_jerk(&view->ends[1], n, &seen->at_ends[1]) * per_limit;
+    vec first = axis_jerk(&view->ends[0], n, &seen->at_ends[0]);
+    vec last = axis_jerk(&view->ends[1], n, &seen->at_ends[1]);
+    first *= per_limit;
+    last *= per_limit;
     vec above = vmax(vmax(first, last), floor);
     vec below = vmax(vmax(-first, -last), floor);
     for (int i = 0; i < INNER_PLACES; i++) {
@@ -72,12 +74,16 @@ static void bound_by_axis(const view *view,
 
 /* The bows with which no axis has much more jerk inside an interval than at its
  * ends. */
-static vec bows_for(const view *view, const look *seen, vec limit, vec bow) {
-    bow_range range = {set1(-INFINITY), set1(INFINITY), set1(0.0), set1(0.0)};
+static inline vec bows_for(const view *view,
+                           const look *seen,
+                           vec limit,
+                           vec bow) {
+    bow_range range = {.low = set1(-INFINITY), .high = set1(INFINITY)};
     vec steepest = set1(0.0);
     for (int n = 0; n < view->count; n++) {
         for (int end = 0; end < 2; end++) {
-            vec steep = size_of(view->ends[end].d1[n]) * seen->at_ends[end].v;
+            vec v = seen->at_ends[end].v;
+            vec steep = size_of(view->ends[end].d1[n]) * v;
             steepest = vmax(steepest, steep * view->jerk[n]);
         }
         bound_by_axis(view, seen, n, limit, &range);
@@ -87,7 +93,7 @@ static vec bows_for(const view *view, const look *seen, vec limit, vec bow) {
 }
 
 /* What the look at intervals shows with so much more of their bows. */
-static void bend_look(look *seen, vec more) {
+static inline void bend_look(look *seen, vec more) {
     for (int end = 0; end < 2; end++) {
         seen->at_ends[end].j -= more * seen->at_ends[end].v;
     }

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stddef.h>
 #include "jerk/path/motion_law.h"
-#include "jerk/solver/vectors.h"
+#include "jerk/state/vectors.h"
 #include "jerk/state/state.h"
 #include "jerk/state/tuning.h"
 #include "maths/order.h"
@@ -305,7 +305,9 @@ typedef struct drives {
 } drives;
 
 /* duration() of motion_law.c, with the same steps in every lane. */
-static vec durations(vec length, const motion *first, const motion *last) {
+static inline vec durations(vec length,
+                            const motion *first,
+                            const motion *last) {
     vec mean = 0.5 * (first->v + last->v);
     vec turn = (first->a - last->a) * 0.1;
     vec twist = (first->j + last->j) * PER_120;
@@ -326,7 +328,9 @@ static vec durations(vec length, const motion *first, const motion *last) {
 }
 
 /* motion_law_between() of LANES intervals. */
-static laws laws_between(vec length, const motion *first, const motion *last) {
+static inline laws laws_between(vec length,
+                                const motion *first,
+                                const motion *last) {
     vec t = durations(length, first, last);
     vec t2 = t * t;
     vec v = last->v - first->v - first->a * t - 0.5 * first->j * t2;
@@ -357,8 +361,10 @@ static vec x_behind(const drives *of) {
 static laws laws_of(const drives *of) {
     vec v0 = root_of(of->x);
     vec v1 = root_of(x_behind(of));
-    vec accel = of->accel + 0.5 * of->length * (of->input[0] + of->input[1]);
-    const motion first = {v0, of->accel, (of->input[0] - of->bow) * v0};
+    vec both = of->input[0] + of->input[1];
+    vec accel = of->accel + 0.5 * of->length * both;
+    vec c0 = of->input[0] - of->bow;
+    const motion first = {v0, of->accel, c0 * v0};
     const motion last = {v1, accel, (of->input[1] - of->bow) * v1};
     return laws_between(of->length, &first, &last);
 }

@@ -4,7 +4,7 @@
 #include <string.h>
 #include "jerk/path/plan_law.h"
 #include "jerk/window/history.h"
-#include "jerk/solver/constraints.h"
+#include "jerk/rows/constraints.h"
 #include "jerk/solver/initial_guess.h"
 #include "jerk/solver/interior_point.h"
 #include "jerk/state/state.h"

@@ -425,7 +425,8 @@ static void lay_moving(nc_smooth *smooth) {
 
 /* ln v at which the path leaves a standstill over a span of this length. */
 static double rest(const nc_smooth *smooth, double length) {
-    return plain_log(LAW_REST * plain_cbrt(slowest_jerk(smooth) * square(length)));
+    return plain_log(LAW_REST
+                     * plain_cbrt(slowest_jerk(smooth) * square(length)));
 }
 
 static void first_guess(nc_smooth *smooth, bool rests, bool stops) {

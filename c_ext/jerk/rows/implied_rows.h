@@ -4,7 +4,7 @@
  */
 #ifndef JERK_IMPLIED_ROWS_H
 #define JERK_IMPLIED_ROWS_H
-#include "jerk/solver/vectors.h"
+#include "jerk/state/vectors.h"
 #include "jerk/state/api.h"
 #include "jerk/state/tuning.h"
 
@@ -17,7 +17,8 @@ typedef struct forms {
 
 /* Largest component of each lane. */
 static inline vec size_of_row(const vec *row) {
-    return vmax(vmax(size_of(row[1]), size_of(row[2])), size_of(row[0]));
+    vec inputs = vmax(size_of(row[1]), size_of(row[2]));
+    return vmax(inputs, size_of(row[0]));
 }
 
 /* The normal of the plane in which two rows lie, and its largest component. */
@@ -34,7 +35,9 @@ typedef struct planes {
 } planes;
 
 static inline plane *plane_of(struct planes *planes, int i, int k) {
-    return &planes->of[(i > k ? i : k) * 2 * JERK_AXES + (i > k ? k : i)];
+    int more = i > k ? i : k;
+    int less = i > k ? k : i;
+    return &planes->of[more * 2 * JERK_AXES + less];
 }
 
 static inline void cross(const vec *one, const vec *other, vec out[3]) {
@@ -100,7 +103,10 @@ static inline ivec implied(const struct forms *forms,
             out |= there[k] & one_implies(planes, i, k);
         }
     }
-    for (int k = 0; k < forms->count && any_of(there[i] & ~out); k++) {
+    for (int k = 0; k < forms->count; k++) {
+        if (!any_of(there[i] & ~out)) {
+            break;
+        }
         for (int m = 0; m < k; m++) {
             if (k != i && m != i) {
                 out |= there[k] & there[m] & two_imply(forms, planes, i, k, m);

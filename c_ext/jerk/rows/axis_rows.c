@@ -4,7 +4,7 @@
     "-Wpsabi" /* vectors are passed between static functions only */
 #endif
 #define AXIS_ROWS axis_rows_base
-#include "jerk/solver/axis_rows_core.h"
+#include "jerk/rows/axis_rows_core.h"
 
 void axis_rows(const jerk_planner *planner,
                const struct grid *grid,

@@ -3,9 +3,9 @@
  *
  * AXIS_ROWS: the build's name of axis_rows. */
 #include <math.h>
-#include "jerk/solver/axis_rows.h"
-#include "jerk/solver/implied_rows.h"
-#include "jerk/solver/interior_point_stage.h"
+#include "jerk/rows/axis_rows.h"
+#include "jerk/rows/implied_rows.h"
+#include "jerk/state/vectors.h"
 #include "maths/order.h"
 
 /* The stages of a block; where there are fewer the last one stands in the lanes
@@ -70,7 +70,11 @@ static bend bend_of_axis(const stages *of, int axis) {
     return out;
 }
 
-static void add_form(struct forms *forms, ivec there, vec x, vec u, vec c) {
+static inline void add_form(struct forms *forms,
+                            ivec there,
+                            vec x,
+                            vec u,
+                            vec c) {
     vec *coef = forms->coef[forms->count];
     forms->there[forms->count++] = there;
     coef[0] = chosen(there, x, set1(0.0));

@@ -2,8 +2,8 @@
  * stage. */
 #include <math.h>
 #include <string.h>
-#include "jerk/solver/axis_rows.h"
-#include "jerk/solver/constraints.h"
+#include "jerk/rows/axis_rows.h"
+#include "jerk/rows/constraints.h"
 #include "jerk/state/state.h"
 #include "maths/order.h"
 
