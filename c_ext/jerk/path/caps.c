@@ -189,14 +189,20 @@ static void take_share(struct segment *segment, double used) {
 }
 
 /* The joint at knot k is passed less than a cycle behind other ones: where
- * their bends jump the samples show all of it at once. Alone it has its cap. */
+ * their bends jump the samples show all of it at once. Alone it has its cap;
+ * so it has beside those inside an arc, where nothing jumps. */
 static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
     double dt = planner->cfg.cycle_s;
     double scale = planner->scale;
     double cap = INFINITY;
     double top = 0.0;
+    double alone[JERK_AXES];
     double jump[JERK_AXES] = {0};
     int first = k;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        const jerk_interval *left = grid->seg[k - 1].interval;
+        alone[axis] = bend_of(left, grid->seg[k].interval, axis);
+    }
     for (int i = k; i > 0; i--) {
         top = greater(top, grid->top[i]);
         double reach = dt * scale * sqrt(top);
@@ -206,7 +212,6 @@ static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
         if (!grid->seg[i - 1].last) {
             continue;
         }
-        first = i;
         const jerk_interval *left = grid->seg[i - 1].interval;
         const jerk_interval *right = grid->seg[i].interval;
         for (int axis = 0; axis < planner->cfg.axes; axis++) {
@@ -214,7 +219,12 @@ static void cap_bends(const jerk_planner *planner, struct grid *grid, int k) {
             double seen = STEP_SEEN * scale * scale * fabs(jump[axis]);
             double room =
                 JUMP_SHARE * least_jerk(planner, left, right, axis) * dt;
-            cap = i < k && seen * cap > room ? room / seen : cap;
+            bool more =
+                fabs(jump[axis] - alone[axis]) > SMALL_JUMP * fabs(jump[axis]);
+            if (more && seen * cap > room) {
+                cap = room / seen;
+                first = i;
+            }
         }
     }
     for (int i = first; i <= k; i++) {
