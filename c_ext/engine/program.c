@@ -134,7 +134,7 @@ static void begin_preparation(struct engine *engine) {
     log_reset(&engine->log);
     ATOMIC_SET(engine->program.finished, 0);
     ATOMIC_SET(engine->program.expect_drain, 0);
-    engine->program.drain_at = engine->store.head;
+    ATOMIC_SET(engine->program.drain_at, engine->store.head);
 }
 
 static void begin_motion(struct engine *engine) {

@@ -107,9 +107,8 @@ static void begin_commit(struct engine *engine,
     writer->seconds = writer->motion = 0.0;
     writer->near = commit_high(&engine->cfg) - ahead;
     writer->far_to = engine->commit.piece + FAR_PIECES;
-    writer->budget =
-        writer->near
-        + (engine->commit.far ? COMMIT_FAR_S - COMMIT_HIGH_S : 0.0);
+    bool far = engine->commit.far && conditions_hold(engine);
+    writer->budget = writer->near + (far ? COMMIT_FAR_S - COMMIT_HIGH_S : 0.0);
     writer->least =
         commit_low(engine) + LEAST_CYCLES * engine->cfg.cycle_s - ahead;
     writer->too_fast = 0;

@@ -1,6 +1,7 @@
 /* Conditions that the plan is made under, and the window they leave. */
 #include "engine/accel/conditions.h"
 #include "engine/accel/corner_limits.h"
+#include "engine/accel/corner_zones.h"
 #include "engine/accel/lookahead.h"
 #include "engine/accel/profile.h"
 #include "engine/accel/tuning.h"
@@ -52,6 +53,15 @@ bool conditions_hold(struct engine *engine) {
            && same_stand_orders(engine, &engine->plan.stands);
 }
 
+/* Whether a corner has just been driven through that is a stand under the
+ * present conditions: they leave it no zone. */
+static bool leaves_corner(struct engine *engine) {
+    const struct commit_state *commit = &engine->commit;
+    const struct piece *piece = piece_at(&engine->run, commit->piece);
+    return commit->v > 0.0 && stands_before(&engine->plan, piece)
+           && commit->s < corner_zone(&engine->cfg, commit->v, piece);
+}
+
 /* New conditions are taken over where the present state can be continued
  * legally under them: a larger override, a speed that the PLC commands (any
  * speed may come) and an opened gate all make zones, where less acceleration is
@@ -68,11 +78,11 @@ static uint64_t choose_conditions(struct engine *engine) {
     struct conditions want = {reserve_wanted(&engine->plan),
                               stand_orders_now(engine)};
     uint64_t end = plan_under(engine, &want);
-    if (state_feasible(engine,
-                       end,
-                       want.reserve_override == old.reserve_override
-                           ? FEASIBLE_CURVED
-                           : FEASIBLE)) {
+    bool leaves = leaves_corner(engine);
+    double curved = want.reserve_override == old.reserve_override
+                        ? FEASIBLE_CURVED
+                        : FEASIBLE;
+    if (!leaves && state_feasible(engine, end, curved)) {
         return end; /* else cut anew */
     }
     if (want.reserve_override > old.reserve_override) {
@@ -81,7 +91,7 @@ static uint64_t choose_conditions(struct engine *engine) {
     }
     want.reserve_override = old.reserve_override;
     end = plan_under(engine, &want);
-    return state_feasible(engine, end, FEASIBLE_CURVED)
+    return !leaves && state_feasible(engine, end, FEASIBLE_CURVED)
                ? end
                : plan_under(engine, &old);
 }

@@ -364,8 +364,11 @@ void dispatch_path(struct engine *engine) {
     bool finished = ATOMIC_GET(
         engine->program
             .finished); /* before the head: nothing is pushed behind it */
-    bool draining = ATOMIC_GET(engine->program.expect_drain); /* the same */
+    bool draining = ATOMIC_GET(engine->program.expect_drain);
     uint64_t head = ATOMIC_GET(engine->store.head);
+    draining = draining
+               && ATOMIC_GET(engine->program.drain_at)
+                      == head; /* else it has ended meanwhile */
     if (dispatch_waits(engine, finished, draining, head)) {
         set_store_floor(engine);
         return;

@@ -235,7 +235,7 @@ void engine_expect_drain(struct engine *engine) {
     short_motions_flush(engine);
     techno_spindle_word(engine);
     techno_block_end(engine);
-    engine->program.drain_at = engine->store.head;
+    ATOMIC_SET(engine->program.drain_at, engine->store.head);
     engine->program.drain_from =
         ATOMIC_GET(engine->geo.cycle)
         + 1; /* the other side gets its turn, however often a program asks */

@@ -11,6 +11,7 @@ import pytest
 from hli._sync import ffi, lib
 
 from cnc_core.benchmarks.workloads import WORKLOADS, write_arcs
+from cnc_core.config import parse_config
 from cnc_core.engine import Engine, Event
 from cnc_core.planning import Feeder, plan_program
 from cnc_core.program import Program
@@ -94,6 +95,31 @@ def test_single_block_stops_at_the_next_block_however_far_is_committed(
         assert cnc.pos[-1, 0] == cnc.pos[-2, 0]
         assert at < stood <= at + 10.0
         assert stood % 5.0 == pytest.approx(0.0, abs=1e-9)
+        legal(cnc.pos, cnc.cell)
+
+
+@pytest.mark.parametrize("at", [172, 200, 250, 290])
+def test_single_block_too_late_for_one_end_stops_at_the_next(
+    tmp_path: Path, at: int
+) -> None:
+    """A weak axis cannot stop at the first end any more: it stands at the second
+    one, and no corner on the way breaks a limit (before, 1.18 at the second).
+    """
+    ends = ((1.6352, -1.8558), (3.3190, -3.6678), (4.9909, -5.4908))
+    axes = {"X": (800, 500), "Y": (50, 62.5), "Z": (800, 500)}
+    cell = parse_config(
+        "".join(
+            f"[axes.{axis}]\nv_max_mm_s = {v}\na_max_mm_s2 = {a}\n"
+            "j_max_mm_s3 = 0\n"
+            for axis, (v, a) in axes.items()
+        )
+    )
+    text = "F9222\n" + "".join(f"G1 X{x} Y{y}\n" for x, y in ends)
+    with Inside(tmp_path, text + "G1 X6.7515 Y-7.2283\nM30\n", cell) as cnc:
+        cnc.run(at)
+        cnc.level(cnc.bahn.single_block, True)
+        cnc.run(700)
+        assert cnc.pos[-1, :2] == pytest.approx(ends[1], abs=1e-9)
         legal(cnc.pos, cnc.cell)
 
 
