@@ -82,10 +82,12 @@ static inline void add_form(struct forms *forms,
     coef[2] = chosen(there, c, set1(0.0));
 }
 
-/* Into the rows of a block, each lane's from the first one on; how many rows
- * are in use. */
-static int put_forms(const struct forms *forms, two_sided *rows) {
+/* Those that the rest does not imply, into the rows of a block, each lane's
+ * from the first one on; how many rows are in use. */
+static int put_forms(struct forms *forms, two_sided *rows) {
     int filled[LANES] = {0};
+    int most = 0;
+    without_implied(forms);
     for (int i = 0; i < forms->count; i++) {
         for (int lane = 0; lane < LANES; lane++) {
             if (!forms->there[i][lane]) {
@@ -95,11 +97,8 @@ static int put_forms(const struct forms *forms, two_sided *rows) {
             for (int n = 0; n < 3; n++) {
                 row->coef[n][lane] = forms->coef[i][n][lane];
             }
+            most = filled[lane] > most ? filled[lane] : most;
         }
-    }
-    int most = 0;
-    for (int lane = 0; lane < LANES; lane++) {
-        most = filled[lane] > most ? filled[lane] : most;
     }
     return most;
 }
@@ -162,7 +161,6 @@ static void jerk_rows(const jerk_planner *planner,
                      weight[n] * 3.0 * bends[n].d2[end],
                      weight[n] * bends[n].d1[end]);
         }
-        without_implied(&forms);
         int count = put_forms(&forms, jerk_rows_of(problem, i, end));
         used->jerk = count > used->jerk ? count : used->jerk;
     }
@@ -209,7 +207,6 @@ static void acc_rows(const jerk_planner *planner,
         }
         add_form(&forms, joint, before * d2, before * d1, set1(0.0));
     }
-    without_implied(&forms);
     problem->used[i].acc = put_forms(&forms, acc_rows_of(problem, i));
 }
 
@@ -234,7 +231,6 @@ static void mid_rows(const jerk_planner *planner,
                  + length / 32.0 * (bend->d3[1] - bend->d3[0]);
         add_form(&forms, of->planned, weight * d2, weight * d1, set1(0.0));
     }
-    without_implied(&forms);
     problem->used[i].mid = put_forms(&forms, mid_rows_of(problem, i));
 }
 

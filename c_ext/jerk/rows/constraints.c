@@ -1,5 +1,4 @@
-/* Rows of the window's problem: limits of axes written over (x, u, c) of each
- * stage. */
+/* The window's problem: its dimensions, caps, floors and the objective. */
 #include <math.h>
 #include <string.h>
 #include "jerk/rows/axis_rows.h"
@@ -13,8 +12,7 @@ static inline double *lane(vec *v, int k) {
 }
 
 static two_sided *jerk_row(struct problem *problem, int k, int end, int i) {
-    return &problem->jerk[(k / LANES) * 2 * problem->axes + end * problem->axes
-                          + i];
+    return jerk_rows_of(problem, k / LANES, end) + i;
 }
 
 /* The rest of a row is set where the solver begins with it. */
@@ -102,12 +100,9 @@ void tighten_rows(struct problem *problem, int k, double by) {
 
 /* What the caps of knot k come to: hard, feed, and the rest intervals beside
  * it. */
-static double cap_at(const jerk_planner *planner,
-                     const struct grid *grid,
-                     int k) {
+static double cap_at(const struct grid *grid, int k) {
     double cap = lesser(grid->knot_cap[k],
                         lesser(grid->seg[k - 1].soft, grid->seg[k].soft));
-    (void)planner;
     if (k == 1 && grid->from_standstill) {
         double length = grid->seg[0].length;
         double accel =
@@ -192,11 +187,9 @@ static double swell(double x0, double x1) {
 
 /* Squared speed that is asked for at knot k, where more of it should fall to
  * that; else 0. */
-static double falls_to(const jerk_planner *planner,
-                       const struct grid *grid,
-                       int k) {
+static double falls_to(const struct grid *grid, int k) {
     double asked = lesser(grid->seg[k - 1].asked, grid->seg[k].asked);
-    bool falls = grid->sinks && cap_at(planner, grid, k) > ABOVE_ASKED * asked;
+    bool falls = grid->sinks && cap_at(grid, k) > ABOVE_ASKED * asked;
     return falls ? asked : 0.0;
 }
 
@@ -223,7 +216,7 @@ static double set_objective(jerk_planner *planner, const struct grid *grid) {
     for (int k = 1; k < grid->count; k++) {
         double weight = problem->weight[k] / sum;
         double x = problem->guess[k];
-        double asked = falls_to(planner, grid, k);
+        double asked = falls_to(grid, k);
         bool falls = asked > 0.0;
         double pull = PULL * weight / greater(asked, x);
         problem->slope[k] = falls ? 0.0 : weight * x * sqrt(x);
@@ -238,9 +231,9 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
     struct problem *problem = &planner->prob;
     double sum = set_objective(planner, grid);
     for (int k = 1; k < grid->count; k++) {
-        double cap = cap_at(planner, grid, k);
+        double cap = cap_at(grid, k);
         double guess = problem->guess[k];
-        double fallen = lesser(falls_to(planner, grid, k), guess);
+        double fallen = lesser(falls_to(grid, k), guess);
         double floor = greater(GUESS_FLOOR * guess, FALL_FLOOR * fallen);
         one_row(problem, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
         one_row(problem, ROW_FLOOR, k, -1.0 / floor, 0.0, 0.0, 0.0, -1.0);

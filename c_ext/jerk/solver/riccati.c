@@ -389,18 +389,11 @@ void riccati_solve(struct problem *problem, const struct stage_grad *gradient) {
     problem->du[last] = accel[BEHIND];
     problem->dc[0][last] = 0.0;
     problem->dc[1][last] = 0.0;
+    problem->dx[0] = 0.0;
     if (problem->from_standstill) {
-        problem->dx[0] = 0.0;
-        problem->du[0] = 0.0;
         problem->dc[0][0] = 0.0;
         problem->dc[1][0] = 0.0;
+        problem->dx[1] = 1.5 * problem->lengths[0] * problem->du[1];
     }
-    if (problem->middle > problem->first) {
-        int first = problem->first;
-        double t = problem->from_standstill ? 1.5 * problem->lengths[0] : 0.0;
-        if (!problem->from_standstill) {
-            problem->du[first] = 0.0;
-        }
-        problem->dx[first] = t * problem->du[first];
-    }
+    problem->du[0] = 0.0;
 }

@@ -43,12 +43,9 @@ static ivec bend_unevenly(const view *view) {
     return change > 0.2 * most;
 }
 
-/* Acceleration of one of the laws. */
-static double acceleration(const laws *law, int lane, double t) {
-    double snap = law->snap[lane] / 2.0;
-    double rest = law->crackle[lane] * PER_6 + t * (law->pop[lane] * PER_24);
-    double jerk = law->jerk[lane] + t * (snap + t * rest);
-    return law->a0[lane] + t * jerk;
+static inline vec acceleration_at(const laws *law, const vec *t) {
+    vec s;
+    return motion_at(law, t, &s).a;
 }
 
 /* Laws whose acceleration changes its sign from one part to the next. */
@@ -57,24 +54,28 @@ static ivec that_turn(const laws *law) {
     ivec turn = {0, 0, 0, 0};
     for (int i = 1; i <= TURN_PARTS; i++) {
         vec t = law->time * ((double)i / TURN_PARTS);
-        vec rest = law->crackle * PER_6 + t * (law->pop * PER_24);
-        vec jerk = law->jerk + t * (law->snap / 2.0 + t * rest);
-        vec to = law->a0 + t * jerk;
+        vec to = acceleration_at(law, &t);
         turn |= from * to < 0.0;
         from = to;
     }
     return turn;
 }
 
-/* Times in the law at which the acceleration changes its sign: how many. */
-static int turning_points(const laws *law, int lane, double t[TURN_PARTS]) {
-    double from = law->a0[lane];
+/* Acceleration of one law, which stands in all lanes. */
+static double acceleration_then(const laws *law, double seconds) {
+    vec t = set1(seconds);
+    return acceleration_at(law, &t)[0];
+}
+
+/* Times in it at which the acceleration changes its sign: how many. */
+static int turning_points(const laws *law, double t[TURN_PARTS]) {
+    double from = law->a0[0];
     int count = 0;
     for (int i = 1; i <= TURN_PARTS; i++) {
-        double low = law->time[lane] * (i - 1) / TURN_PARTS;
-        double high = law->time[lane] * i / TURN_PARTS;
+        double low = law->time[0] * (i - 1) / TURN_PARTS;
+        double high = law->time[0] * i / TURN_PARTS;
         double a0 = from;
-        double a1 = acceleration(law, lane, high);
+        double a1 = acceleration_then(law, high);
         from = a1;
         if (!(a0 * a1 < 0.0)) {
             continue;
@@ -82,7 +83,7 @@ static int turning_points(const laws *law, int lane, double t[TURN_PARTS]) {
         t[count] = low;
         for (int k = 0; k < TURN_STEPS; k++) { /* secants, inside the bracket */
             t[count] = (low * a1 - high * a0) / (a1 - a0);
-            double a = acceleration(law, lane, t[count]);
+            double a = acceleration_then(law, t[count]);
             if (a * a0 > 0.0) {
                 low = t[count], a0 = a;
             } else {
@@ -163,7 +164,7 @@ static void look_closer(const view *all,
     if (uneven) {
         limits = greater(limits, ratio_at_parts(&view, &law, UNEVEN_PARTS));
     }
-    for (int i = turning_points(&law, lane, turns) - 1; i >= 0; i--) {
+    for (int i = turning_points(&law, turns) - 1; i >= 0; i--) {
         vec s, t = set1(turns[i]);
         double v = motion_at(&law, &t, &s).v[0];
         if (v * v > out->top_x[lane]) {

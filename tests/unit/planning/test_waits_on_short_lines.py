@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cnc_core.config import CellConfig, parse_config
@@ -67,8 +68,12 @@ def test_wait_behind_short_lines_ends(
     """
     path = program("\n".join([*lines, wait, "G1 X0 Y0", "M30", ""]))
     result = plan_program(
-        Program(path, cell, "isg"), jerk=False, look=at_most(60)
+        Program(path, cell, "isg"),
+        jerk=False,
+        look=at_most(60),
+        keep_samples=True,
     )
-    assert result.blocks >= len(lines)
+    assert result.samples is not None
+    assert np.asarray(result.samples["pos"])[-1] == pytest.approx(0.0)
     assert result.infeasible == 0
     assert result.max_ratio["acceleration"] <= 1.02
