@@ -28,8 +28,9 @@ ACTIVE, HOLD, ERROR = (
     layout.HLI_IMCM_PROCESS_HOLD,
     layout.HLI_IMCM_PROCESS_ERROR,
 )
-ABORTING, RESET = (
+ABORTING, STOPPING, RESET = (
     layout.HLI_IMCM_PROCESS_ABORTING,
+    layout.HLI_IMCM_PROCESS_STOPPING,
     layout.HLI_IMCM_PROCESS_RESETTING,
 )
 AUTOMATIC, MDI, MANUAL, REFERENCE = (
@@ -115,23 +116,41 @@ class ModeControl:
         """Carry out a command; what cannot be done is reported and changes nothing."""
         if not self.running:
             self._carry_out(command)
-        elif (
-            command.to_mode == self.mode
-            and command.to_state == ACTIVE
-            and command.state == HOLD
-        ):
-            self._channel.resume_program()
-        elif command.to_mode == self.mode and command.to_state == ACTIVE:
-            self._engine.set_mode(self.mode, command.state)  # it is active
-        elif self._then is not None or (
-            command.to_state == HOLD and not self._hold(command)
-        ):
-            self._refuse(command)
+        elif self.aborted:  # by an order of the cell; commands of the PLC wait
+            self._then = command
         elif command.to_state == HOLD:
-            pass
+            if not self._hold(command):
+                self._refuse(command)
+        elif command.to_mode == self.mode and command.to_state == ACTIVE:
+            self._go_on(command)
         else:
             self._then = command
             self.abort()
+
+    def _go_on(self, command: ModeCommand) -> None:
+        """ACTIVE while a program runs: that one goes on, no other begins."""
+        if self._names_another(command.parameter):
+            self._refuse(command, f", with {command.parameter}: another one runs")
+        elif command.state == HOLD:
+            self._channel.resume_program()
+        else:
+            self._engine.set_mode(self.mode, command.state)
+            if command.state == STOPPING:
+                self._channel.resume_program()
+
+    def _names_another(self, parameter: str) -> bool:
+        """Whether a command names, or in MDI holds, a program that is not the
+        one that runs.
+        """
+        if not parameter:
+            return False
+        if self.mode == MDI:
+            return self._scratch.read_text("latin-1") != parameter + "\n"
+        try:
+            found = self.find(parameter)
+        except CncError:
+            return True
+        return self.program is None or found.resolve() != self.program.resolve()
 
     def _hold(self, command: ModeCommand) -> bool:
         return (
@@ -155,7 +174,9 @@ class ModeControl:
         abort.
         """
         self.running = False
-        if self._state_after == SELECTED:
+        command, self._then = self._then, None
+        again = command is not None and command.to_state == READY
+        if self._state_after == SELECTED and not again:
             self.program = None
         self._set(
             ERROR
@@ -164,7 +185,6 @@ class ModeControl:
             if self.program or self._state_after == SELECTED
             else SELECTED
         )
-        command, self._then = self._then, None
         if command is not None:
             self._carry_out(command)
 
@@ -249,11 +269,12 @@ class ModeControl:
         self._state = state
         self._engine.set_mode(self.mode, state)
 
-    def _refuse(self, command: ModeCommand) -> None:
+    def _refuse(self, command: ModeCommand, why: str = "") -> None:
         self._engine.set_mode(self.mode, command.state)
         self._report(
             CncError(
                 270061,
-                f"{ERRORS[270061]}: {command.to_state} from {command.state}",
+                f"{ERRORS[270061]}: {command.to_state} from {command.state}"
+                f"{why}",
             )
         )

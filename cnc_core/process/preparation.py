@@ -272,7 +272,7 @@ class Preparation:
         if self.pause.held:
             self._latch()
             self.pause.resume()
-        else:
+        elif not self.pause.active:
             self.engine.hold(False)
 
     def retraced(self) -> None:

@@ -35,6 +35,7 @@ class Outcome:
 
     @property
     def json(self) -> Any:
+        assert self.out, f"nothing printed; status {self.status}: {self.err}"
         return json.loads(self.out)
 
     @property

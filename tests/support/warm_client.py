@@ -17,7 +17,7 @@ def main() -> int:
     # one that comes early waits until it can be handed on
     signal.pthread_sigmask(signal.SIG_BLOCK, HANDED_ON)
     connection = socket.socket(socket.AF_UNIX)
-    for _ in range(6000):  # the server still reads its packages
+    for _ in range(28000):  # the server still reads its packages
         try:
             connection.connect(path)
             break

@@ -228,7 +228,7 @@ static void read_command(
 }
 
 /* Stop and resume are for the path alone; true if the command was one of these.
- */
+ * One that names a program goes to the cell: it may be another one. */
 static bool stop_or_resume(
     struct mode_unit *modes,
     const struct engine_mode_command *engine_mode_command) {
@@ -246,6 +246,7 @@ static bool stop_or_resume(
         return true;
     }
     if (engine_mode_command->to_state == ACTIVE
+        && !engine_mode_command->parameter[0]
         && (state == HOLD || state == STOPPING)) {
         ATOMIC_SET(modes->stopped, 0);
         ATOMIC_SET(modes->state, ACTIVE);
@@ -275,10 +276,17 @@ static uint32_t on_the_way(uint32_t target) {
     return transient[target > HOLD ? 0 : target];
 }
 
+/* The cell still carries out a command. */
+static bool on_its_way(const struct mode_unit *modes) {
+    uint32_t state = ATOMIC_GET(modes->state);
+    return ATOMIC_GET(modes->pending)
+           || (state >= SELECTING && state != STOPPING);
+}
+
 static void take_command(struct engine *engine,
                          MC_CONTROL_MCM_MODE_STATE_UNIT *unit) {
     struct engine_mode_command engine_mode_command;
-    if (ATOMIC_GET(engine->modes.pending)) {
+    if (on_its_way(&engine->modes)) {
         return; /* one at a time */
     }
     read_command(&engine_mode_command, &unit->command_w);
@@ -314,7 +322,8 @@ void mode_cycle(struct engine *engine, bool present) {
         && load_u8_acquire(&unit->command_semaphor_rw)) {
         take_command(engine, unit);
     }
-    if (ATOMIC_GET(engine->modes.state) == STOPPING && engine->geo.v <= 0.0
+    if (ATOMIC_GET(engine->modes.state) == STOPPING
+        && ATOMIC_GET(engine->modes.stopped) && engine->geo.v <= 0.0
         && !ATOMIC_GET(engine->modes.macro_runs)) {
         ATOMIC_SET(engine->modes.state, HOLD);
     }

@@ -40,6 +40,7 @@ static void answer_index(struct engine *engine,
         return;
     }
     for (;;) {
+        bool finished = ATOMIC_GET(engine->program.finished) != 0;
         uint64_t generation = ATOMIC_GET(engine->log.generation);
         bool active = ATOMIC_GET(engine->log.active) != 0;
         uint32_t count = ATOMIC_GET(engine->log.count), number = 0;
@@ -53,13 +54,15 @@ static void answer_index(struct engine *engine,
         __atomic_thread_fence(__ATOMIC_ACQUIRE);
         if (!(generation & 1)
             && ATOMIC_GET(engine->log.generation) == generation) {
-            bool complete = count > 0 && !active;
             facts->count = number;
             facts->more = i + number < count;
-            facts->end = complete ? HLI_AHEAD_END_LOG : HLI_AHEAD_END_OPEN;
-            facts->empty = number     ? HLI_AHEAD_NOT_EMPTY
-                           : complete ? HLI_AHEAD_EMPTY_BEHIND_END
-                                      : HLI_AHEAD_EMPTY_NOT_KNOWN;
+            facts->end = count > 0 && !active ? HLI_AHEAD_END_LOG
+                         : finished           ? HLI_AHEAD_END_PROGRAM
+                                              : HLI_AHEAD_END_OPEN;
+            facts->empty = number ? HLI_AHEAD_NOT_EMPTY
+                           : facts->end == HLI_AHEAD_END_OPEN
+                               ? HLI_AHEAD_EMPTY_NOT_KNOWN
+                               : HLI_AHEAD_EMPTY_BEHIND_END;
             return;
         }
         cpu_pause();

@@ -58,7 +58,7 @@ static double velocity_cap(const jerk_planner *planner,
             v = planner->cfg.v_max[axis] / most;
         }
     }
-    v = lesser(v * VEL_USABLE, 10.0 * planner->scale) / planner->scale;
+    v = lesser(v, 10.0 * planner->scale) / planner->scale;
     return v * v;
 }
 
@@ -66,9 +66,7 @@ static double velocity_cap(const jerk_planner *planner,
  * do; a cap keeps x bounded. */
 void segment_limits(const jerk_planner *planner, struct segment *segment) {
     const jerk_interval *interval = segment->interval;
-    double feed =
-        lesser(1e15,
-               asked_speed(planner, interval) * VEL_USABLE / planner->scale);
+    double feed = lesser(1e15, asked_speed(planner, interval) / planner->scale);
     segment->length = interval->length;
     segment->jump = 1.0;
     segment->share = 1.0;
@@ -121,7 +119,7 @@ double jump_cap(const jerk_planner *planner,
         double v =
             2.0 * room
             / (corner + sqrt(corner * corner + 4.0 * bend * room) + 1e-300);
-        double acc = ACC_SHARE * least_acc(planner, left, right, axis);
+        double acc = JOINTS_FREE * least_acc(planner, left, right, axis);
         if (corner * v > acc) {
             v = acc / corner;
         }

@@ -343,9 +343,8 @@ static bool fill_interval(jerk_planner *planner,
     const jerk_interval *interval = ring_at(planner, at);
     double v = planner->scale
                * sqrt(greater(grid->lowest, feed_cap(planner, interval)));
-    double slow =
-        greater(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
-                lesser(steps_at(planner, at)->least, SLOW_TIME * v));
+    double slow = greater(slow_length(planner, grid, at, v, SLOWEST_STEP),
+                          lesser(steps_at(planner, at)->least, SLOW_TIME * v));
     double turn = lesser(bend_length(planner, grid, i, v), slow);
     double longest = longest_at(planner, grid, i, v);
     double end = len - stand_to;

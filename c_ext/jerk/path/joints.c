@@ -232,10 +232,9 @@ static void leave(const jerk_planner *planner,
                   struct segment *segment,
                   const double *used) {
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        segment->acc[axis] =
-            lesser(segment->acc[axis],
-                   greater(JOINTS_LEAST,
-                           1.0 - greater(0.0, used[axis] - JOINTS_FREE)));
+        segment->acc[axis] = lesser(
+            segment->acc[axis],
+            greater(LEAST_SHARE, 1.0 - greater(0.0, used[axis] - JOINTS_FREE)));
     }
 }
 
@@ -271,12 +270,12 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
     double way = v * planner->cfg.cycle_s;
     double jerk;
     double most = used_at(planner, grid, k, v, used, &jerk);
-    if (jerk > JOINTS_JERK && k > 0) {
-        double by = JOINTS_JERK / jerk;
+    if (jerk > JOINTS_MOST && k > 0) {
+        double by = JOINTS_MOST / jerk;
         grid->knot_cap[k] = lesser(grid->knot_cap[k], grid->top[k] * by * by);
     }
     if (jerk > JUMP_SHARE) {
-        leave_jerk(grid, k, 1.5 * way, 1.0 - lesser(jerk, JOINTS_JERK));
+        leave_jerk(grid, k, 1.5 * way, 1.0 - lesser(jerk, JOINTS_MOST));
     }
     if (most <= JOINTS_FREE) {
         return;

@@ -251,7 +251,7 @@ static inline void saved_by(const struct problem *problem,
                             vec *gain,
                             vec *curvature) {
     vec x = vmax(at, LOWEST * load(problem->guess + k));
-    x = vmax(x, set1(LEAST_X));
+    x = vmax(x, set1(TINY));
     vec slope = load(problem->slope + k) / (x * root_of(x));
     *gain = slope + load(problem->weight + k);
     *curvature = 1.5 * slope / x;

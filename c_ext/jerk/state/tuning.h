@@ -17,10 +17,6 @@
  * Unit: share. Evidence: bench/planner_parts.py, test_planner_optimum. */
 #define JERK_USABLE 0.998
 
-/* Share of the speed limits that is planned with: caps hold between knots.
- * Unit: share. Evidence: test_jerk_planner_limits, test_unequal_jerk. */
-#define VEL_USABLE 1.0
-
 /* The checker's bound over the machine's limits: a plan above it is refused.
  * Unit: share. Evidence: test_jerk_planner_limits, test_unequal_jerk. */
 #define CHECK_SLACK 1.012
@@ -269,10 +265,6 @@
 /* And where the jerk of an axis changes from so much of its limit to as much
  * with the other sign. Unit: share. Evidence: test_unequal_jerk (blends). */
 #define SWING_JERK 0.5
-
-/* Below it a speed is taken as this, to divide by. Unit: squared speed,
- * scaled. Evidence: rounding. */
-#define LEAST_X 1e-14
 
 /* Ratio inside an interval from which it is made finer. Unit: share.
  * Evidence: test_jerk_planner_limits, test_unequal_jerk. */
@@ -754,10 +746,6 @@
  * Unit: share. Evidence: test_low_feeds. */
 #define SLOWEST_KNOT 2e-3
 
-/* Of a low feed: the speed that counts for SLOW. Unit: share. Evidence:
- * test_low_feeds. */
-#define SLOW_FEED 1.0
-
 /* Of the speed at the end of the window, where the plan comes to rest. Unit:
  * share. Evidence: bench/planner_parts.py, test_planner_optimum. */
 #define SLOW_TAIL 0.6
@@ -769,37 +757,27 @@
  * test_joints_in_a_cycle, test_corners_to_and_fro_within_cycles. */
 #define JUMP_SHARE 0.5
 
-/* That a jump of the direction may use: nothing is set aside for it. Unit:
- * share of the acceleration limit. Evidence: test_joints_in_a_cycle. */
-#define ACC_SHARE 0.012
-
 /* An acceleration step over the cycle shows as a jerk of so much in samples.
  * Unit: share. Evidence: test_joints_in_a_cycle. */
 #define STEP_SEEN 0.75
 
-/* That the continuous motion keeps beside jumps. Unit: share of the jerk
- * limit. Evidence: test_joints_in_a_cycle. */
+/* That the continuous motion keeps beside jumps and between joints. Unit: share
+ * of the limits of acceleration and jerk. Evidence: test_joints_in_a_cycle. */
 #define LEAST_SHARE 0.25
 
 /* Jumps below it at the present cap need no reserve. Unit: share of the jerk
  * limit. Evidence: test_joints_in_a_cycle. */
 #define SMALL_JUMP 1e-3
 
-/* For which nothing is set aside. Unit: share of the acceleration limit.
- * Evidence: test_joints_in_a_cycle. */
+/* That a jump of the direction, or joints together, may use: nothing is set
+ * aside for it. Unit: share of the acceleration limit. Evidence:
+ * test_joints_in_a_cycle. */
 #define JOINTS_FREE 0.012
 
-/* That joints use together: beyond it they are passed more slowly. Unit:
- * share of the acceleration limit. Evidence: test_joints_in_a_cycle. */
+/* That joints use together: beyond it they are passed more slowly. Unit: share
+ * of the limit of acceleration, and of jerk where they turn to and fro.
+ * Evidence: test_joints_in_a_cycle, test_corners_a_few_cycles_apart. */
 #define JOINTS_MOST 0.75
-
-/* The same of jerk: they turn to and fro. Unit: share of the jerk limit.
- * Evidence: test_corners_a_few_cycles_apart. */
-#define JOINTS_JERK 0.75
-
-/* That the motion between them keeps. Unit: share of the acceleration limit.
- * Evidence: test_joints_in_a_cycle. */
-#define JOINTS_LEAST 0.25
 
 /* A smaller change of it is none. Unit: of the direction. Evidence: rounding.
  */
@@ -883,7 +861,8 @@
  * bench/planner_parts.py, test_planner_optimum. */
 #define EASY_BEND 0.6
 
-/* A guess is not below it. Unit: squared speed, scaled. Evidence: rounding. */
+/* A guess is not below it, and what divides neither. Unit: squared speed,
+ * scaled. Evidence: rounding. */
 #define TINY 1e-14
 
 /* Keeps the projection's cost positive. Unit: 1, scaled. Evidence:

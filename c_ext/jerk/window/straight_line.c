@@ -117,7 +117,7 @@ double jerk_line_time(const jerk_planner *planner,
         most.jerk = fmin(most.jerk, planner->cfg.j_max[i] / share);
     }
     most = usable(most);
-    double top = top_speed(speed * VEL_USABLE, most, length);
+    double top = top_speed(speed, most, length);
     double change = time_to(top, most);
     return 2.0 * change + fmax(0.0, length - top * change) / top;
 }

@@ -267,7 +267,7 @@ static double loss_of_time(const struct grid *grid,
     double lost = 0.0;
     double time = 0.0;
     for (int k = problem->first; k < grid->count - 1; k++) {
-        double v = sqrt(greater(problem->x[k], LEAST_X));
+        double v = sqrt(greater(problem->x[k], TINY));
         double t = grid->seg[k].length / v;
         time += t;
         if (grid->seg[k].tight != &grid->seg[k].own) {
@@ -435,9 +435,8 @@ void give_back(jerk_planner *planner, struct grid *grid) {
 /* Cap on x (scaled) by the feeds that the present plan was made under. */
 static double cap_before(const jerk_planner *planner,
                          const jerk_interval *interval) {
-    double feed = lesser(1e15,
-                         asked_under(&planner->was, interval) * VEL_USABLE
-                             / planner->scale);
+    double feed =
+        lesser(1e15, asked_under(&planner->was, interval) / planner->scale);
     return feed * feed;
 }
 

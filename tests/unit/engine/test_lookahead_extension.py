@@ -97,8 +97,25 @@ def test_why_an_answer_of_the_unit_is_empty(tmp_path: Path) -> None:
         assert reason(plc.unit(0.0, math.inf)[1]) is EmptyReason.BAD_LENGTH
         assert reason(plc.unit(math.nan, MM)[1]) is EmptyReason.BAD_START
         assert reason(plc.unit(-5.0, 0.0)[1]) is EmptyReason.BAD_START
-        assert reason(plc.unit(0.0, 0.0)[1]) is EmptyReason.NOT_KNOWN
+        assert reason(plc.unit(0.0, 0.0)[1]) is EmptyReason.BEHIND_END
         assert reason(plc.unit(-9.0, 5.0)[1]) is EmptyReason.DROPPED
+
+
+def test_a_program_without_a_marked_area_has_none_to_come(
+    tmp_path: Path,
+) -> None:
+    """Not known as long as the program is read, behind the end when it has
+    been: a PLC that asks again would ask for ever.
+    """
+    with Inside(tmp_path, f"{LINES}#FLUSH WAIT\nG01 X0\n") as cnc:
+        plc = Plc(cnc)
+        _, facts = plc.unit(0.0, 0.0)
+        assert reason(facts) is EmptyReason.NOT_KNOWN
+        assert ContourEnd(facts.end) is ContourEnd.OPEN
+        cnc.run(20_000)
+        _, facts = plc.unit(0.0, 0.0)
+        assert reason(facts) is EmptyReason.BEHIND_END
+        assert ContourEnd(facts.end) is ContourEnd.PROGRAM
 
 
 def test_why_nothing_of_the_log_is_there(tmp_path: Path) -> None:

@@ -1,0 +1,158 @@
+"""Mode commands of the PLC while a program runs: one behind the other, and
+which of them change nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from support.channels import AUTOMATIC, Channels
+
+ONE = '[channel]\ninterpolator_function = "FCT_IPO_DEFAULT"\n'
+LONG = "N10 G1 X100 F6000\nM30\n"
+SELECTED, READY, ACTIVE, HOLD, RESET = 2, 3, 4, 5, 15
+MDI = 3
+
+
+@pytest.fixture
+def cnc(tmp_path: Path) -> Iterator[Channels]:
+    """A channel 0.3 s into its program; ``b.nc`` moves Y to 5."""
+    (tmp_path / "b.nc").write_text("G1 Y5 F6000\nM30\n")
+    with Channels(tmp_path, [LONG], ONE) as cnc:
+        cnc.run(300)
+        yield cnc
+
+
+def state(cnc: Channels) -> int:
+    unit = cnc.root.channel[0].channel_mc_control.mode_and_state
+    return int(unit.state_r.state)
+
+
+def order(cnc: Channels, target: int, name: str = "", mode: int = AUTOMATIC) -> None:
+    """A command as soon as the one before it has been taken."""
+    unit = cnc.root.channel[0].channel_mc_control.mode_and_state
+    cnc.until(lambda: not unit.command_semaphor_rw)
+    cnc.command(0, mode, target, name)
+    cnc.run(1)
+
+
+def errors(cnc: Channels) -> list[int]:
+    """What the channel has told the PLC since the last call."""
+    unit, out = cnc.root.channel[0].mc_error, []
+    unit.enable_w = True
+    for _ in range(5):
+        cnc.run(1)
+        if unit.semaphor_rw:
+            out.append(int(unit.satz_r.kopf.error_id))
+            unit.semaphor_rw = False
+    return out
+
+
+@pytest.mark.parametrize("ends", [SELECTED, RESET])
+def test_a_start_behind_an_abort_waits_for_its_end(
+    cnc: Channels, ends: int
+) -> None:
+    """The abort still brakes: the other program begins where it stands."""
+    order(cnc, ends)
+    order(cnc, ACTIVE, "b.nc")
+    cnc.until(lambda: state(cnc) == ACTIVE)
+    stood = cnc.positions(0)
+    assert 0.0 < stood[0] < 100.0
+    assert cnc.end() == ["completed"]
+    assert cnc.positions(0)[:2] == [stood[0], 5.0]
+    assert errors(cnc) == []
+
+
+@pytest.mark.parametrize("first", [SELECTED, RESET])
+def test_a_reset_behind_an_abort_waits_for_its_end(
+    cnc: Channels, first: int
+) -> None:
+    """It is carried out, not refused."""
+    order(cnc, first)
+    order(cnc, RESET)
+    cnc.until(lambda: state(cnc) == SELECTED)
+    cnc.run(5)
+    assert errors(cnc) == []
+
+
+def test_a_missing_program_behind_an_abort_is_told(cnc: Channels) -> None:
+    """As one behind a program's end."""
+    order(cnc, SELECTED)
+    order(cnc, ACTIVE, "missing.nc")
+    cnc.until(lambda: state(cnc) == SELECTED)
+    assert errors(cnc) == [901001]
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("name", ["b.nc", "missing.nc"])
+def test_another_program_does_not_begin_while_one_runs(
+    cnc: Channels, held: bool, name: str
+) -> None:
+    """Refused; the one that runs goes on, the held one stays held."""
+    if held:
+        order(cnc, HOLD)
+        cnc.until(lambda: state(cnc) == HOLD)
+    before = state(cnc)
+    order(cnc, ACTIVE, name)
+    cnc.until(lambda: state(cnc) == before)
+    assert errors(cnc) == [270061]
+    assert state(cnc) == before
+    order(cnc, ACTIVE)
+    assert cnc.end() == ["completed"]
+    assert cnc.positions(0)[:2] == [100.0, 0.0]
+
+
+@pytest.mark.parametrize("wait", [1, 400])
+def test_a_held_program_goes_on_by_its_name(cnc: Channels, wait: int) -> None:
+    """Also while it still brakes for HOLD."""
+    file = cnc.channels[0].modes.program
+    assert file is not None
+    order(cnc, HOLD)
+    cnc.run(wait)
+    order(cnc, ACTIVE, file.name)
+    cnc.until(lambda: state(cnc) == ACTIVE)
+    assert cnc.end() == ["completed"]
+    assert cnc.positions(0)[0] == 100.0
+    assert errors(cnc) == []
+
+
+def test_other_text_does_not_begin_while_a_text_runs(cnc: Channels) -> None:
+    """MDI: the same text is the program that runs."""
+    order(cnc, SELECTED)
+    order(cnc, ACTIVE, "G1 X90 F600", MDI)
+    cnc.until(lambda: state(cnc) == ACTIVE)
+    order(cnc, ACTIVE, "G1 Y9 F600", MDI)
+    assert errors(cnc) == [270061]
+    order(cnc, ACTIVE, "G1 X90 F600", MDI)
+    cnc.until(lambda: state(cnc) == ACTIVE)
+    assert errors(cnc) == []
+    assert cnc.end() == ["completed"]
+    assert cnc.positions(0)[:2] == [90.0, 0.0]
+
+
+def test_ready_without_a_name_takes_the_aborted_program_up(
+    cnc: Channels,
+) -> None:
+    """From its beginning, by the next start."""
+    order(cnc, READY)
+    cnc.until(lambda: state(cnc) == READY)
+    assert errors(cnc) == []
+    order(cnc, ACTIVE)
+    cnc.until(lambda: state(cnc) == ACTIVE)
+    assert cnc.end() == ["completed"]
+    assert cnc.positions(0)[0] == 100.0
+
+
+def test_hold_behind_an_abort_is_no_hold(cnc: Channels) -> None:
+    """State HOLD never shows: there is nothing to hold."""
+    order(cnc, SELECTED)
+    order(cnc, HOLD)
+    seen = set()
+    for _ in range(400):
+        cnc.run(1)
+        seen.add(state(cnc))
+    assert HOLD not in seen
+    assert errors(cnc) == [270061]
