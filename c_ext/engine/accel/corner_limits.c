@@ -206,12 +206,31 @@ static void load_corner(struct engine *engine, uint64_t i, struct load *load) {
                engine->dispatch.ends);
 }
 
+/* Which neighbours are taken in, and whether v is given. */
+typedef enum gathering {
+    ALL_FOR_SPEED,
+    ALL_AT_SPEED,
+    SMALL_AT_SPEED
+} gathering;
+
+static bool is_negligible(const engine_config *cfg,
+                          const struct piece *piece,
+                          const struct load *load,
+                          double v) {
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
+        if (piece->jump[axis] * v
+            >= NEGLIGIBLE * load->axis[axis].most * cfg->cycle_s) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* From the corner alone, take in neighbours until `v` does not reach the next
- * one. `solve`: find v, else only load at the given v. Returns false if corners
- * that matter are not known yet. */
+ * one. Returns false if corners that matter are not known yet. */
 static bool gather(struct engine *engine,
                    const struct load *corner,
-                   bool solve,
+                   enum gathering gathering,
                    double *v,
                    struct load *load) {
     double dt = engine->cfg.cycle_s, limit = *v;
@@ -223,17 +242,18 @@ static bool gather(struct engine *engine,
         load->axis[axis] = corner->axis[axis];
     }
     for (;;) {
-        if (solve) {
+        if (gathering == ALL_FOR_SPEED) {
             *v = load_speed(&engine->cfg, load, limit);
         }
         struct walk *next = left->d <= right->d ? left : right;
         if (*v * dt <= next->d) {
             break;
         }
-        add_corner(&engine->cfg,
-                   piece_at(&engine->run, next->i),
-                   next->d,
-                   load);
+        const struct piece *piece = piece_at(&engine->run, next->i);
+        if (gathering != SMALL_AT_SPEED
+            || is_negligible(&engine->cfg, piece, load, *v)) {
+            add_corner(&engine->cfg, piece, next->d, load);
+        }
         if (next == left) {
             step_left(engine, next, load);
         } else {
@@ -300,6 +320,16 @@ static void left_along(const engine_config *cfg,
         }
     }
     *left = greater(0.0, *left);
+}
+
+/* Speed that a line is left with at the most, from the corner at its start; the
+ * same backwards. */
+static double reached_along(const engine_config *cfg,
+                            const struct piece *line) {
+    static const double none[NC_AXES];
+    double full, left;
+    left_along(cfg, line, none, &full, &left);
+    return sqrt(line->corner_v * line->corner_v + 2.0 * full * line->length);
 }
 
 /* Time that is lost on p by its corner being passed at v with that reserve in
@@ -384,36 +414,37 @@ static bool cap_corner(struct engine *engine,
     double occurs = slack
                     + greater(reachable(before, engine->plan.reserve_override),
                               reachable(piece, engine->plan.reserve_override));
+    if (before->kind == PIECE_LINE) {
+        double reached = slack + reached_along(&engine->cfg, before);
+        occurs = lesser(occurs, slack + reached);
+        hard = lesser(hard, reached);
+        v = lesser(v, slack + hard);
+    }
     if (is_no_corner(&engine->cfg, before, piece, lesser(v, occurs))) {
         piece->corner_v = hard;
         return true;
     }
     load_corner(engine, i, &corner);
-    if (before->kind != PIECE_LINE
-        || piece->kind != PIECE_LINE) { /* next to no corner: curvature alone is
-                                           no reason to be slower */
-        v = lesser(v, occurs);
-        piece->corner_v = v - slack;
-        if (jumps_are_negligible(
-                &engine->cfg,
-                &corner,
-                v)) { /* else those of neighbours need not be looked at */
-            if (!gather(engine, &corner, false, &v, &load)) {
-                return false;
-            }
-            if (v >= piece->corner_v + slack
-                && jumps_are_negligible(&engine->cfg, &load, v)) {
-                return true;
-            }
+    v = lesser(v, occurs);
+    piece->corner_v = v - slack;
+    if (jumps_are_negligible(&engine->cfg, &corner, v)) {
+        /* Next to no corner: neither curvature nor a large jump beside it is a
+         * reason to be slower.  What that leaves here is bounded at itself. */
+        if (!gather(engine, &corner, SMALL_AT_SPEED, &v, &load)) {
+            return false;
         }
-        v = hard + slack;
+        if (v >= piece->corner_v + slack
+            && jumps_are_negligible(&engine->cfg, &load, v)) {
+            return true;
+        }
     }
-    if (!gather(engine, &corner, true, &v, &load)) {
+    v = hard + slack;
+    if (!gather(engine, &corner, ALL_FOR_SPEED, &v, &load)) {
         return false;
     }
     piece->corner_v = lesser(hard, greater(0.0, v - slack));
     if (load.farthest > v * engine->cfg.cycle_s
-        && !gather(engine, &corner, false, &v, &load)) {
+        && !gather(engine, &corner, ALL_AT_SPEED, &v, &load)) {
         return false; /* bends beyond it have made it slower */
     }
     double usual =
@@ -425,7 +456,7 @@ static bool cap_corner(struct engine *engine,
     }
     if (occurs < v) {
         v = occurs;
-        if (!gather(engine, &corner, false, &v, &load)) {
+        if (!gather(engine, &corner, ALL_AT_SPEED, &v, &load)) {
             return false;
         }
     }
