@@ -325,10 +325,6 @@
  * test_feed_hold_distance. */
 #define BRAKE_SHARE 0.987
 
-/* Of the stored tail: a brake that is longer gains nothing. Unit: share.
- * Evidence: test_feed_hold_distance. */
-#define BRAKE_AS_TAIL 0.97
-
 /* Of the likely way to rest: a brake may be so much longer. Unit: ways.
  * Evidence: test_feed_hold_distance. */
 #define BRAKE_WAYS 3.0
@@ -745,10 +741,6 @@
 /* The same at knots that are passed slowly, between which it grows again.
  * Unit: share. Evidence: test_low_feeds. */
 #define SLOWEST_KNOT 2e-3
-
-/* Of the speed at the end of the window, where the plan comes to rest. Unit:
- * share. Evidence: bench/planner_parts.py, test_planner_optimum. */
-#define SLOW_TAIL 0.6
 
 /* ---- Jumps of the derivatives at knots ---- */
 

@@ -9,8 +9,8 @@
 #include "jerk/path/way.h"
 #include "jerk/window/straight_line.h"
 
-/* The fastest brake is integrated and made the plan, or the stored tail of
- * `tail` mm is no longer by much.  False: neither. */
+/* The fastest brake is integrated and made the plan, where it is shorter than
+ * the stored tail of `tail` mm. */
 static bool brake_now(jerk_planner *planner, double tail, double likely) {
     struct grid *grid = &planner->grid;
     double first = fmin(ALMOST * tail, BRAKE_WAYS * likely);
@@ -23,9 +23,7 @@ static bool brake_now(jerk_planner *planner, double tail, double likely) {
     if (end == BRAKE_NONE) {
         return false;
     }
-    bool rests = end == BRAKE_RESTS;
-    double way = rests ? brake.s[brake.count] : first;
-    return way > BRAKE_AS_TAIL * tail || (rests && take_brake(planner, &brake));
+    return end == BRAKE_RESTS && take_brake(planner, &brake);
 }
 
 /* From the stop that is the plan to shorter ones, each with the last one as
