@@ -333,7 +333,11 @@ class Executor:
         """A motion whose feed, or whose spindle speed, the scanner does not know."""
         changed = not row["flags"][0] & RAPID and self._channel.turning.follow()
         self._channel.feeds.apply(
-            row, start, self._channel.spindle_rev_min, offset
+            row,
+            start,
+            self._channel.spindle_rev_min,
+            self._state.spaces.turned,
+            offset,
         )
         self._channel.turning.apply(row, start, offset)
         return (

@@ -9,9 +9,10 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.units import SECONDS_PER_MINUTE
+from cnc_core.units import SECONDS_PER_MINUTE, FloatArray
 
 TIME, PER_MINUTE, PER_TURN, SHARE = 93, 94, 95, 194
+ROUNDING = 1e-12  # of a direction
 
 
 class Feeds:
@@ -91,16 +92,22 @@ class Feeds:
         self._modal.set_feed_limit(limit_mm_s)
 
     def apply(
-        self, row: Row, start: np.ndarray, turns_min: float, offset: int
+        self,
+        row: Row,
+        start: np.ndarray,
+        turns_min: float,
+        turned: FloatArray,
+        offset: int,
     ) -> None:
         """The feed of a motion that the scanner does not know.
 
-        ``start``: (axes,) where it begins.
+        ``start``: (axes,) where it begins.  ``turned``: (3, 3), from programmed
+        directions to those of the main axes.
         """
         if row["flags"][0] & RAPID:
             return
         if not self.per_minute:
-            self._in_mode(row, start, turns_min, offset)
+            self._in_mode(row, start, turns_min, turned, offset)
         self._of_group(row, start, offset)
         radius = float(row["programmed_radius"][0])
         if row["type"][0] == CIRCULAR and radius < self.tangential_radius_mm:
@@ -122,7 +129,12 @@ class Feeds:
             row["feed"] = min(feed, self.limit_mm_s or np.inf)
 
     def _in_mode(
-        self, row: Row, start: np.ndarray, turns_min: float, offset: int
+        self,
+        row: Row,
+        start: np.ndarray,
+        turns_min: float,
+        turned: FloatArray,
+        offset: int,
     ) -> None:
         value = self._words.get(self.mode, 0.0)
         if value <= 0:
@@ -138,10 +150,12 @@ class Feeds:
                 value * self._units[self.mode] * turns_min / SECONDS_PER_MINUTE
             )
         else:
-            feed = value / 100.0 * self._largest(row, start)
+            feed = value / 100.0 * self._largest(row, start, turned)
         row["feed"] = min(feed * self.factor, self.limit_mm_s or np.inf)
 
-    def _largest(self, row: Row, start: np.ndarray) -> float:
+    def _largest(
+        self, row: Row, start: np.ndarray, turned: FloatArray
+    ) -> float:
         """Largest path velocity within the axis limits.
 
         On circles every direction of the plane has to keep them.
@@ -151,10 +165,17 @@ class Feeds:
             raise fail(
                 907061, "G194: the machine's axis velocities are not known", 0
             )
-        length = float(row["length"][0])
-        way = np.abs(row["end"][0][: len(start)] - start) / length
+        way = row["end"][0][: len(start)] - start
+        way /= float(row["length"][0])
+        places = [k for k in range(3) if self._machine.main[k] >= 0]
+        axes = [self._machine.main[k] for k in places]
+        ahead, around = np.zeros(3), np.zeros(3)
+        ahead[places] = way[axes]
         if row["type"][0] == CIRCULAR:
-            for place in motion_planes(int(row["plane"][0]))[:2]:
-                way[self._machine.main[place]] = 1.0
-        moving = way > 0
-        return float((velocity[moving] / way[moving]).min())
+            plane = list(motion_planes(int(row["plane"][0]))[:2])
+            ahead[plane] = 0.0
+            around = np.linalg.norm(turned[:, plane], axis=1)
+        way[axes] = (np.abs(turned @ ahead) + around)[places]
+        need = np.abs(way)
+        moving = need > ROUNDING
+        return float((velocity[moving] / need[moving]).min())

@@ -123,6 +123,11 @@ class Spaces:
         kinematic = self.active_kin is not None or self.tlc_mm is not None
         return bool(frames) or self.rotation is not None or kinematic
 
+    @property
+    def turned(self) -> FloatArray:
+        """(3, 3) from programmed directions to those of the main axes."""
+        return self._said.frame.rotation
+
     def _lifted(self, frame: Frame, length: float) -> Frame:
         """The tool length along the third axis of the plane, around the frame."""
         if not length:

@@ -5,8 +5,10 @@ levels, external storage, tables, docs.
 import ctypes
 import re
 
+import numpy as np
 import pytest
 
+from cnc_core.blocks import LINEAR
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import external
 from cnc_core.errors import CncError, ConfigError
@@ -93,6 +95,27 @@ def test_feed_of_circles_in_g194_takes_the_slower_axis(tmp_path):
     """A circle passes through every direction of its plane: the slower axis of it counts."""
     rows = Run("G194 F50 G01 X100\nG03 X0 I-50\nG01 Y1\n", tmp_path).rows
     assert rows["feed"].tolist() == [150.0, 100.0, 100.0]
+
+
+@pytest.mark.parametrize("turn", ["#CS ON [0,0,0,0,0,{}]", "G68 R{} X0 Y0"])
+@pytest.mark.parametrize(
+    ("degrees", "feeds"),
+    [
+        # X is driven by Y alone, and the other way round
+        (90, [100.0, 150.0]),
+        # X is driven by both at once, X-Y by X alone
+        (45, [100.0 * np.sqrt(2.0), 150.0]),
+    ],
+)
+def test_feed_in_g194_is_that_of_the_axes_that_move(
+    tmp_path, turn, degrees, feeds
+):
+    """In turned coordinates too: the share is of what the axes can do."""
+    second = "Y1" if degrees == 90 else "X11 Y-1"
+    text = f"{turn.format(degrees)}\nG194 F50 G01 X10\n{second}\n"
+    rows = Run(text, tmp_path).rows
+    moved = rows["feed"][rows["type"] == LINEAR]
+    assert moved.tolist() == pytest.approx(feeds, rel=1e-9)
 
 
 def test_live_files_stay_in_the_folder(tmp_path):
