@@ -14,9 +14,15 @@
  * increasing distance until the speed found does not reach the next one within
  * one cycle. What the jumps in F use up at the speed that can occur is the
  * `reserve`; in a zone of one cycle around the corner only the rest is left for
- * everything else (corner_zones.c, spans.c). Where that costs more time than
- * the jump saves, the corner is passed at standstill: without a jump nothing is
- * used up.
+ * everything else (corner_zones.c, spans.c). Where that costs
+ * more time than the jump saves, the corner is passed at standstill: without a
+ * jump nothing is used up.
+ *
+ * The speed that can occur is bounded by the corners beside it, too: what a
+ * line is left with depends on how it is entered.  Between two corners what
+ * they add to the acceleration is linear in the time.  So at joints whose own
+ * jumps are negligible, together with all such jumps in reach, nothing is
+ * bounded but at the large ones beside them.
  */
 #include <math.h>
 #include <string.h>
@@ -325,11 +331,69 @@ static void left_along(const engine_config *cfg,
 /* Speed that a line is left with at the most, from the corner at its start; the
  * same backwards. */
 static double reached_along(const engine_config *cfg,
-                            const struct piece *line) {
-    static const double none[NC_AXES];
-    double full, left;
-    left_along(cfg, line, none, &full, &left);
-    return sqrt(line->corner_v * line->corner_v + 2.0 * full * line->length);
+                            const struct piece *line,
+                            double from) {
+    double most = NEVER;
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
+        double share = fabs(line->slope[axis]);
+        double a = piece_a_max(cfg, line, axis);
+        if (share * most > a) {
+            most = a / share;
+        }
+    }
+    return sqrt(from * from + 2.0 * most * line->length);
+}
+
+/* Speed at the end of a line, at the most, by the corner there alone.  False:
+ * it is not known yet. */
+static bool passed_behind(struct engine *engine, uint64_t i, double *v) {
+    const struct piece *line = piece_at(&engine->run, i);
+    if (line->stop_after) {
+        *v = 0.0;
+        return true;
+    }
+    if (!next_motion(&engine->run, &i, engine->run.head)) {
+        *v = 0.0;
+        return engine->dispatch.ends;
+    }
+    const struct piece *next = piece_at(&engine->run, i);
+    if (stands_before(&engine->plan, next)) {
+        *v = 0.0;
+        return true;
+    }
+    struct load load = {0};
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        load.axis[axis].sum = next->jump[axis];
+        load.axis[axis].most = lesser(piece_a_max(&engine->cfg, line, axis),
+                                      piece_a_max(&engine->cfg, next, axis));
+    }
+    *v = load_speed(&engine->cfg, &load, *v);
+    return true;
+}
+
+/* Bounds the speed at the start of piece i by the corners at the other ends of
+ * the lines beside it; by that ahead only if it is in reach of the speed that
+ * `occurs`.  False: that is not known yet. */
+static bool bound_by_lines(struct engine *engine,
+                           uint64_t i,
+                           const struct piece *before,
+                           double slack,
+                           double occurs,
+                           double *bound) {
+    const engine_config *cfg = &engine->cfg;
+    const struct piece *piece = piece_at(&engine->run, i);
+    if (before->kind == PIECE_LINE) {
+        *bound = lesser(*bound,
+                        slack + reached_along(cfg, before, before->corner_v));
+    }
+    double v = lesser(*bound + slack, occurs);
+    if (piece->kind == PIECE_LINE && v * cfg->cycle_s > piece->length) {
+        if (!passed_behind(engine, i, &v)) {
+            return false;
+        }
+        *bound = lesser(*bound, slack + reached_along(cfg, piece, v));
+    }
+    return true;
 }
 
 /* Time that is lost on p by its corner being passed at v with that reserve in
@@ -409,32 +473,28 @@ static bool cap_corner(struct engine *engine,
     struct load corner, load;
     double slack = speed_slack(&engine->cfg),
            hard = lesser(piece->entry_speed,
-                         lesser(before->v_hard, piece->v_hard)),
-           v = hard + slack;
+                         lesser(before->v_hard, piece->v_hard));
     double occurs = slack
                     + greater(reachable(before, engine->plan.reserve_override),
                               reachable(piece, engine->plan.reserve_override));
-    if (before->kind == PIECE_LINE) {
-        double reached = slack + reached_along(&engine->cfg, before);
-        occurs = lesser(occurs, slack + reached);
-        hard = lesser(hard, reached);
-        v = lesser(v, slack + hard);
+    if (!bound_by_lines(engine, i, before, slack, occurs, &hard)) {
+        return false;
     }
-    if (is_no_corner(&engine->cfg, before, piece, lesser(v, occurs))) {
+    occurs = lesser(occurs, hard + slack);
+    if (is_no_corner(&engine->cfg, before, piece, occurs)) {
         piece->corner_v = hard;
         return true;
     }
     load_corner(engine, i, &corner);
-    v = lesser(v, occurs);
-    piece->corner_v = v - slack;
+    double v = occurs;
     if (jumps_are_negligible(&engine->cfg, &corner, v)) {
         /* Next to no corner: neither curvature nor a large jump beside it is a
          * reason to be slower.  What that leaves here is bounded at itself. */
         if (!gather(engine, &corner, SMALL_AT_SPEED, &v, &load)) {
             return false;
         }
-        if (v >= piece->corner_v + slack
-            && jumps_are_negligible(&engine->cfg, &load, v)) {
+        if (v >= occurs && jumps_are_negligible(&engine->cfg, &load, v)) {
+            piece->corner_v = occurs - slack;
             return true;
         }
     }
