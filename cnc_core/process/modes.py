@@ -130,7 +130,9 @@ class ModeControl:
     def _go_on(self, command: ModeCommand) -> None:
         """ACTIVE while a program runs: that one goes on, no other begins."""
         if self._names_another(command.parameter):
-            self._refuse(command, f", with {command.parameter}: another one runs")
+            self._refuse(
+                command, f", with {command.parameter}: another one runs"
+            )
         elif command.state == HOLD:
             self._channel.resume_program()
         else:

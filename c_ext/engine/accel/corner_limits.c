@@ -14,9 +14,9 @@
  * increasing distance until the speed found does not reach the next one within
  * one cycle. What the jumps in F use up at the speed that can occur is the
  * `reserve`; in a zone of one cycle around the corner only the rest is left for
- * everything else (corner_zones.c, spans.c). Where that costs
- * more time than the jump saves, the corner is passed at standstill: without a
- * jump nothing is used up.
+ * everything else (corner_zones.c, spans.c). Where that costs more time than
+ * the jump saves, the corner is passed at standstill: without a jump nothing is
+ * used up.
  *
  * The speed that can occur is bounded by the corners beside it, too: what a
  * line is left with depends on how it is entered.  Between two corners what

@@ -31,7 +31,9 @@ def state(cnc: Channels) -> int:
     return int(unit.state_r.state)
 
 
-def order(cnc: Channels, target: int, name: str = "", mode: int = AUTOMATIC) -> None:
+def order(
+    cnc: Channels, target: int, name: str = "", mode: int = AUTOMATIC
+) -> None:
     """A command as soon as the one before it has been taken."""
     unit = cnc.root.channel[0].channel_mc_control.mode_and_state
     cnc.until(lambda: not unit.command_semaphor_rw)
