@@ -27,12 +27,25 @@ static bool jumps(const engine_config *cfg,
     return false;
 }
 
+/* A speed that is next to none: from rest every axis has it within twice
+ * STAND_S. */
+static double creeping(const engine_config *cfg, const struct piece *piece) {
+    double v = STAND_SPEED;
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
+        if ((piece->moving >> axis & 1) && cfg->j_max[axis] > 0.0) {
+            v = fmin(v, cfg->j_max[axis] * STAND_S * STAND_S);
+        }
+    }
+    return v;
+}
+
 /* A corner that could only be crept through is stood at. The speed of the
  * quickest axis tells what creeping is: where a rotary axis outruns the path,
  * the path is slow everywhere. */
 static bool sharp(const struct engine *engine, const struct piece *piece) {
     const engine_config *cfg = &engine->cfg;
-    if (!jumps(cfg, piece, STAND_SPEED)) {
+    double creep = creeping(cfg, piece);
+    if (!jumps(cfg, piece, creep)) {
         return false;
     }
     double tangent[NC_AXES] = {0};
@@ -41,7 +54,7 @@ static bool sharp(const struct engine *engine, const struct piece *piece) {
     for (int axis = 0; axis < cfg->axis_count; axis++) {
         most = fmax(most, fabs(tangent[axis]));
     }
-    return most <= 1.0 || jumps(cfg, piece, STAND_SPEED / most);
+    return most <= 1.0 || jumps(cfg, piece, creep / most);
 }
 
 /* Whether the axes must stand behind motion i; *known: what follows has been
