@@ -131,8 +131,8 @@ static void begin_preparation(struct engine *engine) {
     engine->technology_rows.spindle_move = 0;
     engine->technology_rows.spindle_pending = false;
     ATOMIC_SET(engine->early.done, engine->early.head);
-    log_reset(&engine->log);
     ATOMIC_SET(engine->program.finished, 0);
+    log_reset(&engine->log); /* behind it: without entries more will come */
     ATOMIC_SET(engine->program.expect_drain, 0);
     ATOMIC_SET(engine->program.drain_at, engine->store.head);
 }

@@ -133,12 +133,19 @@ class ModeControl:
             self._refuse(
                 command, f", with {command.parameter}: another one runs"
             )
-        elif command.state == HOLD:
+        elif self._found_by(command) == HOLD:
             self._channel.resume_program()
         else:
-            self._engine.set_mode(self.mode, command.state)
+            self._engine.set_mode(self.mode, self._found_by(command))
             if command.state == STOPPING:
                 self._channel.resume_program()
+
+    def _found_by(self, command: ModeCommand) -> int:
+        """State that a command has found, and that stays if it changes nothing.
+        A program may have begun or ended since GEO took it.
+        """
+        runs = command.state in (ACTIVE, HOLD, STOPPING)
+        return command.state if runs and self.running else self._state
 
     def _names_another(self, parameter: str) -> bool:
         """Whether a command names, or in MDI holds, a program that is not the
@@ -157,7 +164,7 @@ class ModeControl:
     def _hold(self, command: ModeCommand) -> bool:
         return (
             command.to_mode == self.mode
-            and command.state == ACTIVE
+            and self._found_by(command) == ACTIVE
             and self._channel.hold_program()
         )
 
@@ -272,7 +279,7 @@ class ModeControl:
         self._engine.set_mode(self.mode, state)
 
     def _refuse(self, command: ModeCommand, why: str = "") -> None:
-        self._engine.set_mode(self.mode, command.state)
+        self._engine.set_mode(self.mode, self._found_by(command))
         self._report(
             CncError(
                 270061,

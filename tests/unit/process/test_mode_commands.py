@@ -13,7 +13,7 @@ from support.channels import AUTOMATIC, Channels
 
 ONE = '[channel]\ninterpolator_function = "FCT_IPO_DEFAULT"\n'
 LONG = "N10 G1 X100 F6000\nM30\n"
-SELECTED, READY, ACTIVE, HOLD, RESET = 2, 3, 4, 5, 15
+SELECTED, READY, ACTIVE, HOLD, ERROR, RESET = 2, 3, 4, 5, 6, 15
 MDI = 3
 
 
@@ -158,3 +158,47 @@ def test_hold_behind_an_abort_is_no_hold(cnc: Channels) -> None:
         seen.add(state(cnc))
     assert HOLD not in seen
     assert errors(cnc) == [270061]
+
+
+@pytest.mark.parametrize(
+    ("target", "name"), [(SELECTED, ""), (READY, ""), (READY, "b.nc")]
+)
+@pytest.mark.parametrize("held", [False, True])
+def test_an_abort_of_a_wrong_program_ends_in_error(
+    tmp_path: Path, held: bool, target: int, name: str
+) -> None:
+    """What was asked for behind the abort is refused; RESET leaves the error."""
+    (tmp_path / "b.nc").write_text("G1 Y5 F6000\nM30\n")
+    text = "N10 G01 X100 F6000\nN20 X200\nN30 G01 X$UNKNOWN[\nM30\n"
+    with Channels(tmp_path, [text], ONE) as cnc:
+        cnc.run(300)
+        if held:
+            order(cnc, HOLD)
+            cnc.until(lambda: state(cnc) == HOLD)
+        order(cnc, target, name)
+        cnc.until(lambda: not cnc.channels[0].modes.running)
+        assert 270061 in errors(cnc)
+        assert state(cnc) == ERROR
+        order(cnc, RESET)
+        cnc.run(5)
+        assert state(cnc) == SELECTED
+        order(cnc, ACTIVE, "b.nc")
+        cnc.until(lambda: state(cnc) == ACTIVE)
+        assert cnc.end() == ["completed"]
+        assert cnc.positions(0)[1] == 5.0
+
+
+def test_a_start_on_its_way_finds_the_program_running(tmp_path: Path) -> None:
+    """The cell has started it meanwhile: it is ACTIVE, and can be held."""
+    with Channels(tmp_path, [LONG], ONE, start=False) as cnc:
+        cnc.run(5)
+        assert state(cnc) == READY
+        cnc.command(0, AUTOMATIC, ACTIVE)
+        cnc.group.run(1)  # GEO has taken it, the cell not yet
+        cnc.channels[0].start()
+        cnc.run(200)
+        assert state(cnc) == ACTIVE
+        order(cnc, HOLD)
+        cnc.until(lambda: state(cnc) == HOLD)
+        assert errors(cnc) == []
+        assert 0.0 < cnc.positions(0)[0] < 100.0
