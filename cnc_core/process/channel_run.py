@@ -221,6 +221,7 @@ class ChannelRun:
         if self.axes:
             self.axes.begins()
         self.engine.begin_program()
+        self.modes.show()
         self.end, self.ended_at = "aborted", 0.0
         self.engine.set_error(0)
         self.engine.set_program_name(path.name)

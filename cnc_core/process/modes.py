@@ -95,8 +95,12 @@ class ModeControl:
         """Start what is selected."""
         assert self.program is not None
         self.aborted, self.running = False, True
-        self._set(ACTIVE)
+        self._state = ACTIVE
         self._channel.start_program(self.program)
+
+    def show(self) -> None:
+        """Tell the PLC; a program that begins does so with its first data."""
+        self._engine.set_mode(self.mode, self._state)
 
     def end_beside_dialog(self) -> bool:
         """Carry out a command that ends the program while it waits in a dialog;
@@ -276,7 +280,7 @@ class ModeControl:
 
     def _set(self, state: int) -> None:
         self._state = state
-        self._engine.set_mode(self.mode, state)
+        self.show()
 
     def _refuse(self, command: ModeCommand, why: str = "") -> None:
         self._engine.set_mode(self.mode, self._found_by(command))

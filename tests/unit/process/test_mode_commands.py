@@ -202,3 +202,25 @@ def test_a_start_on_its_way_finds_the_program_running(tmp_path: Path) -> None:
         cnc.until(lambda: state(cnc) == HOLD)
         assert errors(cnc) == []
         assert 0.0 < cnc.positions(0)[0] < 100.0
+
+
+def test_a_program_shows_active_with_its_first_data(
+    cnc: Channels, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Distance, log and end are the new program's: in real time GEO may publish
+    in between.
+    """
+    engine, seen = cnc.channels[0].engine, []
+    begin = engine.begin_program
+
+    def begin_program() -> None:
+        seen.append(engine.mode_state)
+        begin()
+        seen.append(engine.mode_state)
+
+    monkeypatch.setattr(engine, "begin_program", begin_program)
+    order(cnc, SELECTED)
+    order(cnc, ACTIVE, "b.nc")
+    cnc.until(lambda: state(cnc) == ACTIVE)
+    assert ACTIVE not in seen
+    assert len(seen) == 2
