@@ -268,7 +268,8 @@ static void knot_steps(const jerk_planner *planner,
                           grid,
                           end,
                           planner->scale
-                              * sqrt(feed_cap(planner, ring_at(planner, end))),
+                              * sqrt(feed_cap(planner, ring_at(planner, end)))
+                              * SLOW_TAIL,
                           SLOWEST_STEP);
     for (int i = 1; i < count; i++) {
         step[i] = lesser(knot_step(planner, grid, head + i),

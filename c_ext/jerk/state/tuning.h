@@ -742,6 +742,10 @@
  * Unit: share. Evidence: test_low_feeds. */
 #define SLOWEST_KNOT 2e-3
 
+/* Of the speed at the end of the window, where the plan comes to rest. Unit:
+ * share. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define SLOW_TAIL 0.6
+
 /* ---- Jumps of the derivatives at knots ---- */
 
 /* That jumps of derivatives may use. Joints that use more of it together leave
