@@ -137,12 +137,12 @@ class ModeControl:
             self._refuse(
                 command, f", with {command.parameter}: another one runs"
             )
-        elif self._found_by(command) == HOLD:
+            return
+        found = self._found_by(command)
+        if found != HOLD:
+            self._engine.set_mode(self.mode, found)
+        if found in (HOLD, STOPPING):
             self._channel.resume_program()
-        else:
-            self._engine.set_mode(self.mode, self._found_by(command))
-            if command.state == STOPPING:
-                self._channel.resume_program()
 
     def _found_by(self, command: ModeCommand) -> int:
         """State that a command has found, and that stays if it changes nothing.

@@ -304,44 +304,31 @@ static double speed_slack(const engine_config *cfg) {
     return SLACK * a * cfg->cycle_s;
 }
 
-/* Acceleration along p that the axes have, and that they are left with beside
- * `reserve`; bends aside. */
-static void left_along(const engine_config *cfg,
-                       const struct piece *piece,
-                       const double *reserve,
-                       double *full,
-                       double *left) {
-    *full = *left = NEVER;
+/* Acceleration along p that the axes are left with beside `reserve`; bends
+ * aside. */
+static double left_along(const engine_config *cfg,
+                         const struct piece *piece,
+                         const double *reserve) {
+    double left = NEVER;
     for (int i = 0; i < cfg->axis_count; i++) {
         double share = piece->kind == PIECE_LINE ? fabs(piece->slope[i]) : 1.0,
-               a = piece_a_max(cfg, piece, i);
-        if (!(piece->moving >> i & 1) || !(share > 0.0)) {
-            continue;
-        }
-        if (*full * share > a) {
-            *full = a / share;
-        }
-        if (*left * share > a - reserve[i]) {
-            *left = (a - reserve[i]) / share;
+               a = piece_a_max(cfg, piece, i) - reserve[i];
+        if ((piece->moving >> i & 1) && share > 0.0 && left * share > a) {
+            left = a / share;
         }
     }
-    *left = greater(0.0, *left);
+    return greater(0.0, left);
 }
+
+static const double no_reserve[NC_AXES];
 
 /* Speed that a line is left with at the most, from the corner at its start; the
  * same backwards. */
 static double reached_along(const engine_config *cfg,
                             const struct piece *line,
                             double from) {
-    double most = NEVER;
-    for (int axis = 0; axis < cfg->axis_count; axis++) {
-        double share = fabs(line->slope[axis]);
-        double a = piece_a_max(cfg, line, axis);
-        if (share * most > a) {
-            most = a / share;
-        }
-    }
-    return sqrt(from * from + 2.0 * most * line->length);
+    double full = left_along(cfg, line, no_reserve);
+    return sqrt(from * from + 2.0 * full * line->length);
 }
 
 /* Speed at the end of a line, at the most, by the corner there alone.  False:
@@ -403,8 +390,8 @@ static double loses_more(const engine_config *cfg,
                          const struct piece *piece,
                          double v,
                          const double *reserve) {
-    double full, left;
-    left_along(cfg, piece, reserve, &full, &left);
+    double full = left_along(cfg, piece, no_reserve);
+    double left = left_along(cfg, piece, reserve);
     double zone = lesser(corner_zone(cfg, v, piece), 0.5 * piece->whole),
            out2 = v * v + 2.0 * left * zone, out = sqrt(out2);
     double top =

@@ -277,7 +277,7 @@ static uint32_t on_the_way(uint32_t target) {
 }
 
 /* The cell still carries out a command. */
-static bool on_its_way(const struct mode_unit *modes) {
+static bool is_busy(const struct mode_unit *modes) {
     uint32_t state = ATOMIC_GET(modes->state);
     return ATOMIC_GET(modes->pending)
            || (state >= SELECTING && state != STOPPING);
@@ -286,7 +286,7 @@ static bool on_its_way(const struct mode_unit *modes) {
 static void take_command(struct engine *engine,
                          MC_CONTROL_MCM_MODE_STATE_UNIT *unit) {
     struct engine_mode_command engine_mode_command;
-    if (on_its_way(&engine->modes)) {
+    if (is_busy(&engine->modes)) {
         return; /* one at a time */
     }
     read_command(&engine_mode_command, &unit->command_w);

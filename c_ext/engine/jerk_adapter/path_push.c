@@ -27,8 +27,8 @@ static bool jumps(const engine_config *cfg,
     return false;
 }
 
-/* A speed that is next to none: from rest every axis has it within twice
- * STAND_S. */
+/* A speed that is next to none: at most STAND_SPEED, and what every axis
+ * reaches from rest in twice STAND_S. */
 static double creeping(const engine_config *cfg, const struct piece *piece) {
     double v = STAND_SPEED;
     for (int axis = 0; axis < cfg->axis_count; axis++) {

@@ -42,10 +42,10 @@
 #define CORNER_SHARE 0.5
 /* share of the acceleration limit that it may use */
 #define CORNER_ACC_SHARE 0.012
-/* mm/s: corners that had to be passed slower are stood at, ... */
+/* mm/s: corners that had to be passed slower are stood at; ... */
 #define STAND_SPEED 1.0
-/* s: ... if from rest each axis has that speed within twice this. With less
- * jerk a stand costs more than a slow passage */
+/* s: ... with little jerk only those slower than what each axis reaches from
+ * rest in twice this time, for there a stand takes long */
 #define STAND_S 0.007
 /* share of the stopping distance: a nearer stand is not tried */
 #define STOP_MARGIN 0.98

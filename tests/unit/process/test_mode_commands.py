@@ -148,11 +148,15 @@ def test_ready_without_a_name_takes_the_aborted_program_up(
     assert cnc.positions(0)[0] == 100.0
 
 
-def test_hold_behind_an_abort_is_no_hold(cnc: Channels) -> None:
-    """State HOLD never shows: there is nothing to hold."""
+@pytest.mark.parametrize("stands", [False, True])
+def test_hold_where_no_program_runs_is_no_hold(
+    cnc: Channels, stands: bool
+) -> None:
+    """State HOLD never shows, behind an abort either: there is nothing to hold."""
     order(cnc, SELECTED)
+    cnc.until(lambda: not stands or state(cnc) == SELECTED)
     order(cnc, HOLD)
-    seen = set()
+    seen = {state(cnc)}
     for _ in range(400):
         cnc.run(1)
         seen.add(state(cnc))

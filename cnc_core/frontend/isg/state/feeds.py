@@ -107,7 +107,14 @@ class Feeds:
         if row["flags"][0] & RAPID:
             return
         if not self.per_minute:
-            self._in_mode(row, start, turns_min, turned, offset)
+            word = self._words.get(self.mode, 0.0)
+            if word <= 0:
+                raise fail(900006, ERRORS[900006], offset)
+            if self.mode == SHARE:
+                feed = word / 100.0 * self._largest(row, start, turned)
+            else:
+                feed = self._in_mode(word, row, turns_min, offset)
+            row["feed"] = min(feed * self.factor, self.limit_mm_s or np.inf)
         self._of_group(row, start, offset)
         radius = float(row["programmed_radius"][0])
         if row["type"][0] == CIRCULAR and radius < self.tangential_radius_mm:
@@ -129,29 +136,14 @@ class Feeds:
             row["feed"] = min(feed, self.limit_mm_s or np.inf)
 
     def _in_mode(
-        self,
-        row: Row,
-        start: np.ndarray,
-        turns_min: float,
-        turned: FloatArray,
-        offset: int,
-    ) -> None:
-        value = self._words.get(self.mode, 0.0)
-        if value <= 0:
-            raise fail(900006, ERRORS[900006], offset)
+        self, word: float, row: Row, turns_min: float, offset: int
+    ) -> float:
+        """The feed of G93 and G95, mm/s."""
         if self.mode == TIME:
-            feed = float(row["length"][0]) / value
-        elif self.mode == PER_TURN:
-            if turns_min <= 0:
-                raise fail(
-                    900019, "G95: no spindle speed is programmed", offset
-                )
-            feed = (
-                value * self._units[self.mode] * turns_min / SECONDS_PER_MINUTE
-            )
-        else:
-            feed = value / 100.0 * self._largest(row, start, turned)
-        row["feed"] = min(feed * self.factor, self.limit_mm_s or np.inf)
+            return float(row["length"][0]) / word
+        if turns_min <= 0:
+            raise fail(900019, "G95: no spindle speed is programmed", offset)
+        return word * self._units[PER_TURN] * turns_min / SECONDS_PER_MINUTE
 
     def _largest(
         self, row: Row, start: np.ndarray, turned: FloatArray
