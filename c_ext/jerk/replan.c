@@ -91,7 +91,7 @@ static bool slow_bump(jerk_planner *planner, struct grid *grid) {
     }
     for (int i = 0; i < FALLBACK_TRIES; i++) {
         double worst = check_plan(planner, grid);
-        planner->stats.spent += (uint64_t)(BESIDE_ITERATIONS * grid->count / 2);
+        planner->stats.spent += work_of(planner, BESIDE_ITERATIONS / 2);
         if (worst <= CHECK_SLACK) {
             return true;
         }

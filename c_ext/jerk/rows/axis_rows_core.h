@@ -153,7 +153,8 @@ static void jerk_rows(const jerk_planner *planner,
         weight[n] = f3 / (share * usable * vmin(jerk, turning));
     }
     for (int end = 0; end < 2; end++) {
-        struct forms forms = {.count = 0};
+        struct forms forms;
+        forms.count = 0;
         for (int n = 0; n < problem->axes; n++) {
             add_form(&forms,
                      of->planned,
@@ -185,7 +186,8 @@ static void acc_rows(const jerk_planner *planner,
                      int i,
                      const stages *of,
                      const bend *bends) {
-    struct forms forms = {.count = 0};
+    struct forms forms;
+    forms.count = 0;
     ivec joint = of->inner & of->joint;
     for (int n = 0; n < problem->axes; n++) {
         int axis = problem->axis[n];
@@ -217,7 +219,8 @@ static void mid_rows(const jerk_planner *planner,
                      int i,
                      const stages *of,
                      const bend *bends) {
-    struct forms forms = {.count = 0};
+    struct forms forms;
+    forms.count = 0;
     vec length = of->length;
     for (int n = 0; n < problem->axes; n++) {
         const bend *bend = &bends[n];

@@ -89,8 +89,9 @@ typedef struct jerk_preview {
 typedef struct jerk_stats {
     uint64_t solves, failed, refused, slower, holds, hold_solves, laws,
         iterations;
-    uint64_t work;      /* iterations, each times the planner intervals */
-    uint64_t spent;     /* the same, and what solves have beside it */
+    uint64_t work;  /* iterations, each times the planner intervals; more with
+                       more than three axes */
+    uint64_t spent; /* the same, and what solves have beside it */
     uint64_t straight;  /* lines from rest to rest, without the solver */
     uint64_t segments;  /* planner intervals handed out */
     double worst_ratio; /* largest ratio in an accepted plan */

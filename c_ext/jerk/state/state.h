@@ -86,6 +86,16 @@ static inline const jerk_interval *ring_at(const jerk_planner *planner,
     return &planner->ring[i & planner->mask];
 }
 
+/* Work for the window: iterations, each times the intervals, as of no more than
+ * SPACE_AXES that move. What an interval takes grows with its rows, so with the
+ * axes. */
+static inline uint64_t work_of(const jerk_planner *planner, int iterations) {
+    const struct problem *problem = &planner->prob;
+    int axes = problem->axes > SPACE_AXES ? problem->axes : SPACE_AXES;
+    int all = iterations * problem->count * (1 + axes);
+    return (uint64_t)(all / (1 + SPACE_AXES));
+}
+
 /* Limits of an axis on an interval. */
 static inline double share_of(float share) {
     return share > 0.0f ? (double)share : 1.0;

@@ -288,7 +288,7 @@ static bool find_fall(course *course) {
     struct grid *grid = &planner->grid;
     set_problem(planner);
     for (int i = 0; i < SLOWER_TRIES && fall(course, &planner->prob); i++) {
-        planner->stats.spent += (uint64_t)(BESIDE_ITERATIONS * grid->count / 2);
+        planner->stats.spent += work_of(planner, BESIDE_ITERATIONS / 2);
         if (check_plan(planner, grid) <= CHECK_SLACK) {
             return true;
         }

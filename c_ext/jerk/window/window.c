@@ -346,8 +346,8 @@ static void count_work(jerk_planner *planner) {
     const struct problem *problem = &planner->prob;
     int beside = problem->iterations + BESIDE_ITERATIONS;
     planner->stats.iterations += (uint64_t)problem->iterations;
-    planner->stats.work += (uint64_t)(problem->iterations * problem->count);
-    planner->stats.spent += (uint64_t)(beside * problem->count);
+    planner->stats.work += work_of(planner, problem->iterations);
+    planner->stats.spent += work_of(planner, beside);
 }
 
 static bool solve_from_guess(jerk_planner *planner,

@@ -67,3 +67,28 @@ def test_a_guess_near_the_limits_finds_its_solution() -> None:
         failed += planner.stats["failed"]
     assert solves > 60
     assert failed == 0
+
+
+def test_an_interval_counts_for_more_with_more_axes() -> None:
+    """What an interval takes grows with the axes: with six it counts for 7/4 of one
+    with up to three.  The four others move along by a thousandth, far below
+    their limits, so that the plan stays the same.
+    """
+    ample, work = [1e3, 1e5, 1e7], {}
+    path = _wave(20)
+    for others in (0, 1, 4):
+        limits = Limits(
+            *(
+                [limit, limit] + [more] * others
+                for limit, more in zip([300.0, 3000.0, 1e5], ample, strict=True)
+            )
+        )
+        along = [
+            np.column_stack([d] + [1e-3 * d[:, 0]] * others)
+            for d in (path.q, path.d1, path.d2, path.d3)
+        ]
+        planner = JerkPlanner(limits, window=120, knots=360)
+        run(planner, Knots(path.s, *along).intervals(100.0))
+        work[others] = planner.stats["work"]
+    assert work[1] == pytest.approx(work[0], rel=0.05)
+    assert work[4] == pytest.approx(7 / 4 * work[0], rel=0.05)
