@@ -345,6 +345,20 @@ int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
     return engine_run_all(engine, count, wait_ns, &who);
 }
 
+/* Whether the path is driven backward, or where it has been driven before: of
+ * the store `done` pieces have. */
+static bool is_retraced(struct engine *engine, uint64_t done) {
+    uint64_t i = engine->geo.piece;
+    if (ATOMIC_GET(engine->dispatch.dir) < 0) {
+        return true;
+    }
+    if (i == UINT64_MAX) {
+        return false;
+    }
+    bool is_over = ATOMIC_GET(engine->run.done) > i;
+    return piece_at(&engine->run, i)->origin + (is_over ? 1 : 0) < done;
+}
+
 void engine_get_state(struct engine *engine, engine_state *out) {
     memset(out, 0, sizeof *out);
     memcpy(out->position, engine->geo.position, sizeof out->position);
@@ -385,6 +399,7 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->halt_row = engine->program.halt_row;
     out->halt_s = engine->program.halt_s;
     out->halt_whole = engine->program.halt_whole;
+    out->retraced = is_retraced(engine, done);
     out->mode_warnings = engine->modes.warnings;
     out->errors_lost = engine->errors.lost;
     out->planner_late = engine->lateness.times;

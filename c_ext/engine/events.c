@@ -31,8 +31,11 @@ bool plc_finished(const struct engine *engine) {
            && load_u32_acquire(&engine->hli.side->plc.finished);
 }
 
+/* A path that halts stands only once the rest has been left out, although it
+ * may have come to its end by itself. */
 static bool drained(struct engine *engine) {
     return ATOMIC_GET(engine->program.expect_drain)
+           && ATOMIC_GET(engine->program.abort) != ABORT_ASKED
            && ATOMIC_GET(engine->geo.cycle) >= engine->program.drain_from
            && ATOMIC_GET(engine->store.done) >= engine->program.drain_at
            && geo_drained(engine);

@@ -13,6 +13,8 @@
 #include "engine/store/element_map.h"
 #include "engine/store/marked_log.h"
 #include "engine/store/push.h"
+#include "engine/store/technology_rows.h"
+#include "engine/store/technology_rows.h"
 
 /* Brake, leave out what is left and report the program's end. No row may be
  * pushed any more. */
@@ -22,16 +24,21 @@ void engine_abort(struct engine *engine) {
     ATOMIC_SET(engine->retracing.event, 0);
     engine->retracing.backward = false;
     ATOMIC_SET(engine->program.finished, 1);
-    ATOMIC_SET(engine->program.abort, 1);
+    ATOMIC_SET(engine->program.abort, ABORT_ASKED);
 }
 
 void engine_halt(struct engine *engine) {
     ATOMIC_SET(engine->program.finished, 0);
+    ATOMIC_SET(engine->retracing.event, 0);
+    engine->retracing.backward = false;
     engine_expect_drain(engine);
-    ATOMIC_SET(engine->program.abort, 1);
+    ATOMIC_SET(engine->program.abort, ABORT_ASKED);
 }
 
 void engine_resync(struct engine *engine) {
+    if (ATOMIC_GET(engine->program.abort) == ABORT_DONE) {
+        techno_left_out(engine);
+    }
     ATOMIC_SET(engine->program.abort, 0);
     memcpy(engine->push.last_end,
            engine->geo.position,

@@ -453,6 +453,10 @@ class Engine:
         """Behind ``Event.DRAINED``: the path goes on from where the axes stand."""
         lib.engine_resync(self._handle)
 
+    def await_functions(self) -> None:
+        """What is pushed next waits for acknowledgements that are missing."""
+        lib.engine_await_functions(self._handle)
+
     def take_commands(self) -> list[PathCommand]:
         """Commands of the program that the path has passed since the last call."""
         out, found = ffi.new("engine_command *"), []

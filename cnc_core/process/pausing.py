@@ -179,6 +179,7 @@ class Pause:
         self._host, self._stands, self._goes_on = host, stands, goes_on
         self.rows = PushedRows()
         self.held = False
+        self._soon = False  # ACTIVE has come already
         # what comes when everything pushed has been driven
         self._step: Callable[[], None] | None = None
         self._behind_macro: Callable[[], None] | None = (
@@ -258,13 +259,32 @@ class Pause:
         self._host.waiting = self._host.done = False
 
     def _hold(self) -> None:
+        if self._soon:
+            self.resume()
+            return
         self.held = self._host.waiting = True
         self._host.engine.macro_runs(False)
         self._stands()
 
+    def resume_soon(self) -> None:
+        """ACTIVE while M_PAUSE is to come or runs: the program goes on behind it.
+
+        While M_GOPAUSE runs it does so anyway.
+        """
+        self._soon = True
+
+    def leave(self) -> None:
+        """STOP: neither the rest of a macro nor that of the path comes."""
+        if not self.active:
+            return
+        self._step = self._behind_macro = None
+        self.held, self.behind = False, ""
+        self._host.program = self._saved[0]
+        self._host.engine.macro_runs(False)
+
     def resume(self) -> None:
         """ACTIVE from HOLD."""
-        self.held = False
+        self.held = self._soon = False
         self._host.engine.resync()
         self._host.engine.macro_runs(True)
         self._run(self._last, self._go_on)
@@ -272,6 +292,7 @@ class Pause:
     def _go_on(self) -> None:
         host = self._host
         host.engine.resync()
+        host.engine.await_functions()
         program, waiting, done = self._saved
         rows = self._rest.rows
         like = (rows if len(rows) else np.zeros(1, NC_BLOCK))[0]

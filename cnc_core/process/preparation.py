@@ -129,18 +129,20 @@ class Preparation:
         """Everything handed out so far has been executed: go on reading."""
         self._latch()
         self.waiting = False
-        if self.pause.drained():
-            return
-        if self._halted:
+        if self._stopping:
+            if not self._stopped:
+                self._stopped = True
+                self.engine.resync()
+                assert self.program is not None
+                self.program.begin_stop(self.port.latched)
+        elif self._halted:
             self._halted = False
             self.engine.resync()
+            self.engine.await_functions()
             assert self.program is not None
             self.program.resync(self.port.latched)
-        elif self._stopping and not self._stopped:
-            self._stopped = True
-            self.engine.resync()
-            assert self.program is not None
-            self.program.begin_stop(self.port.latched)
+        else:
+            self.pause.drained()
 
     def _latch(self) -> None:
         self.port.latched, self.port.latched_s = self._live()
@@ -260,10 +262,11 @@ class Preparation:
         """HOLD, where the cell has asked for it; False if the program does not
         allow it (PAUSE_MODE 4).
         """
-        reader = self._restartable
-        if reader is None or reader.pause_mode == NO_PAUSE:
+        reader, state = self._restartable, self.engine.state
+        if reader is None or reader.pause_mode == NO_PAUSE or state.program_end:
             return False
-        if not self.pause.begin(reader):
+        # macros are for the way forward
+        if state.retraced or not self.pause.begin(reader):
             self.engine.hold(True)
         return True
 
@@ -272,7 +275,9 @@ class Preparation:
         if self.pause.held:
             self._latch()
             self.pause.resume()
-        elif not self.pause.active:
+        elif self.pause.active:
+            self.pause.resume_soon()
+        else:
             self.engine.hold(False)
 
     def retraced(self) -> None:
@@ -362,6 +367,7 @@ class Preparation:
         """Brake, leave out the rest, execute what the program has for a stop;
         False if it has nothing, or asks in a dialog.
         """
+        self.pause.leave()
         reader = self._restartable
         if reader is None or self._stopping or not reader.has_stop:
             return False

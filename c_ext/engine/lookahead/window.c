@@ -32,7 +32,7 @@ static uint64_t epoch_end(const struct piece_store *store,
 }
 
 bool left_out(const struct program_state *program) {
-    return ATOMIC_GET(program->abort) == 2;
+    return ATOMIC_GET(program->abort) == ABORT_DONE;
 }
 
 /* The present epoch, and the loop behind it if it will be entered. */

@@ -12,6 +12,7 @@
 #include "engine/run/run_ring.h"
 #include "engine/state/state.h"
 #include "engine/store/push.h"
+#include "engine/store/technology_rows.h"
 #include "rows/nc_block.h"
 
 typedef struct place {
@@ -93,7 +94,7 @@ static bool wants_shortcut(struct engine *engine) {
 }
 
 static bool wants_abort(struct program_state *program) {
-    return ATOMIC_GET(program->abort) == 1;
+    return ATOMIC_GET(program->abort) == ABORT_ASKED;
 }
 
 bool standstill_job_pending(struct engine *engine) {
@@ -251,17 +252,30 @@ static void shortcut(struct engine *engine) {
     ATOMIC_SET(engine->dispatch.shortcuts, request);
 }
 
-/* The program ends here: everything that is left is left out. */
+/* Where the program goes on behind a halt. A function whose acknowledgement is
+ * awaited there has been put out. */
+static void note_halt(struct engine *engine, place at, uint64_t head) {
+    struct program_state *program = &engine->program;
+    program->halt_piece = at.i;
+    program->halt_row = engine->push.rows_taken;
+    program->halt_s = program->halt_whole = 0.0;
+    if (at.i >= head) {
+        return;
+    }
+    const struct piece *piece = store_at(&engine->store, at.i);
+    bool awaited = is_ack_gate(piece);
+    program->halt_row = piece->row + (awaited ? 1 : 0);
+    program->halt_s = awaited ? 0.0 : at.s;
+    program->halt_whole = piece->whole;
+}
+
+/* The program ends here: everything that is left is left out. The path does not
+ * turn back to it. */
 static void leave_out_remainder(struct engine *engine) {
     uint64_t head = ATOMIC_GET(engine->store.head);
-    place at = stand_place(engine);
-    bool left = at.i < head;
-    engine->program.halt_row =
-        left ? store_at(&engine->store, at.i)->row : engine->push.rows_taken;
-    engine->program.halt_s = left ? at.s : 0.0;
-    engine->program.halt_whole =
-        left ? store_at(&engine->store, at.i)->whole : 0.0;
+    note_halt(engine, stand_place(engine), head);
     begin_run(engine, (place){head, 0.0});
+    ATOMIC_SET(engine->store.first, head);
     ATOMIC_SET(engine->dispatch.drives_on, 0);
     ATOMIC_SET(engine->dispatch.dir, 1);
     engine->dispatch.next = head;
@@ -272,7 +286,7 @@ static void leave_out_remainder(struct engine *engine) {
         dispatch_nothing(engine, head - 1);
         piece_at(&engine->run, engine->run.head - 1)->flags = 0;
     }
-    ATOMIC_SET(engine->program.abort, 2);
+    ATOMIC_SET(engine->program.abort, ABORT_DONE);
 }
 
 void dispatch_begin_program(struct engine *engine) {

@@ -243,6 +243,7 @@ typedef struct engine_state {
     uint64_t
         halt_row; /* behind engine_halt: the row in which the path stands, */
     double halt_s, halt_whole; /* and how much of it has been driven, mm */
+    int32_t retraced;          /* the path is driven backward, or once more */
     double time_by_cause[ENGINE_CAUSES]; /* s of cycles of programs */
     uint64_t infeasible; /* planner: state that could not be continued legally;
                             must stay 0 */
@@ -453,6 +454,9 @@ void engine_hold(struct engine *engine, int hold);
 void engine_macro_runs(struct engine *engine, int runs);
 /* The path goes on from where the axes stand; behind ENGINE_DRAINED alone. */
 void engine_resync(struct engine *engine);
+/* What is pushed next waits for the acknowledgement of all functions that were
+ * put out and wait for one. */
+void engine_await_functions(struct engine *engine);
 /* 1 and the next command that the path has passed, or 0. */
 int engine_take_command(struct engine *engine, struct engine_command *out);
 /* Motion held before the program start (1) or released (0). */

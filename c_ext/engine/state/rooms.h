@@ -119,6 +119,7 @@ typedef struct technology_rows {
     bool has_pending_gate;
     uint32_t std_block, std_index, behind_count;
     nc_block behind[BEHIND_MAX];
+    uint64_t behind_number[BEHIND_MAX]; /* of these rows */
     uint64_t
         std_base; /* functions pushed ahead of the block in the std array */
     uint32_t spindle_synch[20];
@@ -127,6 +128,7 @@ typedef struct technology_rows {
     bool spindle_pending; /* an S word that no M function of its block has
                              taken */
     nc_block spindle_row;
+    uint64_t spindle_number; /* of that row */
 } technology_rows;
 
 /* Functions that go out ahead of their place: preparation to GEO. */
@@ -137,8 +139,11 @@ typedef struct early_outputs {
 } early_outputs;
 
 /* ---- program: how far it has got */
+#define ABORT_ASKED 1 /* program.abort: brake and leave out the rest */
+#define ABORT_DONE 2  /* ... which is left out */
 typedef struct program_state {
-    uint64_t halt_row; /* the row in which a halt left the path */
+    uint64_t halt_row;   /* the row in which a halt left the path */
+    uint64_t halt_piece; /* the first piece of the store that is left out */
     double halt_s, halt_whole;
     uint64_t blocks_from; /* no rows are asked for before this cycle */
     int finished, expect_drain, hold_start, stay;

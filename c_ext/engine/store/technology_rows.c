@@ -124,6 +124,25 @@ static void spindle_piece(const struct technology_rows *technology_rows,
             : 0.0;
 }
 
+/* A function more (1) or less (-1) that gates wait for. */
+static void count_pushed(struct techno_counts *pushed,
+                         uint32_t synch,
+                         int change) {
+    uint64_t by = (uint64_t)(int64_t)change;
+    if (synch & LATE) {
+        pushed->late_freed += by;
+    } else {
+        pushed->std_freed += by;
+    }
+    if (synch & SYNCH_MVS_SLM) {
+        pushed->slm_acked += by;
+    } else if (synch & SYNCH_MVS_SLP) {
+        pushed->slp_acked += by;
+    } else if (synch & WAITS) {
+        pushed->std_acked += by;
+    }
+}
+
 static void push_output(struct engine *engine,
                         const nc_block *row,
                         uint32_t synch) {
@@ -158,18 +177,7 @@ static void push_output(struct engine *engine,
     }
     engine->push.stop_pending |= piece->stop_before;
     store_publish(&engine->store);
-    if (late) {
-        engine->technology_rows.pushed.late_freed++;
-    } else {
-        engine->technology_rows.pushed.std_freed++;
-    }
-    if (synch & SYNCH_MVS_SLM) {
-        engine->technology_rows.pushed.slm_acked++;
-    } else if (synch & SYNCH_MVS_SLP) {
-        engine->technology_rows.pushed.slp_acked++;
-    } else if (synch & WAITS) {
-        engine->technology_rows.pushed.std_acked++;
-    }
+    count_pushed(&engine->technology_rows.pushed, synch, 1);
 }
 
 static void push_ack_gate(struct engine *engine, const nc_block *row) {
@@ -179,18 +187,22 @@ static void push_ack_gate(struct engine *engine, const nc_block *row) {
 }
 
 void techno_block_end(struct engine *engine) {
-    uint32_t count = engine->technology_rows.behind_count;
+    struct technology_rows *rows = &engine->technology_rows;
+    uint64_t next = engine->push.rows_taken; /* pieces belong to their rows */
+    uint32_t count = rows->behind_count;
     if (!count) {
         return;
     }
-    engine->technology_rows.behind_count = 0;
+    rows->behind_count = 0;
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t synch = synch_of(engine, &engine->technology_rows.behind[i]);
+        uint32_t synch = synch_of(engine, &rows->behind[i]);
+        engine->push.rows_taken = rows->behind_number[i];
         if (synch & SYNCH_MNS_SNS) {
-            push_output(engine, &engine->technology_rows.behind[i], synch);
+            push_output(engine, &rows->behind[i], synch);
         }
     }
-    push_ack_gate(engine, &engine->technology_rows.behind[count - 1]);
+    push_ack_gate(engine, &rows->behind[count - 1]);
+    engine->push.rows_taken = next;
 }
 
 /* Early output of the output piece pushed last: GEO looks at the nearest one
@@ -221,22 +233,25 @@ void techno_spindle_word(struct engine *engine) {
     if (!engine->technology_rows.spindle_pending) {
         return;
     }
-    engine->technology_rows.spindle_pending = false;
-    if (engine->technology_rows.spindle_synch[0]
-        && (engine->technology_rows.spindle_move == 3
-            || engine->technology_rows.spindle_move == 4)) {
-        push_output(engine,
-                    &engine->technology_rows.spindle_row,
-                    engine->technology_rows.spindle_synch[0]);
-        if (engine->technology_rows.spindle_synch[0] & SYNCH_MVS_SVS) {
-            push_ack_gate(engine, &engine->technology_rows.spindle_row);
+    struct technology_rows *rows = &engine->technology_rows;
+    uint64_t next = engine->push.rows_taken;
+    rows->spindle_pending = false;
+    if (rows->spindle_synch[0]
+        && (rows->spindle_move == 3 || rows->spindle_move == 4)) {
+        engine->push.rows_taken = rows->spindle_number;
+        push_output(engine, &rows->spindle_row, rows->spindle_synch[0]);
+        if (rows->spindle_synch[0] & SYNCH_MVS_SVS) {
+            push_ack_gate(engine, &rows->spindle_row);
         }
+        engine->push.rows_taken = next;
     }
 }
 
 static bool note_spindle(struct technology_rows *technology_rows,
-                         const nc_block *row) {
+                         const nc_block *row,
+                         uint64_t number) {
     if (row->type == NC_S) {
+        technology_rows->spindle_number = number;
         technology_rows->spindle_rev = row->value;
         technology_rows->spindle_row = *row;
         technology_rows->spindle_pending = true;
@@ -249,7 +264,9 @@ static bool note_spindle(struct technology_rows *technology_rows,
 
 bool techno_push(struct engine *engine, const nc_block *row) {
     if (is_spindle(&engine->cfg, row)
-        && !note_spindle(&engine->technology_rows, row)) {
+        && !note_spindle(&engine->technology_rows,
+                         row,
+                         engine->push.rows_taken)) {
         return false;
     }
     uint32_t synch =
@@ -258,8 +275,9 @@ bool techno_push(struct engine *engine, const nc_block *row) {
         return false;
     }
     if (synch & BEHIND) {
-        engine->technology_rows.behind[engine->technology_rows.behind_count++] =
-            *row;
+        struct technology_rows *rows = &engine->technology_rows;
+        rows->behind[rows->behind_count] = *row;
+        rows->behind_number[rows->behind_count++] = engine->push.rows_taken;
     }
     if (synch & SYNCH_MNS_SNS) {
         return true;
@@ -293,4 +311,35 @@ void techno_expl_syn(struct engine *engine, const nc_block *row) {
     if (need.slp_acked) {
         push_gate(engine, row, need);
     }
+}
+
+bool is_ack_gate(const struct piece *piece) {
+    return piece->kind == PIECE_EVENT && piece->type == NC_EVENT
+           && piece->code == EVENT_GATE && piece->need.std_acked > 0;
+}
+
+void techno_left_out(struct engine *engine) {
+    struct technology_rows *rows = &engine->technology_rows;
+    uint64_t head = engine->store.head;
+    for (uint64_t i = engine->program.halt_piece; i < head; i++) {
+        const struct piece *piece = store_at(&engine->store, i);
+        if (piece->kind == PIECE_EVENT && piece->flags & NC_OUTPUT
+            && !piece->put_out) {
+            count_pushed(&rows->pushed, piece->synch, -1);
+        }
+    }
+    rows->has_pending_gate = false;
+    rows->std_block = rows->std_index = 0;
+    rows->std_base = rows->pushed.std_freed;
+}
+
+void engine_await_functions(struct engine *engine) {
+    struct technology_rows *rows = &engine->technology_rows;
+    if (!rows->pushed.std_acked) {
+        return;
+    }
+    const nc_block row = {0};
+    engine->push.rows_taken--; /* it belongs to what was pushed last */
+    push_ack_gate(engine, &row);
+    engine->push.rows_taken++;
 }

@@ -20,4 +20,10 @@ bool techno_push(struct engine *engine, const nc_block *row);
 /* MVS_SLM: the transition to the next G01, G02, G03. MVS_SLP: at #EXPL SYN. */
 void techno_before_motion(struct engine *engine, const nc_block *row);
 void techno_expl_syn(struct engine *engine, const nc_block *row);
+
+/* Whether acknowledgements are awaited there of functions put out before. */
+bool is_ack_gate(const struct piece *piece);
+
+/* Behind a halt: functions that were left out are awaited no more. */
+void techno_left_out(struct engine *engine);
 #endif

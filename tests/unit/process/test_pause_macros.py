@@ -1,0 +1,323 @@
+"""HOLD and RESET with macros of an IsoNs program: what is left out comes once
+more, nothing twice, and the path has no jump.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cnc_core.units import FloatArray
+from hli.layout import HLI_M_H_PROZESS
+from support.channels import AUTOMATIC, Channels
+
+ACTIVE, HOLD, STOPPING, RESET, SELECTED = 4, 5, 13, 15, 2
+MACROS = {
+    "M61": "G1 F3000 DZ5\n",
+    "M62": "G1 F3000 DZ-5\n",
+    "M63": "M20\nDZ2\n",
+}
+BOTH = "M_PAUSE = 61\nM_GOPAUSE = 62\n"
+PATH = "G1 F6000 X50\nX60 Y10\nX10 Y10\n"
+SHORT = "G1 F6000 X10\nX20 Y10\n"
+CYCLE_MM = 0.31  # the longest way of a cycle, at 300 mm/s
+ONE = '[channel]\ninterpolator_function = "FCT_IPO_DEFAULT"\n'
+
+
+class Cell:
+    """A program with macros; functions are fetched and acknowledged at once."""
+
+    def __init__(
+        self, folder: Path, text: str, events: str, synch: str = "MVS_SVS"
+    ) -> None:
+        for name, macro in MACROS.items():
+            (folder / f"{name}.isons").write_text(macro)
+        config = (
+            f'{ONE}[channel.m_synch]\n20 = "{synch}"\n21 = "{synch}"\n'
+            f"[isons.events]\n{events}"
+        )
+        self.cnc = Channels(folder, [text], config, suffix="isons")
+        self.channel = self.cnc.root.channel[0]
+        self.places = [self.position()]
+        self.codes: list[int] = []
+
+    def close(self) -> None:
+        self.cnc.__exit__()
+
+    def position(self) -> FloatArray:
+        return np.array(self.cnc.positions(0))
+
+    @property
+    def state(self) -> int:
+        unit = self.channel.channel_mc_control.mode_and_state
+        return int(unit.state_r.state)
+
+    def order(self, target: int) -> None:
+        self.cnc.command(0, AUTOMATIC, target)
+
+    def backward(self, value: bool) -> None:
+        unit = self.channel.bahn_mc_control.backward_motion
+        unit.enable_w, unit.command_w = True, value
+
+    def run(self, cycles: int) -> None:
+        for _ in range(cycles):
+            self.cnc.run(1)
+            self.places.append(self.position())
+            for unit in (
+                *self.channel.techno_unit_std_sync,
+                *self.channel.techno_unit_late_sync,
+            ):
+                if unit.please_rw:
+                    self.codes.append(
+                        HLI_M_H_PROZESS.from_buffer_copy(unit.attribut_r).nr
+                    )
+                    unit.please_rw, unit.done_w = False, True
+
+    def until(self, what: Callable[[], bool], most: int = 5000) -> None:
+        for _ in range(most):
+            if what():
+                return
+            self.run(1)
+        pytest.fail(f"not within {most} cycles; state {self.state}")
+
+    def ends(self) -> None:
+        self.until(lambda: not self.cnc.channels[0].modes.running)
+
+    @property
+    def way(self) -> float:
+        steps = np.linalg.norm(np.diff(self.places, axis=0), axis=1)
+        assert steps.max() < CYCLE_MM
+        return float(steps.sum())
+
+
+Make = Callable[..., Cell]
+
+
+@pytest.fixture
+def make(tmp_path: Path) -> Iterator[Make]:
+    """A cell, as its class takes it."""
+    made: list[Cell] = []
+
+    def one(*args: str) -> Cell:
+        made.append(Cell(tmp_path, *args))
+        return made[-1]
+
+    yield one
+    for cell in made:
+        cell.close()
+
+
+@pytest.mark.ci_cases
+@pytest.mark.parametrize("hold", [200, 239, 300, 369])
+def test_a_hold_while_it_brakes_to_its_end_drives_nothing_again(
+    make: Make, hold: int
+) -> None:
+    """M_PAUSE and M_GOPAUSE are executed where it stands; then comes what is left."""
+    cell = make(SHORT, BOTH)
+    cell.run(hold)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    assert cell.position()[2] == 5.0
+    cell.order(ACTIVE)
+    cell.ends()
+    assert cell.position().tolist() == [20.0, 10.0, 0.0]
+    assert cell.way == pytest.approx(10.0 + 10.0 * 2**0.5 + 10.0, abs=1e-3)
+
+
+def test_a_hold_behind_the_end_is_refused(make: Make) -> None:
+    """In the cycle in which the program ends: no macro moves an axis."""
+    cell = make(SHORT, BOTH)
+    cell.until(lambda: cell.position()[0] == 20.0)
+    for _ in range(12):
+        if not cell.cnc.channels[0].modes.running:
+            break
+        cell.order(HOLD)
+        cell.run(1)
+    cell.run(600)
+    assert cell.position().tolist()[:2] == [20.0, 10.0]
+    assert cell.state in (HOLD, SELECTED)
+    assert (cell.position()[2] == 5.0) == (cell.state == HOLD)
+
+
+@pytest.mark.ci_cases
+@pytest.mark.parametrize("again", [51, 60, 100, 200, 245])
+def test_active_while_the_pause_begins_is_not_lost(
+    make: Make, again: int
+) -> None:
+    """It still brakes, or M_PAUSE runs: behind that the program goes on."""
+    cell = make(PATH, BOTH)
+    cell.run(50)
+    cell.order(HOLD)
+    cell.run(again - 50)
+    cell.order(ACTIVE)
+    cell.run(2)
+    assert cell.state == STOPPING
+    cell.ends()
+    assert cell.position().tolist() == [10.0, 10.0, 0.0]
+    assert cell.way == pytest.approx(50 + 10 * 2**0.5 + 50 + 10, abs=1e-3)
+
+
+@pytest.mark.ci_cases
+@pytest.mark.parametrize(
+    ("stop", "z"),
+    [
+        (55, (2.0, 2.0)),
+        (110, (2.0, 2.0)),
+        (260, (2.0, 7.0)),
+        (420, (7.0, 7.0)),
+        (1120, (2.0, 7.0)),
+        (1300, (2.0, 2.0)),
+    ],
+)
+def test_a_reset_during_a_pause_ends_the_program(
+    make: Make, stop: int, z: tuple[float, float]
+) -> None:
+    """Whether it brakes, parks, stands or goes back: M_STOP alone comes."""
+    cell = make(PATH, BOTH + "M_STOP = 63\n")
+    cell.run(50)
+    cell.order(HOLD)
+    for cycle in range(51, 2000):
+        if cycle == stop:
+            cell.order(RESET)
+        elif cycle == 1000 and stop > 1000:
+            cell.order(ACTIVE)
+        cell.run(1)
+    assert cell.state == SELECTED
+    assert not cell.cnc.channels[0].modes.running
+    assert cell.codes == [20]
+    assert z[0] - 1e-9 <= cell.position()[2] <= z[1] + 1e-9
+    assert cell.position()[0] < 60.0
+    assert cell.way > 10.0
+    cell.order(RESET)
+    cell.run(3)
+    assert cell.state == SELECTED
+
+
+@pytest.mark.ci_cases
+@pytest.mark.parametrize(
+    "synch", ["MVS_SVS", "MNS_SNS", "MOS", "MVS_SNS", "MVS_SLM"]
+)
+@pytest.mark.parametrize("hold", [40, 160, 420, 560, 640])
+def test_functions_behind_a_pause_come_once(
+    make: Make, synch: str, hold: int
+) -> None:
+    """Those that were left out with the path are put out when it goes on."""
+    text = "G1 F6000 X50\nM20\nX60 Y10 M21\nM20\nX70\nM21\n"
+    cell = make(text, BOTH, synch)
+    cell.run(hold)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    cell.order(ACTIVE)
+    cell.ends()
+    assert cell.codes == [20, 21, 20, 21]
+    assert cell.position().tolist() == [70.0, 10.0, 0.0]
+
+
+def test_a_function_is_awaited_behind_a_pause(make: Make) -> None:
+    """HOLD while M20 waits: it is not put out again, and the next motion waits
+    for its acknowledgement.
+    """
+    cell = make("G1 F6000 X5\nM20\nX20\n", "M_GOPAUSE = 62\n")
+    unit = cell.channel.techno_unit_std_sync[0]
+    cell.cnc.until(lambda: bool(unit.please_rw))
+    unit.please_rw = False
+    cell.cnc.run(20)
+    cell.order(HOLD)
+    cell.cnc.until(lambda: cell.state == HOLD)
+    cell.order(ACTIVE)
+    cell.cnc.run(300)
+    assert cell.position()[0] == 5.0
+    assert not unit.please_rw
+    unit.done_w = True
+    cell.ends()
+    assert cell.position().tolist() == [20.0, 0.0, 0.0]
+    assert cell.codes == []
+
+
+def test_functions_behind_g101_come(make: Make) -> None:
+    """What it leaves out is awaited no more."""
+    text = "G1 F6000 X50\nM20\nX60 Y10\nG101\nM21\nG1 X5\n"
+    cell = make(text, "")
+    cell.ends()
+    assert cell.codes == [21]
+    assert cell.position()[0] == 5.0
+
+
+@pytest.mark.parametrize("back", [55, 120, 300])
+def test_a_stop_is_no_way_back(make: Make, back: int) -> None:
+    """Backward motion behind a RESET does not drive what was left out."""
+    cell = make(PATH, "M_STOP = 63\n")
+    cell.run(50)
+    cell.order(RESET)
+    cell.run(back - 50)
+    cell.backward(True)
+    cell.run(1000)
+    assert cell.position()[0] < 25.0
+    assert cell.position()[1] == 0.0
+    cell.backward(False)
+    cell.ends()
+    assert cell.way < 40.0
+
+
+def test_a_hold_on_the_way_back_only_stands(make: Make) -> None:
+    """Macros belong to the way forward: the path goes on where it stood."""
+    cell = make(PATH, BOTH)
+    cell.run(300)
+    cell.backward(True)
+    cell.run(150)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    cell.run(300)
+    assert cell.position()[2] == 0.0
+    cell.backward(False)
+    cell.order(ACTIVE)
+    cell.ends()
+    assert cell.position().tolist() == [10.0, 10.0, 0.0]
+    assert cell.way > 50 + 10 * 2**0.5 + 50
+
+
+def test_the_way_back_ends_at_the_pause(make: Make) -> None:
+    """While it stands paused, and behind that, the path is not driven back
+    beyond the place of the pause.
+    """
+    cell = make(PATH, BOTH)
+    cell.run(300)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    at = cell.position()[0]
+    cell.backward(True)
+    cell.run(300)
+    assert cell.position()[0] == at
+    cell.backward(False)
+    cell.run(300)
+    cell.order(ACTIVE)
+    cell.until(lambda: cell.position()[0] > at + 2.0)
+    cell.backward(True)
+    cell.run(1000)
+    assert cell.position()[0] == pytest.approx(at, abs=1e-6)
+    cell.backward(False)
+    cell.ends()
+    assert cell.position().tolist() == [10.0, 10.0, 0.0]
+    assert cell.way > 50.0
+
+
+def test_hold_at_the_start_shows_no_stand_before_it_stands(
+    tmp_path: Path,
+) -> None:
+    """One cycle behind ACTIVE the path has no speed yet, and moves."""
+    with Channels(
+        tmp_path, ["N10 G1 X100 F6000\nM30\n"], ONE, start=False
+    ) as cnc:
+        unit = cnc.root.channel[0].channel_mc_control.mode_and_state
+        for gap in (1, 2, 3, 5):
+            cnc.command(0, AUTOMATIC, ACTIVE)
+            cnc.until(lambda: unit.state_r.state == ACTIVE)
+            cnc.run(gap - 1)
+            cnc.command(0, AUTOMATIC, HOLD)
+            cnc.until(lambda: unit.state_r.state == HOLD)
+            stood = cnc.positions(0)
+            cnc.run(30)
+            assert cnc.positions(0) == stood
