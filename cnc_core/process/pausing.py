@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from math import comb
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -17,6 +16,7 @@ from cnc_core.blocks.pool import coefficients, joined
 
 from ..blocks import CIRCULAR, NC_BLOCK, PIECE, POLYNOMIAL, BlockBatch
 from ..frontend.front_end import Restartable
+from ..geometry.shapes.polynomial import shifted
 from ..program.restart import SAME_MM, Uncovered, way_to
 from ..units import FloatArray
 
@@ -98,20 +98,15 @@ def _polynomial_rest(
     coef = coefficients(row, batch.pool, axes)[0]
     whole = float(row["angle"][0])
     at = _parameter_at(coef, whole, share, place)
-    order = coef.shape[1]
-    shifted = np.zeros_like(coef)
-    for k in range(order):
-        for j in range(k, order):
-            factor = comb(j, k) * at ** (j - k)
-            shifted[:, k] += factor * coef[:, j]
-    shifted[:, 0] = place
+    rest = shifted(coef, at)
+    rest[:, 0] = place
     rows = batch.rows.copy()
     rows["pool"][0], rows["degree"][0], rows["angle"][0] = (
         len(batch.pool),
-        order - 1,
+        coef.shape[1] - 1,
         whole - at,
     )
-    return BlockBatch(rows, np.concatenate([batch.pool, shifted.ravel()]))
+    return BlockBatch(rows, np.concatenate([batch.pool, rest.ravel()]))
 
 
 def _parameter_at(

@@ -30,6 +30,15 @@ def value(coef: FloatArray, w: FloatArray) -> FloatArray:
     return out
 
 
+def shifted(coef: FloatArray, by: float) -> FloatArray:
+    """One polynomial (axes, order) over a parameter that begins ``by`` later."""
+    out = np.zeros_like(coef)
+    for k in range(coef.shape[1]):
+        for j in range(k, coef.shape[1]):
+            out[:, k] += comb(j, k) * by ** (j - k) * coef[:, j]
+    return out
+
+
 def derivative(coef: FloatArray) -> FloatArray:
     """Coefficients of the derivative, (n, axes, order - 1)."""
     return np.asarray(

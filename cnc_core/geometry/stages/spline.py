@@ -24,6 +24,7 @@ import numpy as np
 from cnc_core import plain
 from cnc_core.blocks import (
     CIRCULAR,
+    EXACT_STOP,
     LINEAR,
     POLYNOMIAL,
     SPLINE,
@@ -35,6 +36,8 @@ from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.units import FloatArray
 
 from ..profiles.rows import lengths
+from ..shapes import sharp_turns
+from ..shapes.polynomial import shifted
 from .stage import RefusedRow
 
 OFF, AKIMA, BSPLINE = 0, 1, 2
@@ -386,23 +389,43 @@ class Spline:
         self, row: Any, coef: FloatArray, end: float, *, through: bool
     ) -> None:
         """``through``: the segment ends in the row's own end."""
-        row["type"] = POLYNOMIAL
-        row["degree"] = coef.shape[1] - 1
-        row["angle"] = end
-        row["pool"] = len(self._pool)
         powers = np.arange(coef.shape[1])
         if not through:
-            row["end"][: len(coef)] = plain.product(
-                coef, plain.powers(end, powers)
-            )
-        self._pool += coef.ravel().tolist()
-        self._made.append(len(self._rows))
-        self._rows.append(row)
+            row["end"][: len(coef)] = _at(coef, end)
+        for begin, to, straight in sharp_turns.parts(coef, end):
+            self._part(row, coef, (begin, to), straight, to == end)
         order = powers[1:]
         way = plain.product(coef[:, 1:] * order, plain.powers(end, order - 1))
         norm = self._chord(way)
         self._at = row["end"][: len(coef)].copy()
         self._tangent = way / norm if norm > 0 else None
+
+    def _part(
+        self,
+        row: Any,
+        coef: FloatArray,
+        between: tuple[float, float],
+        straight: bool,
+        last: bool,
+    ) -> None:
+        """The segment between two parameters, or the line that takes its place."""
+        row, (begin, to) = row.copy(), between
+        if not last:
+            row["end"][: len(coef)] = _at(coef, to)
+            row["flags"] = int(row["flags"]) & ~EXACT_STOP
+            row["end_speed"] = 0.0
+        if straight:
+            way = row["end"][: len(coef)] - _at(coef, begin)
+            row["length"] = row["length_min"] = self._chord(way)
+            self._rows.append(row)
+            return
+        row["type"] = POLYNOMIAL
+        row["degree"] = coef.shape[1] - 1
+        row["angle"] = to - begin
+        row["pool"] = len(self._pool)
+        self._pool += (shifted(coef, begin) if begin else coef).ravel().tolist()
+        self._made.append(len(self._rows))
+        self._rows.append(row)
 
     def _taken(self) -> BlockBatch:
         items, made, values = self._rows, self._made, self._pool
@@ -417,6 +440,10 @@ class Spline:
             [a for a in self._main if a >= 0],
         )
         return BlockBatch(rows, pool)
+
+
+def _at(coef: FloatArray, u: float) -> FloatArray:
+    return plain.product(coef, plain.powers(u, np.arange(coef.shape[1])))
 
 
 def _bspline(points: FloatArray) -> list[tuple[FloatArray, float]]:

@@ -1,0 +1,166 @@
+"""Turns of a polynomial that are too sharp for a curve: a path of finite speed
+has to stand there, or all but stand.
+
+At a cusp the derivative vanishes and the direction turns at once, as where a
+spline goes there and back.  Next to one the radius falls below any use.  Such a
+place becomes a corner: the way to it and from it are lines, as far as they are
+within ``LINE_MM`` of the polynomial.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from cnc_core import plain
+from cnc_core.units import FloatArray
+
+SHARP_MM = 1.5e-5
+"""Radius at the place of a turn that becomes a corner."""
+LINE_MM = 1e-4
+"""The way from the polynomial to the lines that take its place, at the most."""
+SLOW = 0.05
+"""Of the largest derivative: more is no sharp turn."""
+BEYOND = 0.1
+"""So far beyond its ends a polynomial is looked at, a share of it."""
+SAMPLES, WITHIN, HALVINGS = 64, 16, 40
+
+
+def parts(coef: FloatArray, end: float) -> list[tuple[float, float, bool]]:
+    """Of a polynomial (axes, order) over 0..``end``: the parameters where each
+    part begins and ends, and whether it is a line.
+    """
+    places = _places(coef, end)
+    middles = [0.5 * (a + b) for a, b in pairwise(places)]
+    limits = [0.0, *middles, end]
+    out, at = [], 0.0
+    for i, place in enumerate(places):
+        from_ = _line_from(coef, place, limits[i])
+        to = _line_from(coef, place, limits[i + 1])
+        if from_ > at:
+            out.append((at, from_, False))
+        out += [(a, b, True) for a, b in ((from_, place), (place, to)) if b > a]
+        at = to
+    if at < end:
+        out.append((at, end, False))
+    return out
+
+
+def _places(coef: FloatArray, end: float) -> list[float]:
+    """Where the corners are.  A turn next to an end is there: what is left would
+    be no way.
+    """
+    out: list[float] = []
+    for turn in _turns(coef, end):
+        place = min(max(turn, 0.0), end)
+        for other in (0.0, end):
+            if _apart(coef, place, other) < LINE_MM:
+                place = other
+        if place not in out:
+            out.append(place)
+    return out
+
+
+def _apart(coef: FloatArray, one: float, other: float) -> float:
+    way = _at(coef, one) - _at(coef, other)
+    return float(np.sqrt((way * way).sum()))
+
+
+def _turns(coef: FloatArray, end: float) -> Iterator[float]:
+    """Parameters of the sharp turns, ascending; some beyond the ends, since the
+    next polynomial begins there much as this one goes on.
+    """
+    first = coef[:, 1:] * np.arange(1, coef.shape[1])
+    if first.shape[1] == 3 and _goes_on(first, end):
+        return
+    u = np.linspace(-BEYOND * end, (1.0 + BEYOND) * end, SAMPLES + 1)
+    speed = _speed(first, u)
+    most = float(speed.max())
+    if float(speed.min()) > 2.0 * SLOW * most:
+        return
+    padded = np.pad(speed, 1, constant_values=np.inf)
+    lowest = (speed <= padded[:-2]) & (speed < padded[2:])
+    for k in np.flatnonzero(lowest):
+        place = _lowest(first, u[max(0, k - 1)], u[min(SAMPLES, k + 1)])
+        if _is_sharp(first, place, most):
+            yield place
+
+
+def _goes_on(first: FloatArray, end: float) -> bool:
+    """Whether all of a cubic goes on in one direction, by the hull of its
+    derivative.
+    """
+    low, way = -BEYOND * end, (1.0 + 2.0 * BEYOND) * end
+    constant, slope, bend = first.T
+    begin = constant + low * (slope + low * bend)
+    middle = begin + 0.5 * way * (slope + 2.0 * low * bend)
+    last = begin + way * (slope + (2.0 * low + way) * bend)
+    hull = np.array([begin, middle, last])
+    along = (begin + last).tolist()
+    lengths = np.sqrt((hull * hull).sum(axis=1))
+    norm = sum(d * d for d in along) ** 0.5
+    least = float((hull * along).sum(axis=1).min())
+    return least > 2.0 * SLOW * float(lengths.max()) * norm
+
+
+def _speed(first: FloatArray, u: FloatArray) -> FloatArray:
+    powers = plain.powers(u[None, :], np.arange(first.shape[1])[:, None])
+    d = plain.summed("ak,kg->ag", first, powers)
+    return np.asarray(np.sqrt((d * d).sum(axis=0)))
+
+
+def _at(coef: FloatArray, u: float) -> FloatArray:
+    return plain.product(coef, plain.powers(u, np.arange(coef.shape[1])))
+
+
+def _lowest(first: FloatArray, low: float, high: float) -> float:
+    """Where the derivative is least between two parameters."""
+    for _ in range(80):
+        a, b = low + (high - low) / 3.0, high - (high - low) / 3.0
+        at_a, at_b = _at(first, a), _at(first, b)
+        if float((at_a * at_a).sum()) <= float((at_b * at_b).sum()):
+            high = b
+        else:
+            low = a
+    return 0.5 * (low + high)
+
+
+def _is_sharp(first: FloatArray, place: float, most: float) -> bool:
+    d1 = _at(first, place)
+    d2 = _at(first[:, 1:] * np.arange(1, first.shape[1]), place)
+    speed = float(np.sqrt((d1 * d1).sum()))
+    if speed > SLOW * most:
+        return False
+    if speed <= 1e-9 * most:
+        return True
+    along = float((d1 * d2).sum()) / speed
+    across = float(np.sqrt(max(0.0, (d2 * d2).sum() - along * along)))
+    return speed * speed <= SHARP_MM * across
+
+
+def _line_from(coef: FloatArray, place: float, to: float) -> float:
+    """The parameter up to which, from ``place`` towards ``to``, a line takes its
+    place.
+    """
+    far = to
+    for _ in range(HALVINGS):
+        if far == place or _is_near_line(coef, place, far):
+            break
+        far = place + 0.5 * (far - place)
+    return far
+
+
+def _is_near_line(coef: FloatArray, place: float, far: float) -> bool:
+    u = np.linspace(place, far, WITHIN + 1)
+    powers = plain.powers(u[None, :], np.arange(coef.shape[1])[:, None])
+    points = plain.summed("ak,kg->ga", coef, powers)
+    way = points[-1] - points[0]
+    length = float(np.sqrt((way * way).sum()))
+    if length == 0.0:
+        return False
+    along = ((points - points[0]) * (way / length)).sum(axis=1)
+    nearest = np.clip(along, 0.0, length)[:, None] * (way / length)
+    off = points - points[0] - nearest
+    return float(np.sqrt((off * off).sum(axis=1).max())) <= LINE_MM
