@@ -56,6 +56,17 @@ class AxisRequest:
     taken: Callable[[], None] = lambda: None
     place: Place = field(default_factory=Place)
 
+    def numbers(self, places: Sequence[Placed | None]) -> list[int | None]:
+        """Of the axes at the channel's places, when it has been carried out."""
+        gone = {*self.put, *(one.number for one in self.call.values())}
+        out: list[int | None] = [
+            None if one is None or one.number in gone else one.number
+            for one in places
+        ]
+        for place, one in self.call.items():
+            out[place] = one.number
+        return out
+
 
 class ChannelAxes(Protocol):
     """The axes as one channel sees them."""

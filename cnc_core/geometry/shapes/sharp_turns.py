@@ -83,7 +83,8 @@ def _turns(coef: FloatArray, end: float) -> Iterator[float]:
     padded = np.pad(speed, 1, constant_values=np.inf)
     lowest = (speed <= padded[:-2]) & (speed < padded[2:])
     for k in np.flatnonzero(lowest):
-        place = _lowest(first, u[max(0, k - 1)], u[min(SAMPLES, k + 1)])
+        low, high = max(0, int(k) - 1), min(SAMPLES, int(k) + 1)
+        place = _lowest(first, float(u[low]), float(u[high]))
         if _is_sharp(first, place, most):
             yield place
 
@@ -102,7 +103,8 @@ def _goes_on(first: FloatArray, end: float) -> bool:
     lengths = np.sqrt((hull * hull).sum(axis=1))
     norm = sum(d * d for d in along) ** 0.5
     least = float((hull * along).sum(axis=1).min())
-    return least > 2.0 * SLOW * float(lengths.max()) * norm
+    slow = 2.0 * SLOW * float(lengths.max())
+    return bool(least > slow * norm)
 
 
 def _speed(first: FloatArray, u: FloatArray) -> FloatArray:

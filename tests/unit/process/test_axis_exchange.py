@@ -293,6 +293,51 @@ def test_set_ax_moves_and_lets_go(tmp_path: Path) -> None:
         assert cnc.positions(0) == [5.0, 6.0, 0.0]
 
 
+def test_weights_go_with_their_axes(tmp_path: Path) -> None:
+    """G130 weighs X by 20 %: wherever it stands, X is driven with that, and Y is
+    not.
+    """
+    text = (
+        "G90 G01 F6000\nG130 X20\n#SET AX [Y,2,0][X,1,1]\n"
+        "X20\n#FLUSH WAIT\nY20\nM30\n"
+    )
+    cell = "[axes.X]\nid = 1\n[axes.Y]\nid = 2\n"
+    with Channels(tmp_path, [text], cell) as cnc:
+        places = []
+        while cnc.channels[0].modes.running:
+            places.append(cnc.positions(0))
+            cnc.run(1)
+        most = np.abs(np.diff(places, 2, axis=0)).max(axis=0) * 1e6
+    y, x = most  # at their places now
+    assert x == pytest.approx(600.0, rel=0.02)
+    assert y > 2000.0
+
+
+@pytest.mark.parametrize(
+    ("word", "most"), [("G130 X20", 2500.0), ("G131=20", 500.0)]
+)
+def test_an_axis_that_comes_is_weighted_as_all_are(
+    tmp_path: Path, word: str, most: float
+) -> None:
+    """Not by what was at its place or is told of others."""
+    texts = [
+        f"G90 G01 F3000\n{word}\n#CALL AX [Z,5,2]\n#FLUSH WAIT\nZ30\nM30\n",
+        "#PUT AX [Z]\nM30\n",
+        "M30\n",
+    ]
+    table = TABLE.replace(
+        "a_max_mm_s2 = 500.0", "a_max_mm_s2 = 2500.0"
+    ).replace("j_max_mm_s3 = 4000.0", "j_max_mm_s3 = 200000.0")
+    with Channels(tmp_path, texts, table) as cnc:
+        places = []
+        while cnc.channels[0].modes.running:
+            places.append(cnc.positions(0)[2])
+            cnc.run(1)
+    inside = np.abs(np.diff(places, 2))[2:]
+    jumps = inside[inside < 5e-3] * 1e6  # it appears where it stands
+    assert jumps.max() == pytest.approx(most, rel=0.02)
+
+
 def test_plain_lines_mean_the_axis_that_is_there(tmp_path: Path) -> None:
     """A letter means another axis behind the exchange, in plain lines that come
     again too.

@@ -276,11 +276,15 @@ class ExchangeCommands(CommandBase):
                     place,
                 )
             )
+            state.channel.dynamics.move_axes(
+                AxisRequest().numbers(axes.places), wanted.numbers(axes.places)
+            )
             if not state.port.answers:
                 axes.came()
             return [
                 Wait.AXES,
                 self._modal.row(EVENT, self._modal.n, code=EVENT_STORAGE_CLEAR),
+                *state.channel.dynamics.rows(self._modal.n),
             ]
 
         return run

@@ -112,6 +112,25 @@ class Dynamics:
                 weight, code, percent, offset
             )
 
+    def move_axes(
+        self, before: list[int | None], after: list[int | None]
+    ) -> None:
+        """Weights go with their axes, given by number for each place.
+
+        An axis that comes has the weight that all others share, else 100 % (R).
+        """
+        for name, old in self._weights.items():
+            shares: dict[int | None, float] = {
+                number: share
+                for number, share in zip(before, old, strict=True)
+                if number is not None
+            }
+            common = set(shares.values())
+            new = common.pop() if len(common) == 1 else 1.0
+            self._weights[name] = np.array(
+                [shares.get(number, new) for number in after]
+            )
+
     def _share(
         self, weight: Weight, code: int, percent: float, offset: int
     ) -> float:
