@@ -36,7 +36,7 @@ from .preparation import Preparation
 from .recording import missing_rows, recorder_for
 from .report import UNUSED_END, engine_figures
 from .said import Said
-from .scene import ENDED, NOT_STARTED, RUNNING, UNUSED, RunScene, place_now
+from .scene import NOT_STARTED, RUNNING, UNUSED, RunScene, place_now
 from .signals import SignalBoard, SignalsOf
 from .start_units import NO_FUNCTIONS, execution_mode, skip_levels
 from .waiting import StandWatch, Waiting
@@ -427,7 +427,7 @@ class ChannelRun:
 
     def _program_ended(self) -> None:
         self.ended_at = time.monotonic()
-        self.scene.phase = ENDED
+        self.scene.end()
         if self.signals:
             self.signals.ends()
         if self.axes:

@@ -88,6 +88,11 @@ class RunScene:
         self._scans, self._scanned_at = 0, time.monotonic()
         self._row, self._row_since, self._row_cycle = -1, self._scanned_at, 0
         self._asking = AskingLoop()
+        self._ended = 0  # in which cycle
+
+    def end(self) -> None:
+        """The program has ended."""
+        self.phase, self._ended = ENDED, int(self._engine.state.cycle)
 
     def __call__(self) -> Scene:
         if self.phase == UNUSED:
@@ -102,7 +107,9 @@ class RunScene:
         if self.phase == NOT_STARTED:
             return Scene([(START[0], plc.trouble() or START[1])])
         if self.phase == ENDED:
-            return Scene([] if self.others_run() else [FINISH])
+            passed = int(self._engine.state.cycle) - self._ended
+            cell_s = passed * self._cell.cycle_s
+            return Scene([] if self.others_run() else [FINISH], cell_s=cell_s)
         return self._standing(plc)
 
     def _of_cell(self, plc: PlcSight) -> Scene | None:

@@ -158,6 +158,18 @@ def test_a_run_that_moves_ends_in_its_time_too(program: Write) -> None:
     assert "goes on at N10" in result.errors[0]["text"]
 
 
+def test_a_plc_that_does_not_finish(program: Write) -> None:
+    """How long is told in the cell's time, which goes on behind the program's end."""
+    plc = program(
+        IDLE.replace("{setup}", "pass").replace("{cyclic}", "pass")
+        + "\n    def finished(self):\n        return False\n",
+        "stays.py",
+    )
+    (one,) = waits(program, "N10 G1 X5 F6000\nM30\n", plc)
+    assert one["what"] == "the PLC behind the program's end"
+    assert 2.5 < one["since_s"] < 3.0
+
+
 def test_a_run_that_completes_waits_for_nothing(program: Write) -> None:
     """Limits that are not reached change nothing."""
     with Cell() as machine:

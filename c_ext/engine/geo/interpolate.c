@@ -215,7 +215,7 @@ void geo_go_on(struct engine *engine) {
 }
 
 static void run_reset(struct geo *geo, const struct piece *piece) {
-    store_f64_relaxed(&geo->dist, 0.0);
+    store_f64_relaxed(&geo->dist, piece->dir > 0 ? 0.0 : piece->dist0);
     if (piece->dir > 0) {
         set_epoch(geo, geo->epoch + 1, geo->resets + 1, piece->element, 0.0);
     } else {

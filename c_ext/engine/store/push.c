@@ -144,6 +144,7 @@ static void push_event(struct engine *engine,
             engine->store.element_head;
         engine->push.epoch++;
         engine->push.resets++;
+        piece->dist0 = engine->push.distance / TENTH_UM;
         engine->push.distance = 0.0;
         engine->log.shift = 0.0;
     }

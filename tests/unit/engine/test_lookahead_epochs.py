@@ -478,3 +478,27 @@ def test_switches_on_arc_line_arc_do_not_chatter(
     assert [len(one) for one in rises] == [1] * len(places)
     for place, (at,) in zip(places, rises, strict=True):
         assert 0 <= place - at <= top * (lead_s + 0.001)
+
+
+def test_a_reset_crossed_backward_gives_the_distance_ahead_of_it(
+    tmp_path: Path,
+) -> None:
+    """Also where the path stands there: distance and epoch belong together, and
+    what lies ahead begins where the path is.
+    """
+    text = "N10 G01 X5 F6000\n#DISTANCE PROG START CLEAR\nN60 X25 F1000\n"
+    with Inside(tmp_path, text) as cnc:
+        ahead = cnc.segment.root.ahead[0].state
+        cnc.run(2)
+        first = int(ahead.epoch)
+        cnc.until(lambda: ahead.epoch == first + 1)
+        cnc.run(20)
+        cnc.level(cnc.bahn.single_block, True)
+        cnc.level(cnc.bahn.backward_motion, True)
+        cnc.until(lambda: cnc.state.dist_prog_start < 500)
+        cnc.level(cnc.bahn.feedhold, True)
+        cnc.run(200)
+        assert cnc.pos[-1, 0] == 5.0
+        assert ahead.epoch == first
+        assert cnc.state.dist_prog_start == 5 * MM
+        assert cnc.clah.state.max_dist_prog_start == 5 * MM
