@@ -396,9 +396,6 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     uint64_t done = ATOMIC_GET(engine->store.done);
     out->rows_taken = engine->push.rows_taken;
     out->row_done = done > 0 ? store_at(&engine->store, done - 1)->row : 0;
-    out->halt_row = engine->program.halt_row;
-    out->halt_s = engine->program.halt_s;
-    out->halt_whole = engine->program.halt_whole;
     out->retraced = is_retraced(engine, done);
     out->mode_warnings = engine->modes.warnings;
     out->errors_lost = engine->errors.lost;

@@ -14,6 +14,9 @@
 #include "engine/store/marked_log.h"
 #include "engine/store/push.h"
 #include "engine/store/technology_rows.h"
+
+/* Pieces: rows of a block are executed in another order within so many. */
+#define ROWS_OF_BLOCK (4u * BEHIND_MAX)
 #include "engine/store/technology_rows.h"
 
 /* Brake, leave out what is left and report the program's end. No row may be
@@ -33,6 +36,54 @@ void engine_halt(struct engine *engine) {
     engine->retracing.backward = false;
     engine_expect_drain(engine);
     ATOMIC_SET(engine->program.abort, ABORT_ASKED);
+}
+
+/* Early functions have been put out although their rows are left out. */
+static bool is_done(const struct engine *engine, uint64_t i) {
+    return i < engine->program.halt_piece
+           || store_at(&engine->store, i)->put_out;
+}
+
+/* The lowest rows that are left out: of all, and of motions. */
+static void find_left(const struct engine *engine, engine_left *out) {
+    uint64_t head = engine->store.head;
+    out->row = out->path = engine->push.rows_taken;
+    for (uint64_t i = engine->program.halt_piece; i < head; i++) {
+        const struct piece *piece = store_at(&engine->store, i);
+        if (is_gate(piece) || is_done(engine, i)) {
+            continue;
+        }
+        if (piece->row < out->row) {
+            out->row = piece->row;
+        }
+        if (is_motion(piece) && piece->row < out->path) {
+            out->path = piece->row;
+        }
+    }
+}
+
+int32_t engine_left_out(struct engine *engine,
+                        engine_left *out,
+                        uint64_t *done,
+                        int32_t most) {
+    const struct program_state *program = &engine->program;
+    uint64_t head = engine->store.head, at = program->halt_piece;
+    uint64_t first = at > ROWS_OF_BLOCK ? at - ROWS_OF_BLOCK : 0;
+    int32_t count = 0;
+    memset(out, 0, sizeof *out);
+    find_left(engine, out);
+    out->driven = program->halt_s;
+    out->whole = program->halt_whole;
+    if (first < engine->dispatch.program_first) {
+        first = engine->dispatch.program_first;
+    }
+    for (uint64_t i = first; i < head && count < most; i++) {
+        const struct piece *piece = store_at(&engine->store, i);
+        if (!is_gate(piece) && is_done(engine, i) && piece->row >= out->row) {
+            done[count++] = piece->row;
+        }
+    }
+    return count;
 }
 
 void engine_resync(struct engine *engine) {

@@ -61,6 +61,9 @@ class Event(IntEnum):
     COMMANDS = lib.ENGINE_COMMANDS
 
 
+DONE_MAX = 1024  # functions that go out early, and rows of a block
+
+
 @dataclass(frozen=True)
 class ModeCommand:
     """HLI_PROC_TRANS_TO_MODE_STATE as the PLC wrote it."""
@@ -194,6 +197,22 @@ def bare_loop(
     ):
         raise OSError("no thread could be started")
     return late
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Rows that a halt has left out.
+
+    ``row``: those below it have been executed, and of the others ``done``.
+    ``path``: the row in which the path stands, behind ``driven`` of its
+    ``whole`` length, mm; motions ahead of it have been driven.
+    """
+
+    row: int
+    path: int
+    driven: float
+    whole: float
+    done: frozenset[int]
 
 
 class Engine:
@@ -436,6 +455,19 @@ class Engine:
     def halt(self) -> None:
         """Brake, leave out what has been pushed, report ``Event.DRAINED``."""
         lib.engine_halt(self._handle)
+
+    def left_out(self) -> LeftOut:
+        """What the halt has left out; ahead of ``resync``."""
+        out, done = ffi.new("engine_left *"), ffi.new("uint64_t[]", DONE_MAX)
+        count = lib.engine_left_out(self._handle, out, done, DONE_MAX)
+        rows = frozenset(int(done[i]) for i in range(count))
+        return LeftOut(
+            int(out.row),
+            int(out.path),
+            float(out.driven),
+            float(out.whole),
+            rows,
+        )
 
     def hold_by_cell(self, by_cell: bool) -> None:
         """HOLD and its end come as ``Event.MODE_COMMAND``."""

@@ -21,7 +21,7 @@ from ..program.restart import SAME_MM, Uncovered, way_to
 from ..units import FloatArray
 
 if TYPE_CHECKING:
-    from ..engine import Engine
+    from ..engine import Engine, LeftOut
     from ..program import Program
 
 
@@ -47,64 +47,65 @@ class PushedRows:
             self._uncovered.take(rows[rows["type"] <= POLYNOMIAL])
         self._batches.append((first, batch))
 
-    def rest(
-        self, row: int, driven: float, whole: float, place: FloatArray
-    ) -> BlockBatch:
-        """Rows from number ``row`` on; of that one ``driven`` mm of ``whole``
-        have been driven, up to ``place``.
-        """
+    def rest(self, left: LeftOut, place: FloatArray) -> BlockBatch:
+        """What has been left out; the path stands at ``place`` (axes,)."""
         parts = []
         for first, batch in self._batches:
-            cut = max(0, row - first)
-            before = batch.rows[:cut]
-            self._uncovered.take(before[before["type"] <= POLYNOMIAL])
-            rest = BlockBatch(batch.rows[cut:].copy(), batch.pool)
-            if len(rest) and first <= row:
-                rest = self._cut(rest, driven, whole, place)
-            parts.append(rest)
+            numbers = first + np.arange(len(batch))
+            moves = batch.rows["type"] <= POLYNOMIAL
+            waits = np.where(
+                moves,
+                numbers >= left.path,
+                (numbers >= left.row) & ~np.isin(numbers, list(left.done)),
+            )
+            self._uncovered.take(batch.rows[moves & ~waits])
+            rest = BlockBatch(batch.rows[waits].copy(), batch.pool)
+            at = np.flatnonzero(numbers[waits] == left.path)
+            parts.append(
+                self._cut(rest, int(at[0]), left, place) if len(at) else rest
+            )
         self._batches.clear()
         return joined([part for part in parts if len(part)])
 
     def _cut(
-        self, batch: BlockBatch, driven: float, whole: float, place: FloatArray
+        self, batch: BlockBatch, at: int, left: LeftOut, place: FloatArray
     ) -> BlockBatch:
-        """The rest of the first row, behind the elements that it and what comes
-        still have to cover.
+        """The rest of row ``at``, behind the elements that it and what comes still
+        have to cover.
         """
-        row = batch.rows[:1]
-        if driven > SAME_MM and row["type"][0] <= POLYNOMIAL:
-            share = max(0.0, 1.0 - driven / whole)
+        row = batch.rows[at : at + 1]
+        if left.driven > SAME_MM:
+            share = max(0.0, 1.0 - left.driven / left.whole)
             if row["flags"][0] & PIECE:
                 self._uncovered.drive(float(row["value"][0]) * (1.0 - share))
                 row["value"] *= share
             if row["type"][0] == POLYNOMIAL:
-                batch = _polynomial_rest(batch, 1.0 - share, place)
+                batch = _polynomial_rest(batch, at, 1.0 - share, place)
             elif row["type"][0] == CIRCULAR:
                 row["angle"] *= share
             for name in ("length", "length_min"):
-                batch.rows[name][0] *= share
-        return BlockBatch(
-            np.concatenate([self._uncovered.rows(), batch.rows]), batch.pool
-        )
+                batch.rows[name][at] *= share
+        rows = [batch.rows[:at], self._uncovered.rows(), batch.rows[at:]]
+        return BlockBatch(np.concatenate(rows), batch.pool)
 
 
 def _polynomial_rest(
-    batch: BlockBatch, share: float, place: FloatArray
+    batch: BlockBatch, at: int, share: float, place: FloatArray
 ) -> BlockBatch:
-    """The first row, a polynomial, from near ``share`` of its length on; it
-    begins at ``place`` (axes,).
+    """Row ``at``, a polynomial, from near ``share`` of its length on; it begins at
+    ``place`` (axes,).
     """
-    row, axes = batch.rows[:1], len(place)
+    row, axes = batch.rows[at : at + 1], len(place)
     coef = coefficients(row, batch.pool, axes)[0]
     whole = float(row["angle"][0])
-    at = _parameter_at(coef, whole, share, place)
-    rest = shifted(coef, at)
+    begin = _parameter_at(coef, whole, share, place)
+    rest = shifted(coef, begin)
     rest[:, 0] = place
     rows = batch.rows.copy()
-    rows["pool"][0], rows["degree"][0], rows["angle"][0] = (
+    rows["pool"][at], rows["degree"][at], rows["angle"][at] = (
         len(batch.pool),
         coef.shape[1] - 1,
-        whole - at,
+        whole - begin,
     )
     return BlockBatch(rows, np.concatenate([batch.pool, rest.ravel()]))
 
@@ -229,15 +230,11 @@ class Pause:
         self._host.engine.expect_drain()
 
     def _halted(self, macro: Path | None) -> None:
-        host, state = self._host, self._host.engine.state
+        host = self._host
+        left = host.engine.left_out()
         host.engine.resync()
         self._place = host.position()
-        pushed = self.rows.rest(
-            int(state.halt_row),
-            float(state.halt_s),
-            float(state.halt_whole),
-            self._place,
-        )
+        pushed = self.rows.rest(left, self._place)
         unpushed = BlockBatch(
             self._unpushed.rows[self._from :], self._unpushed.pool
         )

@@ -12,7 +12,6 @@
 #include "engine/run/run_ring.h"
 #include "engine/state/state.h"
 #include "engine/store/push.h"
-#include "engine/store/technology_rows.h"
 #include "rows/nc_block.h"
 
 typedef struct place {
@@ -252,28 +251,22 @@ static void shortcut(struct engine *engine) {
     ATOMIC_SET(engine->dispatch.shortcuts, request);
 }
 
-/* Where the program goes on behind a halt. A function whose acknowledgement is
- * awaited there has been put out. */
-static void note_halt(struct engine *engine, place at, uint64_t head) {
-    struct program_state *program = &engine->program;
+/* Where the path stands when the rest is left out. */
+static void note_halt(struct program_state *program,
+                      const struct piece_store *store,
+                      place at,
+                      uint64_t head) {
     program->halt_piece = at.i;
-    program->halt_row = engine->push.rows_taken;
-    program->halt_s = program->halt_whole = 0.0;
-    if (at.i >= head) {
-        return;
-    }
-    const struct piece *piece = store_at(&engine->store, at.i);
-    bool awaited = is_ack_gate(piece);
-    program->halt_row = piece->row + (awaited ? 1 : 0);
-    program->halt_s = awaited ? 0.0 : at.s;
-    program->halt_whole = piece->whole;
+    program->halt_s = at.s;
+    program->halt_whole = at.i < head ? store_at(store, at.i)->whole : 0.0;
 }
 
 /* The program ends here: everything that is left is left out. The path does not
  * turn back to it. */
 static void leave_out_remainder(struct engine *engine) {
     uint64_t head = ATOMIC_GET(engine->store.head);
-    note_halt(engine, stand_place(engine), head);
+    place at = stand_place(engine);
+    note_halt(&engine->program, &engine->store, at, head);
     begin_run(engine, (place){head, 0.0});
     ATOMIC_SET(engine->store.first, head);
     ATOMIC_SET(engine->dispatch.drives_on, 0);

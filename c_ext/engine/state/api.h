@@ -239,11 +239,8 @@ typedef struct engine_state {
                                wrong */
     uint32_t errors_lost;   /* error records that found no room in the queue */
     uint64_t rows_taken,
-        row_done; /* rows pushed; rows below it have been executed */
-    uint64_t
-        halt_row; /* behind engine_halt: the row in which the path stands, */
-    double halt_s, halt_whole; /* and how much of it has been driven, mm */
-    int32_t retraced;          /* the path is driven backward, or once more */
+        row_done;     /* rows pushed; rows below it have been executed */
+    int32_t retraced; /* the path is driven backward, or once more */
     double time_by_cause[ENGINE_CAUSES]; /* s of cycles of programs */
     uint64_t infeasible; /* planner: state that could not be continued legally;
                             must stay 0 */
@@ -253,6 +250,13 @@ typedef struct engine_state {
     double planner_us_per_ms[3];  /* its CPU time for each ms of motion, over
                                      commits: p50, p99, most */
 } engine_state;
+
+/* What a halt has left out. */
+typedef struct engine_left {
+    uint64_t row;         /* rows below it have been executed */
+    uint64_t path;        /* the first row whose motion is left out */
+    double driven, whole; /* mm of it, and its length */
+} engine_left;
 
 /* Where the path stands and why. */
 typedef struct engine_standstill {
@@ -452,6 +456,13 @@ void engine_halt(struct engine *engine);
 void engine_hold_by_cell(struct engine *engine, int by_cell);
 void engine_hold(struct engine *engine, int hold);
 void engine_macro_runs(struct engine *engine, int runs);
+/* What that has left out. Of the rows from `row` on, up to `most` that have
+ * been executed all the same go to `done`: rows of a block are not executed in
+ * their order. Returns how many. Ahead of engine_resync. */
+int32_t engine_left_out(struct engine *engine,
+                        engine_left *out,
+                        uint64_t *done,
+                        int32_t most);
 /* The path goes on from where the axes stand; behind ENGINE_DRAINED alone. */
 void engine_resync(struct engine *engine);
 /* What is pushed next waits for the acknowledgement of all functions that were

@@ -142,10 +142,9 @@ typedef struct early_outputs {
 #define ABORT_ASKED 1 /* program.abort: brake and leave out the rest */
 #define ABORT_DONE 2  /* ... which is left out */
 typedef struct program_state {
-    uint64_t halt_row;   /* the row in which a halt left the path */
-    uint64_t halt_piece; /* the first piece of the store that is left out */
-    double halt_s, halt_whole;
-    uint64_t blocks_from; /* no rows are asked for before this cycle */
+    uint64_t halt_piece; /* the first piece of the store that a halt left out */
+    double halt_s, halt_whole; /* driven of it, and its length, mm */
+    uint64_t blocks_from;      /* no rows are asked for before this cycle */
     int finished, expect_drain, hold_start, stay;
     uint64_t drain_at, drain_from;
     int end_reported, end; /* end: GEO */

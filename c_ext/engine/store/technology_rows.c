@@ -313,9 +313,9 @@ void techno_expl_syn(struct engine *engine, const nc_block *row) {
     }
 }
 
-bool is_ack_gate(const struct piece *piece) {
+bool is_gate(const struct piece *piece) {
     return piece->kind == PIECE_EVENT && piece->type == NC_EVENT
-           && piece->code == EVENT_GATE && piece->need.std_acked > 0;
+           && piece->code == EVENT_GATE;
 }
 
 void techno_left_out(struct engine *engine) {
@@ -329,12 +329,14 @@ void techno_left_out(struct engine *engine) {
         }
     }
     rows->has_pending_gate = false;
+    rows->gated = rows->pushed;
     rows->std_block = rows->std_index = 0;
     rows->std_base = rows->pushed.std_freed;
 }
 
 void engine_await_functions(struct engine *engine) {
     struct technology_rows *rows = &engine->technology_rows;
+    rows->gated.slm_acked = 0; /* the next feed motion asks */
     if (!rows->pushed.std_acked) {
         return;
     }

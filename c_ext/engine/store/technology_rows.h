@@ -21,8 +21,8 @@ bool techno_push(struct engine *engine, const nc_block *row);
 void techno_before_motion(struct engine *engine, const nc_block *row);
 void techno_expl_syn(struct engine *engine, const nc_block *row);
 
-/* Whether acknowledgements are awaited there of functions put out before. */
-bool is_ack_gate(const struct piece *piece);
+/* A wait for functions, which is no row of its own. */
+bool is_gate(const struct piece *piece);
 
 /* Behind a halt: functions that were left out are awaited no more. */
 void techno_left_out(struct engine *engine);

@@ -4,7 +4,8 @@ has to stand there, or all but stand.
 At a cusp the derivative vanishes and the direction turns at once, as where a
 spline goes there and back.  Next to one the radius falls below any use.  Such a
 place becomes a corner: the way to it and from it are lines, as far as they are
-within ``LINE_MM`` of the polynomial.
+within ``LINE_MM`` of the polynomial.  At other slow places it is cut in two,
+since one curve of the engine may be too coarse for both sides.
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ def parts(coef: FloatArray, end: float) -> list[tuple[float, float, bool]]:
     part begins and ends, and whether it is a line.
     """
     places = _places(coef, end)
-    middles = [0.5 * (a + b) for a, b in pairwise(places)]
+    middles = [0.5 * (a + b) for (a, _), (b, _) in pairwise(places)]
     limits = [0.0, *middles, end]
     out, at = [], 0.0
-    for i, place in enumerate(places):
-        from_ = _line_from(coef, place, limits[i])
-        to = _line_from(coef, place, limits[i + 1])
+    for i, (place, sharp) in enumerate(places):
+        from_ = _line_from(coef, place, limits[i]) if sharp else place
+        to = _line_from(coef, place, limits[i + 1]) if sharp else place
         if from_ > at:
             out.append((at, from_, False))
         out += [(a, b, True) for a, b in ((from_, place), (place, to)) if b > a]
@@ -48,29 +49,31 @@ def parts(coef: FloatArray, end: float) -> list[tuple[float, float, bool]]:
     return out
 
 
-def _places(coef: FloatArray, end: float) -> list[float]:
-    """Where the corners are.  A turn next to an end is there: what is left would
-    be no way.
+def _places(coef: FloatArray, end: float) -> list[tuple[float, bool]]:
+    """Slow places, ascending, and which are sharp.  A turn next to an end is
+    there: what is left would be no way.
     """
-    out: list[float] = []
-    for turn in _turns(coef, end):
+    out: dict[float, bool] = {}
+    for turn, sharp in _turns(coef, end):
         place = min(max(turn, 0.0), end)
         for other in (0.0, end):
-            if _apart(coef, place, other) < LINE_MM:
+            if _is_next_to(coef, place, other):
                 place = other
-        if place not in out:
-            out.append(place)
-    return out
+        if sharp or 0.0 < place < end:
+            out[place] = sharp or out.get(place, False)
+    return sorted(out.items())
 
 
-def _apart(coef: FloatArray, one: float, other: float) -> float:
-    way = _at(coef, one) - _at(coef, other)
-    return float(np.sqrt((way * way).sum()))
+def _is_next_to(coef: FloatArray, place: float, end: float) -> bool:
+    """Whether all that lies between is."""
+    way = _points(coef, np.linspace(place, end, WITHIN + 1)) - _at(coef, end)
+    return bool((way * way).sum(axis=1).max() < LINE_MM * LINE_MM)
 
 
-def _turns(coef: FloatArray, end: float) -> Iterator[float]:
-    """Parameters of the sharp turns, ascending; some beyond the ends, since the
-    next polynomial begins there much as this one goes on.
+def _turns(coef: FloatArray, end: float) -> Iterator[tuple[float, bool]]:
+    """Parameters of slow places, ascending, and whether they are sharp turns; some
+    lie beyond the ends, since the next polynomial begins there much as this one
+    goes on.
     """
     first = coef[:, 1:] * np.arange(1, coef.shape[1])
     if first.shape[1] == 3 and _goes_on(first, end):
@@ -85,8 +88,9 @@ def _turns(coef: FloatArray, end: float) -> Iterator[float]:
     for k in np.flatnonzero(lowest):
         low, high = max(0, int(k) - 1), min(SAMPLES, int(k) + 1)
         place = _lowest(first, float(u[low]), float(u[high]))
-        if _is_sharp(first, place, most):
-            yield place
+        slow = _norm(_at(first, place)) <= SLOW * most
+        if slow:
+            yield place, _is_sharp(first, place, most)
 
 
 def _goes_on(first: FloatArray, end: float) -> bool:
@@ -117,6 +121,11 @@ def _at(coef: FloatArray, u: float) -> FloatArray:
     return plain.product(coef, plain.powers(u, np.arange(coef.shape[1])))
 
 
+def _points(coef: FloatArray, u: FloatArray) -> FloatArray:
+    powers = plain.powers(u[None, :], np.arange(coef.shape[1])[:, None])
+    return plain.summed("ak,kg->ga", coef, powers)
+
+
 def _lowest(first: FloatArray, low: float, high: float) -> float:
     """Where the derivative is least between two parameters."""
     for _ in range(80):
@@ -129,12 +138,14 @@ def _lowest(first: FloatArray, low: float, high: float) -> float:
     return 0.5 * (low + high)
 
 
+def _norm(d: FloatArray) -> float:
+    return float(np.sqrt((d * d).sum()))
+
+
 def _is_sharp(first: FloatArray, place: float, most: float) -> bool:
     d1 = _at(first, place)
     d2 = _at(first[:, 1:] * np.arange(1, first.shape[1]), place)
-    speed = float(np.sqrt((d1 * d1).sum()))
-    if speed > SLOW * most:
-        return False
+    speed = _norm(d1)
     if speed <= 1e-9 * most:
         return True
     along = float((d1 * d2).sum()) / speed
@@ -155,11 +166,9 @@ def _line_from(coef: FloatArray, place: float, to: float) -> float:
 
 
 def _is_near_line(coef: FloatArray, place: float, far: float) -> bool:
-    u = np.linspace(place, far, WITHIN + 1)
-    powers = plain.powers(u[None, :], np.arange(coef.shape[1])[:, None])
-    points = plain.summed("ak,kg->ga", coef, powers)
+    points = _points(coef, np.linspace(place, far, WITHIN + 1))
     way = points[-1] - points[0]
-    length = float(np.sqrt((way * way).sum()))
+    length = _norm(way)
     if length == 0.0:
         return False
     along = ((points - points[0]) * (way / length)).sum(axis=1)

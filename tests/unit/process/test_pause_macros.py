@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,18 +32,31 @@ class Cell:
     """A program with macros; functions are fetched and acknowledged at once."""
 
     def __init__(
-        self, folder: Path, text: str, events: str, synch: str = "MVS_SVS"
+        self,
+        folder: Path,
+        text: str,
+        events: str,
+        synch: str | dict[int, str] = "MVS_SVS",
+        late: int = 0,
     ) -> None:
+        """``synch``: of M20 and M21, or by number.  ``late``: cycles until a
+        function is acknowledged.
+        """
         for name, macro in MACROS.items():
             (folder / f"{name}.isons").write_text(macro)
+        given = {20: synch, 21: synch} if isinstance(synch, str) else synch
+        modes = "".join(f'{nr} = "{how}"\n' for nr, how in given.items())
         config = (
-            f'{ONE}[channel.m_synch]\n20 = "{synch}"\n21 = "{synch}"\n'
+            f"{ONE}[channel.m_pre_outp]\n26 = 200000\n27 = 300000\n"
+            f"[channel.m_synch]\n{modes}"
             f"[isons.events]\n{events}"
         )
         self.cnc = Channels(folder, [text], config, suffix="isons")
         self.channel = self.cnc.root.channel[0]
         self.places = [self.position()]
         self.codes: list[int] = []
+        self._late = late
+        self._open: list[tuple[int, Any]] = []
 
     def close(self) -> None:
         self.cnc.__exit__()
@@ -71,10 +85,12 @@ class Cell:
                 *self.channel.techno_unit_late_sync,
             ):
                 if unit.please_rw:
-                    self.codes.append(
-                        HLI_M_H_PROZESS.from_buffer_copy(unit.attribut_r).nr
-                    )
-                    unit.please_rw, unit.done_w = False, True
+                    code = HLI_M_H_PROZESS.from_buffer_copy(unit.attribut_r)
+                    self.codes.append(code.nr)
+                    unit.please_rw = False
+                    self._open.append((len(self.places) + self._late, unit))
+            while self._open and self._open[0][0] <= len(self.places):
+                self._open.pop(0)[1].done_w = True
 
     def until(self, what: Callable[[], bool], most: int = 5000) -> None:
         for _ in range(most):
@@ -101,7 +117,7 @@ def make(tmp_path: Path) -> Iterator[Make]:
     """A cell, as its class takes it."""
     made: list[Cell] = []
 
-    def one(*args: str) -> Cell:
+    def one(*args: Any) -> Cell:
         made.append(Cell(tmp_path, *args))
         return made[-1]
 
@@ -214,6 +230,63 @@ def test_functions_behind_a_pause_come_once(
     cell.ends()
     assert cell.codes == [20, 21, 20, 21]
     assert cell.position().tolist() == [70.0, 10.0, 0.0]
+
+
+MODES = {
+    20: "MVS_SVS",
+    21: "MNS_SNS",
+    22: "MOS",
+    23: "MVS_SNS",
+    24: "MVS_SLP",
+    25: "MVS_SLM",
+    26: "MEP_SVS",
+    27: "MET_SVS",
+}
+BLOCKS = ["M21 M20", "M20 M21", "M23 M22", "M23 M24", "M21 M24", "M22 M23 M20"]
+BLOCKS += ["X30 M21 M20", "X30 M20 M21 M23", "X30\nM26", "X30\nM27 M21"]
+
+
+@pytest.mark.ci_cases
+@pytest.mark.parametrize("blocks", BLOCKS)
+@pytest.mark.parametrize("late", [0, 400])
+@pytest.mark.parametrize("hold", [60, 160, 200, 300, 440])
+def test_functions_of_one_block_come_once_and_in_order(
+    make: Make, blocks: str, late: int, hold: int
+) -> None:
+    """A pause changes neither which functions the PLC gets nor their order, and
+    nothing waits for one that has been put out.
+    """
+    text = f"G1 F6000 X5\n{blocks}\nX40\nM22\nX45\n"
+    plain = make(text, "", MODES, late)
+    plain.ends()
+    cell = make(text, BOTH, MODES, late)
+    cell.run(hold)
+    if not cell.cnc.channels[0].modes.running:
+        pytest.skip("it has ended before")
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    cell.order(ACTIVE)
+    cell.ends()
+    assert cell.codes == plain.codes
+    assert cell.position().tolist() == [45.0, 0.0, 0.0]
+    assert cell.way == pytest.approx(55.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("synch", ["MVS_SLM", "MVS_SVS", "MNS_SNS"])
+def test_motion_waits_for_functions_put_out_before_a_pause(
+    make: Make, synch: str
+) -> None:
+    """M20 is acknowledged long after the pause: only the macros move meanwhile."""
+    cell = make("G1 F6000 X5\nM20\nX20\n", BOTH, synch, 1200)
+    cell.run(160)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    cell.order(ACTIVE)
+    cell.run(500)
+    assert cell.position().tolist() == [5.0, 0.0, 0.0]
+    cell.ends()
+    assert cell.codes == [20]
+    assert cell.position().tolist() == [20.0, 0.0, 0.0]
 
 
 def test_a_function_is_awaited_behind_a_pause(make: Make) -> None:
