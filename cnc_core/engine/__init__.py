@@ -21,6 +21,7 @@ from ..blocks.to_c import pool_pointer, row_pointer
 from ..config import CellConfig, ChannelPlace, synch_value
 from ..errors import ERRORS, CncError
 from ..frontend.port import RtOp
+from .left_out import LeftOut, left_out_of
 from .recorded import ROW_STRUCTS, Recorded, Rows, row_type
 
 
@@ -59,9 +60,6 @@ class Event(IntEnum):
     RETRACED = lib.ENGINE_RETRACED
     STANDS = lib.ENGINE_STANDS
     COMMANDS = lib.ENGINE_COMMANDS
-
-
-DONE_MAX = 1024  # functions that go out early, and rows of a block
 
 
 @dataclass(frozen=True)
@@ -197,22 +195,6 @@ def bare_loop(
     ):
         raise OSError("no thread could be started")
     return late
-
-
-@dataclass(frozen=True)
-class LeftOut:
-    """Rows that a halt has left out.
-
-    ``row``: those below it have been executed, and of the others ``done``.
-    ``path``: the row in which the path stands, behind ``driven`` of its
-    ``whole`` length, mm; motions ahead of it have been driven.
-    """
-
-    row: int
-    path: int
-    driven: float
-    whole: float
-    done: frozenset[int]
 
 
 class Engine:
@@ -458,16 +440,7 @@ class Engine:
 
     def left_out(self) -> LeftOut:
         """What the halt has left out; ahead of ``resync``."""
-        out, done = ffi.new("engine_left *"), ffi.new("uint64_t[]", DONE_MAX)
-        count = lib.engine_left_out(self._handle, out, done, DONE_MAX)
-        rows = frozenset(int(done[i]) for i in range(count))
-        return LeftOut(
-            int(out.row),
-            int(out.path),
-            float(out.driven),
-            float(out.whole),
-            rows,
-        )
+        return left_out_of(self._handle)
 
     def hold_by_cell(self, by_cell: bool) -> None:
         """HOLD and its end come as ``Event.MODE_COMMAND``."""

@@ -21,7 +21,8 @@ from ..program.restart import SAME_MM, Uncovered, way_to
 from ..units import FloatArray
 
 if TYPE_CHECKING:
-    from ..engine import Engine, LeftOut
+    from ..engine import Engine
+    from ..engine.left_out import LeftOut
     from ..program import Program
 
 

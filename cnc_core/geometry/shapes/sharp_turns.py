@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
+from math import sqrt
 
 import numpy as np
 
@@ -98,17 +99,20 @@ def _goes_on(first: FloatArray, end: float) -> bool:
     derivative.
     """
     low, way = -BEYOND * end, (1.0 + 2.0 * BEYOND) * end
-    constant, slope, bend = first.T
-    begin = constant + low * (slope + low * bend)
-    middle = begin + 0.5 * way * (slope + 2.0 * low * bend)
-    last = begin + way * (slope + (2.0 * low + way) * bend)
-    hull = np.array([begin, middle, last])
-    along = (begin + last).tolist()
-    lengths = np.sqrt((hull * hull).sum(axis=1))
-    norm = sum(d * d for d in along) ** 0.5
-    least = float((hull * along).sum(axis=1).min())
-    slow = 2.0 * SLOW * float(lengths.max())
-    return bool(least > slow * norm)
+    high = low + way
+    hull: list[list[float]] = [[], [], []]
+    for constant, slope, bend in first.tolist():
+        begin = constant + low * (slope + low * bend)
+        hull[0].append(begin)
+        hull[1].append(begin + 0.5 * way * (slope + 2.0 * low * bend))
+        hull[2].append(constant + high * (slope + high * bend))
+    along = [a + b for a, b in zip(hull[0], hull[2], strict=True)]
+    norm = sqrt(sum(d * d for d in along))
+    most = sqrt(max(sum(d * d for d in one) for one in hull))
+    least = min(
+        sum(a * b for a, b in zip(one, along, strict=True)) for one in hull
+    )
+    return least > 2.0 * SLOW * most * norm
 
 
 def _speed(first: FloatArray, u: FloatArray) -> FloatArray:
