@@ -17,7 +17,6 @@
 
 /* Pieces: rows of a block are executed in another order within so many. */
 #define ROWS_OF_BLOCK (4u * BEHIND_MAX)
-#include "engine/store/technology_rows.h"
 
 /* Brake, leave out what is left and report the program's end. No row may be
  * pushed any more. */

@@ -315,11 +315,6 @@ static void take_command(struct engine *engine,
     ATOMIC_SET(engine->modes.pending, 1);
 }
 
-/* A motion that begins in this cycle has no speed yet. */
-static bool stands(const struct geo *geo) {
-    return geo->v <= 0.0 && (!geo->has_phase || geo->dwelling);
-}
-
 void mode_cycle(struct engine *engine, bool present) {
     MC_CONTROL_MCM_MODE_STATE_UNIT *unit =
         &engine->hli.channel->channel_mc_control.mode_and_state;
@@ -328,7 +323,7 @@ void mode_cycle(struct engine *engine, bool present) {
         take_command(engine, unit);
     }
     if (ATOMIC_GET(engine->modes.state) == STOPPING
-        && ATOMIC_GET(engine->modes.stopped) && stands(&engine->geo)
+        && ATOMIC_GET(engine->modes.stopped) && engine->geo.v <= 0.0
         && !ATOMIC_GET(engine->modes.macro_runs)) {
         ATOMIC_SET(engine->modes.state, HOLD);
     }

@@ -126,6 +126,7 @@ def make(tmp_path: Path) -> Iterator[Make]:
         cell.close()
 
 
+@pytest.mark.sanitize
 @pytest.mark.ci_cases
 @pytest.mark.parametrize("hold", [200, 239, 300, 369])
 def test_a_hold_while_it_brakes_to_its_end_drives_nothing_again(
@@ -246,6 +247,7 @@ BLOCKS = ["M21 M20", "M20 M21", "M23 M22", "M23 M24", "M21 M24", "M22 M23 M20"]
 BLOCKS += ["X30 M21 M20", "X30 M20 M21 M23", "X30\nM26", "X30\nM27 M21"]
 
 
+@pytest.mark.sanitize
 @pytest.mark.ci_cases
 @pytest.mark.parametrize("blocks", BLOCKS)
 @pytest.mark.parametrize("late", [0, 400])
@@ -375,22 +377,3 @@ def test_the_way_back_ends_at_the_pause(make: Make) -> None:
     cell.ends()
     assert cell.position().tolist() == [10.0, 10.0, 0.0]
     assert cell.way > 50.0
-
-
-def test_hold_at_the_start_shows_no_stand_before_it_stands(
-    tmp_path: Path,
-) -> None:
-    """One cycle behind ACTIVE the path has no speed yet, and moves."""
-    with Channels(
-        tmp_path, ["N10 G1 X100 F6000\nM30\n"], ONE, start=False
-    ) as cnc:
-        unit = cnc.root.channel[0].channel_mc_control.mode_and_state
-        for gap in (1, 2, 3, 5):
-            cnc.command(0, AUTOMATIC, ACTIVE)
-            cnc.until(lambda: unit.state_r.state == ACTIVE)
-            cnc.run(gap - 1)
-            cnc.command(0, AUTOMATIC, HOLD)
-            cnc.until(lambda: unit.state_r.state == HOLD)
-            stood = cnc.positions(0)
-            cnc.run(30)
-            assert cnc.positions(0) == stood
