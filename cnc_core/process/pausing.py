@@ -207,7 +207,7 @@ class Pause:
         host = self._host
         if not (first or last) or self.active:
             return False
-        self._reader, self._last = reader, last
+        self._reader, self._last, self._soon = reader, last, False
         self._saved = host.program, host.waiting, host.done
         self._unpushed, self._from = host.take_rows()
         host.waiting, host.done = True, False
@@ -259,11 +259,12 @@ class Pause:
         self._host.engine.macro_runs(False)
         self._stands()
 
-    def resume_soon(self) -> None:
-        """ACTIVE while M_PAUSE is to come or runs: the program goes on behind it.
+    def forget_rows(self) -> None:
+        """What has been pushed does not come again: the program has left it out."""
+        self.rows = PushedRows()
 
-        While M_GOPAUSE runs it does so anyway.
-        """
+    def resume_soon(self) -> None:
+        """ACTIVE while M_PAUSE is to come or runs: the program goes on behind it."""
         self._soon = True
 
     def leave(self) -> None:

@@ -141,6 +141,8 @@ class Preparation:
             self.engine.await_functions()
             assert self.program is not None
             self.program.resync(self.port.latched)
+            self.pause.forget_rows()
+            self.pause.drained()
         else:
             self.pause.drained()
 

@@ -30,6 +30,16 @@ def value(coef: FloatArray, w: FloatArray) -> FloatArray:
     return out
 
 
+def point(coef: FloatArray, w: float) -> FloatArray:
+    """(axes,) of one polynomial (axes, order)."""
+    return plain.product(coef, plain.powers(w, np.arange(coef.shape[1])))
+
+
+def points(coef: FloatArray, w: FloatArray) -> FloatArray:
+    """(n, axes) of one polynomial (axes, order) at the parameters w (n,)."""
+    return value(np.broadcast_to(coef, (len(w), *coef.shape)), w)
+
+
 def shifted(coef: FloatArray, by: float) -> FloatArray:
     """One polynomial (axes, order) over a parameter that begins ``by`` later."""
     out = np.zeros_like(coef)
@@ -40,10 +50,8 @@ def shifted(coef: FloatArray, by: float) -> FloatArray:
 
 
 def derivative(coef: FloatArray) -> FloatArray:
-    """Coefficients of the derivative, (n, axes, order - 1)."""
-    return np.asarray(
-        coef[:, :, 1:] * np.arange(1, coef.shape[2]),
-    )
+    """Coefficients of the derivative, (..., axes, order - 1)."""
+    return np.asarray(coef[..., 1:] * np.arange(1, coef.shape[-1]))
 
 
 def bernstein(coef: FloatArray) -> FloatArray:

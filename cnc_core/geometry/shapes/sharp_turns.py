@@ -16,8 +16,9 @@ from math import sqrt
 
 import numpy as np
 
-from cnc_core import plain
 from cnc_core.units import FloatArray
+
+from .polynomial import derivative, point, points
 
 SHARP_MM = 1.5e-5
 """Radius at the place of a turn that becomes a corner."""
@@ -67,7 +68,7 @@ def _places(coef: FloatArray, end: float) -> list[tuple[float, bool]]:
 
 def _is_next_to(coef: FloatArray, place: float, end: float) -> bool:
     """Whether all that lies between is."""
-    way = _points(coef, np.linspace(place, end, WITHIN + 1)) - _at(coef, end)
+    way = points(coef, np.linspace(place, end, WITHIN + 1)) - point(coef, end)
     return bool((way * way).sum(axis=1).max() < LINE_MM * LINE_MM)
 
 
@@ -76,11 +77,11 @@ def _turns(coef: FloatArray, end: float) -> Iterator[tuple[float, bool]]:
     lie beyond the ends, since the next polynomial begins there much as this one
     goes on.
     """
-    first = coef[:, 1:] * np.arange(1, coef.shape[1])
+    first = derivative(coef)
     if first.shape[1] == 3 and _goes_on(first, end):
         return
     u = np.linspace(-BEYOND * end, (1.0 + BEYOND) * end, SAMPLES + 1)
-    speed = _speed(first, u)
+    speed = np.sqrt((points(first, u) ** 2).sum(axis=1))
     most = float(speed.max())
     if float(speed.min()) > 2.0 * SLOW * most:
         return
@@ -89,8 +90,7 @@ def _turns(coef: FloatArray, end: float) -> Iterator[tuple[float, bool]]:
     for k in np.flatnonzero(lowest):
         low, high = max(0, int(k) - 1), min(SAMPLES, int(k) + 1)
         place = _lowest(first, float(u[low]), float(u[high]))
-        slow = _norm(_at(first, place)) <= SLOW * most
-        if slow:
+        if _norm(point(first, place)) <= SLOW * most:
             yield place, _is_sharp(first, place, most)
 
 
@@ -115,26 +115,11 @@ def _goes_on(first: FloatArray, end: float) -> bool:
     return least > 2.0 * SLOW * most * norm
 
 
-def _speed(first: FloatArray, u: FloatArray) -> FloatArray:
-    powers = plain.powers(u[None, :], np.arange(first.shape[1])[:, None])
-    d = plain.summed("ak,kg->ag", first, powers)
-    return np.asarray(np.sqrt((d * d).sum(axis=0)))
-
-
-def _at(coef: FloatArray, u: float) -> FloatArray:
-    return plain.product(coef, plain.powers(u, np.arange(coef.shape[1])))
-
-
-def _points(coef: FloatArray, u: FloatArray) -> FloatArray:
-    powers = plain.powers(u[None, :], np.arange(coef.shape[1])[:, None])
-    return plain.summed("ak,kg->ga", coef, powers)
-
-
 def _lowest(first: FloatArray, low: float, high: float) -> float:
     """Where the derivative is least between two parameters."""
     for _ in range(80):
         a, b = low + (high - low) / 3.0, high - (high - low) / 3.0
-        at_a, at_b = _at(first, a), _at(first, b)
+        at_a, at_b = point(first, a), point(first, b)
         if float((at_a * at_a).sum()) <= float((at_b * at_b).sum()):
             high = b
         else:
@@ -147,8 +132,8 @@ def _norm(d: FloatArray) -> float:
 
 
 def _is_sharp(first: FloatArray, place: float, most: float) -> bool:
-    d1 = _at(first, place)
-    d2 = _at(first[:, 1:] * np.arange(1, first.shape[1]), place)
+    d1 = point(first, place)
+    d2 = point(derivative(first), place)
     speed = _norm(d1)
     if speed <= 1e-9 * most:
         return True
@@ -170,12 +155,12 @@ def _line_from(coef: FloatArray, place: float, to: float) -> float:
 
 
 def _is_near_line(coef: FloatArray, place: float, far: float) -> bool:
-    points = _points(coef, np.linspace(place, far, WITHIN + 1))
-    way = points[-1] - points[0]
+    off = points(coef, np.linspace(place, far, WITHIN + 1))
+    off -= off[0].copy()
+    way = off[-1].copy()
     length = _norm(way)
     if length == 0.0:
         return False
-    along = ((points - points[0]) * (way / length)).sum(axis=1)
-    nearest = np.clip(along, 0.0, length)[:, None] * (way / length)
-    off = points - points[0] - nearest
+    along = (off * (way / length)).sum(axis=1)
+    off -= np.clip(along, 0.0, length)[:, None] * (way / length)
     return float(np.sqrt((off * off).sum(axis=1).max())) <= LINE_MM

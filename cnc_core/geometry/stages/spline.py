@@ -37,7 +37,7 @@ from cnc_core.units import FloatArray
 
 from ..profiles.rows import lengths
 from ..shapes import sharp_turns
-from ..shapes.polynomial import shifted
+from ..shapes.polynomial import derivative, point, shifted
 from .stage import RefusedRow
 
 OFF, AKIMA, BSPLINE = 0, 1, 2
@@ -389,13 +389,11 @@ class Spline:
         self, row: Any, coef: FloatArray, end: float, *, through: bool
     ) -> None:
         """``through``: the segment ends in the row's own end."""
-        powers = np.arange(coef.shape[1])
         if not through:
-            row["end"][: len(coef)] = _at(coef, end)
+            row["end"][: len(coef)] = point(coef, end)
         for begin, to, straight in sharp_turns.parts(coef, end):
             self._part(row, coef, (begin, to), straight, to == end)
-        order = powers[1:]
-        way = plain.product(coef[:, 1:] * order, plain.powers(end, order - 1))
+        way = point(derivative(coef), end)
         norm = self._chord(way)
         self._at = row["end"][: len(coef)].copy()
         self._tangent = way / norm if norm > 0 else None
@@ -411,11 +409,11 @@ class Spline:
         """The segment between two parameters, or the line that takes its place."""
         row, (begin, to) = row.copy(), between
         if not last:
-            row["end"][: len(coef)] = _at(coef, to)
+            row["end"][: len(coef)] = point(coef, to)
             row["flags"] = int(row["flags"]) & ~EXACT_STOP
             row["end_speed"] = 0.0
         if straight:
-            way = row["end"][: len(coef)] - _at(coef, begin)
+            way = row["end"][: len(coef)] - point(coef, begin)
             row["length"] = row["length_min"] = self._chord(way)
             self._rows.append(row)
             return
@@ -440,10 +438,6 @@ class Spline:
             [a for a in self._main if a >= 0],
         )
         return BlockBatch(rows, pool)
-
-
-def _at(coef: FloatArray, u: float) -> FloatArray:
-    return plain.product(coef, plain.powers(u, np.arange(coef.shape[1])))
 
 
 def _bspline(points: FloatArray) -> list[tuple[FloatArray, float]]:

@@ -177,6 +177,25 @@ def test_active_while_the_pause_begins_is_not_lost(
     assert cell.way == pytest.approx(50 + 10 * 2**0.5 + 50 + 10, abs=1e-3)
 
 
+def test_a_second_active_does_not_take_the_next_hold_away(make: Make) -> None:
+    """It comes while M_GOPAUSE runs, and asks for nothing that does not come."""
+    cell = make(PATH, BOTH)
+    cell.run(50)
+    cell.order(HOLD)
+    cell.run(10)
+    cell.order(ACTIVE)
+    cell.until(lambda: cell.position()[2] == 5.0)
+    cell.until(lambda: cell.position()[2] < 4.0)
+    cell.order(ACTIVE)
+    cell.until(lambda: cell.state == ACTIVE)
+    cell.run(50)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    at = cell.position()
+    cell.run(300)
+    assert cell.position().tolist() == at.tolist()
+
+
 @pytest.mark.ci_cases
 @pytest.mark.parametrize(
     ("stop", "z"),
@@ -251,20 +270,18 @@ BLOCKS += ["X30 M21 M20", "X30 M20 M21 M23", "X30\nM26", "X30\nM27 M21"]
 @pytest.mark.ci_cases
 @pytest.mark.parametrize("blocks", BLOCKS)
 @pytest.mark.parametrize("late", [0, 400])
-@pytest.mark.parametrize("hold", [60, 160, 200, 300, 440])
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.45, 0.6, 0.85])
 def test_functions_of_one_block_come_once_and_in_order(
-    make: Make, blocks: str, late: int, hold: int
+    make: Make, blocks: str, late: int, share: float
 ) -> None:
     """A pause changes neither which functions the PLC gets nor their order, and
-    nothing waits for one that has been put out.
+    nothing waits for one that has been put out.  ``share``: of the program's time.
     """
     text = f"G1 F6000 X5\n{blocks}\nX40\nM22\nX45\n"
     plain = make(text, "", MODES, late)
     plain.ends()
     cell = make(text, BOTH, MODES, late)
-    cell.run(hold)
-    if not cell.cnc.channels[0].modes.running:
-        pytest.skip("it has ended before")
+    cell.run(int(share * len(plain.places)))
     cell.order(HOLD)
     cell.until(lambda: cell.state == HOLD)
     cell.order(ACTIVE)
@@ -319,6 +336,31 @@ def test_functions_behind_g101_come(make: Make) -> None:
     cell.ends()
     assert cell.codes == [21]
     assert cell.position()[0] == 5.0
+
+
+@pytest.mark.parametrize("behind", [0, 1, 5, 20, 60])
+def test_a_hold_while_g101_brakes_drives_nothing_that_it_left_out(
+    make: Make, behind: int
+) -> None:
+    """G101 leaves out the rest of X100; the pause adds its macros, then comes Y10."""
+    text = (
+        "G60 F6000\nG1 X100\n@LOOP\nIF $_Q0 > 30\nGOTO STOP\nEND_IF\nGOTO LOOP\n"
+        "@STOP\nG101\nG1 F6000 Y10\n"
+    )
+    plain = make(text, "")
+    plain.ends()
+    stood = plain.position()[0]
+    assert 30.0 < stood < 60.0
+    cell = make(text, BOTH)
+    cell.until(lambda: cell.position()[0] > 30.0)
+    cell.run(behind)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    assert cell.position()[2] == 5.0
+    cell.order(ACTIVE)
+    cell.ends()
+    assert cell.position().tolist() == [stood, 10.0, 0.0]
+    assert cell.way == pytest.approx(stood + 20.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("back", [55, 120, 300])
