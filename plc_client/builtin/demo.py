@@ -3,7 +3,9 @@ marked log (mode 1), sets the override.
 
 Every scan it follows the coming contour, looks at the elements within
 ``window`` of path ahead and lowers the path override where they hold small
-radii or sharp tangents.  Arguments: ``window`` (0.1 um, default 10 mm),
+radii or sharp tangents.  While single block is on, the operator continues.
+
+Arguments: ``window`` (0.1 um, default 10 mm),
 ``radius`` (0.1 um: a full override from this radius on, default 20 mm),
 ``tangent`` (rad: from this angle on the lowest override, default 1), ``lowest``
 (percent, default 30), ``records`` (at most so many rows in the report).
@@ -70,7 +72,7 @@ class Plc:
         self._contour = ContourLookahead(self._ch.contour_lookahead)
         self._log = ContourLookahead(self._ch.contour_lookahead)
         self._feed = FeedControl(self._ch)
-        self._others = acknowledge.Plc({})
+        self._others = acknowledge.Plc({"single_block": False})
         self._others.setup(hli)
         self._ahead: np.ndarray[Any, Any] = np.zeros(0, BLOCK_DTYPE)
         self._resets = 0

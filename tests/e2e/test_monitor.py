@@ -6,7 +6,6 @@ browser and one cell serve all of them.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import signal
@@ -257,12 +256,14 @@ def test_the_keys_of_the_panel(page: Shown) -> None:
     tab = page.tab
     tab.click("#set-single_block")
     told(tab, "single block")
-    line = tab.text("#number-rows")
+    distance = "gpCh[0].bahn_state.dist_prog_start"
+    stood = page.read(distance)
     pressed(tab, "continue")
-    tab.until(
-        "document.querySelector('#number-rows').innerText !== "
-        + json.dumps(line)
-    )
+    deadline = time.monotonic() + WAIT_S
+    while page.read(distance) == stood:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    told(tab, "single block")
     pressed(tab, "abort")
     pressed(tab, "reset")
     tab.click("#release-single_block")

@@ -29,6 +29,7 @@ from plc_client import (
     State,
     connect,
 )
+from plc_client.builtin import acknowledge
 from plc_client.mock import MockCnc, line, m, optional_stop, stop
 
 Make = Callable[..., tuple[MockCnc, Any]]
@@ -176,6 +177,30 @@ def test_auto_continue_leaves_every_stop_of_a_program(make: Make) -> None:
         flow()
         cnc.cycle()
     assert (cnc.ended, flow.count) == (True, 2)
+
+
+@pytest.mark.parametrize("continued", [True, False])
+def test_the_built_in_plc_in_single_block(make: Make, continued: bool) -> None:
+    """It continues every block, or leaves that to the operator."""
+    cnc, hli = make(line(1), line(1), line(1))
+    control = hli.gpCh[0].bahn_mc_control
+    plc = acknowledge.Plc({"single_block": continued})
+    plc.setup(hli)
+    control.single_block.enable_w = control.single_block.command_w = True
+    key = ContinueMachining(hli.gpCh[0])
+    for _ in range(60):
+        plc.cyclic()
+        cnc.cycle()
+    assert cnc.ended == continued
+    if continued:
+        return
+    assert (cnc.distance, plc.result()["continued"]) == (10_000.0, 0)
+    for _ in range(60):
+        key(True)
+        plc.cyclic()
+        cnc.cycle()
+    assert key.done
+    assert cnc.distance == 20_000.0
 
 
 def test_backward_and_forward_again(make: Make) -> None:
