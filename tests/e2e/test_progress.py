@@ -105,18 +105,18 @@ def test_no_terminal_no_progress(
 def test_a_plan_that_stands_is_told(
     cli: Callable[..., object], program: Write
 ) -> None:
-    """A line after 3 s, and one 4 s later at the soonest; the wall time ends it
-    with status 1.  Between two looks a busy machine computes for seconds.
+    """A line after 3 s, and others 4 s later at the soonest; the wall time ends
+    it with status 1.  Between two looks a busy machine computes for seconds.
     """
     endless = program(ENDLESS)
-    outcome = vars(cli("plan", endless, "--max-wall", 8, "--dialect", "isg"))
+    outcome = vars(cli("plan", endless, "--max-wall", 12, "--dialect", "isg"))
     assert outcome["status"] == 1
     told, *again, ended = (
         line for line in outcome["err"].splitlines() if "next motion" in line
     )
     assert told.startswith("part.nc:")
-    assert len(again) <= 1
-    assert "905025: not planned after 8 s" in ended
+    assert len(again) <= 2
+    assert "905025: not planned after 12 s" in ended
 
 
 def test_a_run_that_computes_is_told(
@@ -124,7 +124,7 @@ def test_a_run_that_computes_is_told(
 ) -> None:
     """The wall time reaches a program that computes for ever."""
     endless = program(ENDLESS)
-    given = ("--max-wall", 4, "--dialect", "isg", "--json")
+    given = ("--max-wall", 8, "--dialect", "isg", "--json")
     outcome = vars(cli("run", endless, "--plc", "none", *given))
     assert outcome["status"] == 1
     assert "waits for the next motion" in outcome["err"].splitlines()[0]

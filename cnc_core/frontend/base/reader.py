@@ -30,7 +30,7 @@ from ..port import ChannelPort, Wait
 Item = Row | Wait | CncError
 LEVELS_MAX = 21  # the main program and 20 subprograms in each other
 # blocks without a row before ``read`` returns, empty-handed
-BREATH_BLOCKS = 10_000
+BREATH_BLOCKS = 1000
 WAIT_BLOCKS = 1000  # what a wait counts for where nobody answers
 WARNINGS_MAX = 1000  # of one number
 # blocks without a row (and, where somebody answers, without a wait): error

@@ -128,7 +128,7 @@ def test_a_program_that_does_not_end_is_stopped(tmp_path):
     with pytest.raises(CncError) as caught:
         drive()
     reader.close()
-    assert (caught.value.code, seen) == (907001, [0] * 25)
+    assert (caught.value.code, seen) == (907001, [0] * 250)
 
 
 def test_a_program_without_loops_is_never_stopped(tmp_path):
