@@ -219,13 +219,8 @@ class ContourUnit:
         ``plc_client.Hli.exchange``.  Raises HliTimeout.
         """
         end = lib.hs_monotonic_ns() + int(timeout_s * 1e9)
-        n = BUSY
-        while n == BUSY:
-            left = end - lib.hs_monotonic_ns()
-            if left <= 0:
-                raise HliTimeout(
-                    f"an earlier request stays unanswered for {timeout_s} s"
-                )
+        while True:
+            left = max(end - lib.hs_monotonic_ns(), 0)
             n = lib.hs_clah_call(
                 self._unit,
                 self._bell,
@@ -235,6 +230,12 @@ class ContourUnit:
                 self._rows,
                 min(left, _SLICE_NS),
             )
+            if n != BUSY:
+                break
+            if not left:
+                raise HliTimeout(
+                    f"an earlier request stays unanswered for {timeout_s} s"
+                )
         while n < 0:
             left = end - lib.hs_monotonic_ns()
             if left <= 0:

@@ -196,9 +196,11 @@ def test_plc_that_only_sets_the_byte_is_served(
 def test_exchange_without_a_server_times_out_and_names_it(
     unit: ContourUnit,
 ) -> None:
-    """First "no answer", then "an earlier request"."""
+    """First "no answer", then "an earlier request"; also where the time is over
+    before anything is asked.
+    """
     with pytest.raises(hli.HliTimeout, match="no answer"):
-        unit.exchange(0.0, 1.0, timeout_s=0.0001)
+        unit.exchange(0.0, 1.0, timeout_s=0.0)
     with pytest.raises(hli.HliTimeout, match="earlier request"):
         unit.exchange(0.0, 1.0, timeout_s=0.0001)
 
