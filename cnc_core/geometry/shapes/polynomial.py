@@ -13,6 +13,8 @@ from cnc_core import plain
 from cnc_core.units import FloatArray
 
 ORDER = 6  # coefficients per axis at the most
+# of ``distance``: cells a curve and each of the nearest CELLS is cut into, steps
+CUTS, CELLS, NEWTON_STEPS = (20, 6, 6), 4, 6
 
 
 def normalised(coef: FloatArray, end: FloatArray) -> FloatArray:
@@ -88,57 +90,67 @@ def extremes(coef: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
-    """(n,) distance of each position (n, axes) from its polynomial over 0..1,
-    by Newton from the nearest chords.
+def distance(coef: FloatArray, pos: FloatArray) -> FloatArray:
+    """(n,) distance of each position (n, axes) from its polynomial over 0..1.
+
+    The cells that may be nearest (chords less what the curve may bulge beyond
+    them) are cut anew, then Newton's iteration inside each.
     """
-    w = np.linspace(0.0, 1.0, grid + 1)
-    points = plain.summed(
-        "nak,kg->nga", coef, plain.powers(w, np.arange(coef.shape[2])[:, None])
-    )
-    off = points - pos[:, None, :]
-    chord = np.diff(points, axis=1)
-    best = np.linalg.norm(off, axis=2).min(axis=1)
-    long2 = (chord * chord).sum(axis=2)
-    share = np.clip(
-        -(off[:, :-1] * chord).sum(axis=2) / np.where(long2 > 0.0, long2, 1.0),
-        0.0,
-        1.0,
-    )
-    far = np.linalg.norm(
-        off[:, :-1] + share[..., None] * chord,
-        axis=2,
-    )
     first = derivative(coef)
     second = derivative(first)
-    beside = np.pad(
-        far,
-        ((0, 0), (1, 1)),
-        constant_values=np.inf,
-    )
-    minima = np.where(
-        (far <= beside[:, :-2]) & (far <= beside[:, 2:]), far, np.inf
-    )
-    each = np.arange(len(pos))
-    for start in np.argsort(minima, axis=1)[:, :4].T:
-        u = w[start] + share[each, start] / grid
-        for _ in range(12):
-            d = value(coef, u) - pos
-            d1 = value(first, u)
-            d2 = value(second, u)
-            slope = (d1 * d1).sum(axis=1)
-            bend = slope + (d * d2).sum(axis=1)
-            u = np.clip(
-                u
-                - (d * d1).sum(axis=1)
-                / np.where(bend > 0.1 * slope, bend, slope + 1e-300),
-                0.0,
-                1.0,
-            )
-            best = np.minimum(
-                best, np.linalg.norm(value(coef, u) - pos, axis=1)
-            )
+    low, width = np.zeros((len(pos), 1)), 1.0
+    best = np.full(len(pos), np.inf)
+    for parts in CUTS:
+        width /= parts
+        w = low[..., None] + width * np.arange(parts + 1)
+        off = _many(coef, w) - pos[:, None, None, :]
+        best = np.minimum(best, _length(off).min(axis=(1, 2)))
+        bend = _length(_many(second, w))
+        least = _chord_distance(off) - width * width / 8.0 * np.maximum(
+            bend[..., :-1], bend[..., 1:]
+        )
+        nearest = least.reshape(len(pos), -1).argsort(axis=1)[:, :CELLS]
+        low = np.take_along_axis(
+            w[..., :-1].reshape(len(pos), -1), nearest, axis=1
+        )
+    high = low + width
+    u = 0.5 * (low + high)
+    for _ in range(NEWTON_STEPS):
+        d = _many(coef, u) - pos[:, None, :]
+        d1 = _many(first, u)
+        best = np.minimum(best, _length(d).min(axis=1))
+        rise = (d * d1).sum(axis=-1)
+        low = np.where(rise < 0.0, u, low)
+        high = np.where(rise > 0.0, u, high)
+        steep = (d1 * d1 + d * _many(second, u)).sum(axis=-1)
+        u = u - rise / np.where(steep > 0.0, steep, 1.0)
+        inside = (steep > 0.0) & (low < u) & (u < high)
+        u = np.where(inside, u, 0.5 * (low + high))
     return np.asarray(best)
+
+
+def _many(coef: FloatArray, w: FloatArray) -> FloatArray:
+    """(n, ..., axes) values of n polynomials at the parameters w (n, ...)."""
+    between = (slice(None), *(None,) * (w.ndim - 1))
+    out = np.zeros((*w.shape, coef.shape[1]))
+    for k in range(coef.shape[2] - 1, -1, -1):
+        out = out * w[..., None] + coef[:, :, k][between]
+    return out
+
+
+def _length(vectors: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.norm(vectors, axis=-1))
+
+
+def _chord_distance(off: FloatArray) -> FloatArray:
+    """(..., points - 1) of the origin from the chords between points (..., points,
+    axes).
+    """
+    chord = np.diff(off, axis=-2)
+    long2 = (chord * chord).sum(axis=-1)
+    along = -(off[..., :-1, :] * chord).sum(axis=-1)
+    share = np.clip(along / np.where(long2 > 0.0, long2, 1.0), 0.0, 1.0)
+    return _length(off[..., :-1, :] + share[..., None] * chord)
 
 
 def quintics(a: FloatArray, b: FloatArray, length: FloatArray) -> FloatArray:
