@@ -359,6 +359,11 @@ static bool is_retraced(struct engine *engine, uint64_t done) {
     return piece_at(&engine->run, i)->origin + (is_over ? 1 : 0) < done;
 }
 
+static bool at_inserted_stop(struct engine *engine) {
+    return engine->geo.waiting_continue && !engine->geo.stands_single
+           && piece_at(&engine->run, engine->geo.piece)->inserted;
+}
+
 void engine_get_state(struct engine *engine, engine_state *out) {
     memset(out, 0, sizeof *out);
     memcpy(out->position, engine->geo.position, sizeof out->position);
@@ -397,6 +402,8 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->rows_taken = engine->push.rows_taken;
     out->row_done = done > 0 ? store_at(&engine->store, done - 1)->row : 0;
     out->retraced = is_retraced(engine, done);
+    out->off_program =
+        out->retraced || deletes_distance(engine) || at_inserted_stop(engine);
     out->mode_warnings = engine->modes.warnings;
     out->errors_lost = engine->errors.lost;
     out->planner_late = engine->lateness.times;

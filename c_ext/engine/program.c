@@ -110,6 +110,10 @@ void engine_resync(struct engine *engine) {
     geo_go_on(engine); /* what was left out is told no more */
 }
 
+void engine_go_on_in_block(struct engine *engine) {
+    engine->push.begun = false;
+}
+
 int engine_set_axis(struct engine *engine,
                     int32_t place,
                     const engine_axis *axis) {
@@ -167,7 +171,8 @@ static void begin_preparation(struct engine *engine) {
     element_map_behind(engine);
     engine->push.has_tangent = engine->push.has_motion_piece =
         engine->push.stop_pending = engine->push.m01_pending =
-            engine->push.in_loop = engine->push.behind_loop = false;
+            engine->push.begun = engine->push.in_loop =
+                engine->push.behind_loop = false;
     engine->push.distance = engine->push.path = 0.0;
     limits_reset(&engine->push);
     engine->push.end_speed = 0.0f;

@@ -458,6 +458,10 @@ class Engine:
         """Behind ``Event.DRAINED``: the path goes on from where the axes stand."""
         lib.engine_resync(self._handle)
 
+    def go_on_in_block(self) -> None:
+        """The next motion is no new block: the path stands within it."""
+        lib.engine_go_on_in_block(self._handle)
+
     def await_functions(self) -> None:
         """What is pushed next waits for acknowledgements that are missing."""
         lib.engine_await_functions(self._handle)

@@ -177,6 +177,7 @@ class Pause:
         self.rows = PushedRows()
         self.held = False
         self._soon = False  # ACTIVE has come already
+        self._in_block = False  # what is left begins within a block
         # what comes when everything pushed has been driven
         self._step: Callable[[], None] | None = None
         self._behind_macro: Callable[[], None] | None = (
@@ -195,6 +196,11 @@ class Pause:
             or self._behind_macro is not None
             or self.held
         )
+
+    @property
+    def due(self) -> bool:
+        """The path stands paused, and ACTIVE has come."""
+        return self.held and self._soon
 
     def begin(self, reader: Restartable) -> bool:
         """HOLD: True if macros take part, False if the path only stands."""
@@ -233,6 +239,7 @@ class Pause:
     def _halted(self, macro: Path | None) -> None:
         host = self._host
         left = host.engine.left_out()
+        self._in_block = left.driven > SAME_MM
         host.engine.resync()
         self._place = host.position()
         pushed = self.rows.rest(left, self._place)
@@ -264,7 +271,7 @@ class Pause:
         self.rows = PushedRows()
 
     def resume_soon(self) -> None:
-        """ACTIVE while M_PAUSE is to come or runs: the program goes on behind it."""
+        """ACTIVE: the program goes on behind M_PAUSE, and not from a way back."""
         self._soon = True
 
     def leave(self) -> None:
@@ -286,6 +293,8 @@ class Pause:
     def _go_on(self) -> None:
         host = self._host
         host.engine.resync()
+        if self._in_block:
+            host.engine.go_on_in_block()
         host.engine.await_functions()
         program, waiting, done = self._saved
         rows = self._rest.rows

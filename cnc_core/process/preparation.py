@@ -109,6 +109,7 @@ class Preparation:
         A program that computes for long is left for a look at the run; the
         engine asks for its rows again.
         """
+        self._go_on_paused()
         if self.pause.held:
             self.engine.expect_cycle()
             return
@@ -267,20 +268,24 @@ class Preparation:
         reader, state = self._restartable, self.engine.state
         if reader is None or reader.pause_mode == NO_PAUSE or state.program_end:
             return False
-        # macros are for the way forward
-        if state.retraced or not self.pause.begin(reader):
+        # macros are for the way forward of the program itself
+        if state.off_program or not self.pause.begin(reader):
             self.engine.hold(True)
         return True
 
     def resume(self) -> None:
         """ACTIVE from HOLD."""
-        if self.pause.held:
-            self._latch()
-            self.pause.resume()
-        elif self.pause.active:
+        if self.pause.active:
             self.pause.resume_soon()
+            self._go_on_paused()
         else:
             self.engine.hold(False)
+
+    def _go_on_paused(self) -> None:
+        """Behind ACTIVE, once the path stands where it has paused."""
+        if self.pause.due and not self.engine.state.retraced:
+            self._latch()
+            self.pause.resume()
 
     def retraced(self) -> None:
         """The path is driven forward again: what the program has for that is

@@ -318,8 +318,10 @@ void take_commands(struct engine *engine) {
     take_insert_command(engine, bahn_mc_control, present);
     refuse_manual(engine, present);
     take_rt_loop(engine);
-    ATOMIC_SET(engine->orders.single,
-               level_bool(&bahn_mc_control->single_block, present, false));
+    bool single = level_bool(&bahn_mc_control->single_block, present, false),
+         macro = ATOMIC_GET(engine->modes.macro_runs)
+                 || ATOMIC_GET(engine->modes.state) == ABORTING;
+    ATOMIC_SET(engine->orders.single, single && !macro);
     ATOMIC_SET(engine->orders.m01,
                level_bool(&bahn_mc_control->m01_stop_enable, present, false));
     ATOMIC_SET(engine->orders.hold, hold);

@@ -14,7 +14,6 @@
 #define MODE_MAX 5u
 #define READY 3u
 #define ACTIVE 4u
-#define HOLD 5u
 #define SELECTING 7u
 #define DESELECTING 8u
 #define PREPARING 9u

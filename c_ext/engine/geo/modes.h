@@ -3,6 +3,10 @@
 #define ENGINE_GEO_MODES_H
 #include "engine/state/state.h"
 
+/* States of a channel (hli_reference 3) that others look at. */
+#define HOLD 5u
+#define ABORTING 12u
+
 void mode_publish_state(struct engine *engine);
 
 /* CNC to PLC: the next record once the one before is taken; a PLC that does not

@@ -76,6 +76,15 @@ static void publish_next_stop(struct engine *engine) {
     }
 }
 
+bool deletes_distance(const struct engine *engine) {
+    uint64_t at = engine->geo.piece;
+    const struct piece *piece =
+        at == UINT64_MAX ? NULL : piece_at(&engine->run, at);
+    return ATOMIC_GET(engine->dispatch.shortcuts)
+               != engine->orders.shortcut_requests
+           || (piece && is_motion(piece) && piece->shortcut);
+}
+
 static void publish_bahn(struct engine *engine) {
     const struct geo *geo = &engine->geo;
     HLI_BAHN_STATE *bahn_state = &engine->hli.channel->bahn_state;
@@ -145,9 +154,7 @@ static void publish_bahn(struct engine *engine) {
         engine->retracing.backward = piece->dir < 0;
     }
     show_u8(&bahn_state->delete_distance_to_go_active_r,
-            ATOMIC_GET(engine->dispatch.shortcuts)
-                    != engine->orders.shortcut_requests
-                || (motion && piece->shortcut));
+            deletes_distance(engine));
     publish_next_stop(engine);
     prediction_publish(engine);
 }

@@ -5,6 +5,9 @@
 
 void publish(struct engine *engine);
 
+/* Distance to go is to be deleted, or the line to the next end is driven. */
+bool deletes_distance(const struct engine *engine);
+
 /* The cell's cycle and counters, behind the last channel. */
 void publish_cell(struct engine *engine);
 

@@ -1,6 +1,7 @@
 /* Why the path stands, since when, and at which block. The cell asks for it
  * when the path has stood for long (ENGINE_STANDS). */
 #include "engine/geo/standstill.h"
+#include "engine/geo/modes.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
 
@@ -15,13 +16,14 @@ uint32_t stop_conditions(struct engine *engine) {
     if (ATOMIC_GET(engine->orders.held_axes)) {
         bits |= ENGINE_STOP_AXIS_HOLD;
     }
-    if (ATOMIC_GET(engine->modes.stopped)) {
+    bool paused = ATOMIC_GET(engine->modes.state) == HOLD;
+    if (ATOMIC_GET(engine->modes.stopped) || paused) {
         bits |= ENGINE_STOP_MODE;
     }
     if (!engine->orders.released) {
         bits |= ENGINE_STOP_RELEASE;
     }
-    if (engine->program.active && !engine->program.finished
+    if (engine->program.active && !engine->program.finished && !paused
         && engine->store.done >= ATOMIC_GET(engine->store.head)) {
         bits |= ENGINE_STOP_NO_BLOCKS;
     }

@@ -241,6 +241,9 @@ typedef struct engine_state {
     uint64_t rows_taken,
         row_done;     /* rows pushed; rows below it have been executed */
     int32_t retraced; /* the path is driven backward, or once more */
+    int32_t
+        off_program; /* that, or it is at what the PLC has put into it: the
+                        line of a deleted distance to go, an inserted stop */
     double time_by_cause[ENGINE_CAUSES]; /* s of cycles of programs */
     uint64_t infeasible; /* planner: state that could not be continued legally;
                             must stay 0 */
@@ -465,6 +468,8 @@ int32_t engine_left_out(struct engine *engine,
                         int32_t most);
 /* The path goes on from where the axes stand; behind ENGINE_DRAINED alone. */
 void engine_resync(struct engine *engine);
+/* What is pushed next is no new block: the path stands within it. */
+void engine_go_on_in_block(struct engine *engine);
 /* What is pushed next waits for the acknowledgement of all functions that were
  * put out and wait for one. */
 void engine_await_functions(struct engine *engine);

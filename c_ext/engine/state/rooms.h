@@ -37,6 +37,7 @@ typedef struct push_state {
     double last_end[NC_AXES];
     double last_tangent[3];
     bool has_tangent, has_motion_piece;
+    bool begun; /* the program has moved: each further block is a new one */
     struct motion_limits limits[2]; /* of feed motions and of rapid motions
                                        pushed from here on */
     double distance;                /* 0.1 um, start of the next element */

@@ -23,8 +23,9 @@ void push_piece(struct engine *engine,
     }
     piece->stop_before =
         engine->push.stop_pending || !engine->push.has_motion_piece;
-    piece->new_block = engine->push.has_motion_piece
-                       && engine->push.last_count != piece->count;
+    piece->new_block = engine->push.begun
+                       && (!engine->push.has_motion_piece
+                           || engine->push.last_count != piece->count);
     piece->m01 = engine->push.m01_pending;
     engine->push.m01_pending = false;
     piece->gated = engine->technology_rows.has_pending_gate;
@@ -39,7 +40,7 @@ void push_piece(struct engine *engine,
     piece->whole = piece->length;
     memcpy(engine->push.last_end, row->end, sizeof engine->push.last_end);
     engine->push.last_count = piece->count;
-    engine->push.has_motion_piece = true;
+    engine->push.has_motion_piece = engine->push.begun = true;
 }
 
 double axis_distance(const engine_config *cfg,

@@ -30,6 +30,9 @@ from cnc_core.units import AnyArray, FloatArray
 from ..shapes.polynomial import derivative, normalised
 
 GRID = np.linspace(0.0, 1.0, 33)
+# where a curve rests at an end, its direction is that so far inside; it rests if
+# its derivative is below so much of that there
+INSIDE, RESTS = 1e-6, 1e-3
 
 
 def fastest(slope: FloatArray, span: FloatArray, main: list[int]) -> FloatArray:
@@ -140,12 +143,21 @@ class ParameterFeed:
         tangents = np.zeros((len(rows), 6))
         main = [i for i in self._main if i >= 0]
         places = [k for k, i in enumerate(self._main) if i >= 0]
-        for side, u in enumerate((0.0, 1.0)):
-            at = plain.summed(
-                "nak,k->na",
-                slope[:, main],
-                plain.powers(u, np.arange(slope.shape[2])),
+        for side, (u, inside) in enumerate(
+            ((0.0, INSIDE), (1.0, 1.0 - INSIDE))
+        ):
+            at, beside = (
+                plain.summed(
+                    "nak,k->na",
+                    slope[:, main],
+                    plain.powers(w, np.arange(slope.shape[2])),
+                )
+                for w in (u, inside)
             )
+            rests = np.linalg.norm(at, axis=1) < RESTS * np.linalg.norm(
+                beside, axis=1
+            )
+            at = np.where(rests[:, None], beside, at)
             norm = np.linalg.norm(at, axis=1)[:, None]
             tangents[:, [3 * side + k for k in places]] = np.divide(
                 at, norm, out=np.zeros_like(at), where=norm > 1e-12

@@ -114,6 +114,7 @@ class _Curve:
         self.points = [start.copy()]
         self.items: list[tuple[bool, Any]] = []  # (motion, row)
         self.first = self.done = 0
+        self.goes_on = False  # with the tangent of a part that is written
 
     @property
     def segments(self) -> int:
@@ -179,6 +180,7 @@ class Spline:
             self._curve = _Curve(
                 curve.kind, TANGENTIAL, self._tangent, self._at
             )
+            self._curve.goes_on = True
         elif curve is not None:
             self._rows += [row for _, row in curve.items]
             curve.items = []
@@ -276,7 +278,8 @@ class Spline:
         curve, self._curve = self._curve, None
         if curve is not None:
             ends = int(row["degree"])
-            fewest = 1 if curve.done or AUTO not in (curve.begins, ends) else 2
+            given = curve.goes_on or AUTO not in (curve.begins, ends)
+            fewest = 1 if curve.done or given else 2
             if curve.kind == AKIMA and 0 < curve.segments < fewest:
                 raise self._refused(911001, row)
             if not curve.segments:

@@ -147,6 +147,23 @@ def test_rows_between_keep_their_places(tmp_path):
     ]
 
 
+@pytest.mark.parametrize("wait_behind", range(1, 5))
+def test_a_wait_leaves_what_follows_it_a_spline(tmp_path, wait_behind):
+    """#FLUSH WAIT ahead of any point, the last one, too: the curve goes on with
+    its tangent, so one point is enough.
+    """
+    points = [(10, 5, 0), (20, 2, 0), (30, 3, 0), (40, -5, 0)]
+    moves = lines(points).split("\n")
+    moves.insert(wait_behind, "#FLUSH WAIT")
+    text = "\n".join(["G01 F3000", "#SPLINE ON", *moves, "#SPLINE OFF"])
+    program = program_of(tmp_path, text)
+    rows = joined(list(program.batches())).rows
+    assert rows["type"][rows["type"] <= POLYNOMIAL].tolist() == [POLYNOMIAL] * 4
+    assert rows["end"][rows["type"] == POLYNOMIAL, 0].tolist() == [
+        x for x, *_ in points
+    ]
+
+
 @pytest.mark.parametrize(
     ("text", "code"),
     [

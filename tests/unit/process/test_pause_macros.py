@@ -24,6 +24,10 @@ MACROS = {
 BOTH = "M_PAUSE = 61\nM_GOPAUSE = 62\n"
 PATH = "G1 F6000 X50\nX60 Y10\nX10 Y10\n"
 SHORT = "G1 F6000 X10\nX20 Y10\n"
+HALTED = (
+    "G60 F6000\nG1 X100\n@LOOP\nIF $_Q0 > 30\nGOTO STOP\nEND_IF\nGOTO LOOP\n"
+    "@STOP\nG101\nG1 F6000 Y10\n"
+)
 CYCLE_MM = 0.31  # the longest way of a cycle, at 300 mm/s
 ONE = '[channel]\ninterpolator_function = "FCT_IPO_DEFAULT"\n'
 
@@ -75,6 +79,19 @@ class Cell:
     def backward(self, value: bool) -> None:
         unit = self.channel.bahn_mc_control.backward_motion
         unit.enable_w, unit.command_w = True, value
+
+    def level(self, unit: str, value: bool) -> None:
+        self.cnc.level(0, unit, value)
+
+    def press(self, unit: str) -> None:
+        """A rising edge that the CNC sees."""
+        self.level(unit, True)
+        self.run(2)
+        self.level(unit, False)
+
+    @property
+    def stop_condition(self) -> int:
+        return int(self.channel.bahn_state.stop_condition_r)
 
     def run(self, cycles: int) -> None:
         for _ in range(cycles):
@@ -343,15 +360,11 @@ def test_a_hold_while_g101_brakes_drives_nothing_that_it_left_out(
     make: Make, behind: int
 ) -> None:
     """G101 leaves out the rest of X100; the pause adds its macros, then comes Y10."""
-    text = (
-        "G60 F6000\nG1 X100\n@LOOP\nIF $_Q0 > 30\nGOTO STOP\nEND_IF\nGOTO LOOP\n"
-        "@STOP\nG101\nG1 F6000 Y10\n"
-    )
-    plain = make(text, "")
+    plain = make(HALTED, "")
     plain.ends()
     stood = plain.position()[0]
     assert 30.0 < stood < 60.0
-    cell = make(text, BOTH)
+    cell = make(HALTED, BOTH)
     cell.until(lambda: cell.position()[0] > 30.0)
     cell.run(behind)
     cell.order(HOLD)
@@ -419,3 +432,130 @@ def test_the_way_back_ends_at_the_pause(make: Make) -> None:
     cell.ends()
     assert cell.position().tolist() == [10.0, 10.0, 0.0]
     assert cell.way > 50.0
+
+
+@pytest.mark.parametrize("events", ["M_PAUSE = 61\n", "M_GOPAUSE = 62\n", BOTH])
+@pytest.mark.parametrize("orders", ["-B A", "A-B", "A -B", "A   -B", "-B   A"])
+def test_active_on_the_way_back_waits_for_its_end(
+    make: Make, events: str, orders: str
+) -> None:
+    """ACTIVE (A) while the path is driven back in HOLD, together with the end of
+    backward motion (-B), ahead of that or behind it: it goes on from the pause.
+    """
+    cell = make(SHORT, events)
+    cell.run(50)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    cell.backward(True)
+    cell.run(60)
+    for what in orders.replace("-B", "b"):
+        if what == " ":
+            cell.run(40)
+        elif what == "A":
+            cell.order(ACTIVE)
+        else:
+            cell.backward(False)
+    cell.ends()
+    assert cell.position()[:2].tolist() == [20.0, 10.0]
+    assert cell.way < 10.0 + 10.0 * 2**0.5 + 22.0
+
+
+@pytest.mark.parametrize("hold", range(100, 420, 35))
+def test_a_hold_with_deleted_distance_only_stands(
+    make: Make, hold: int
+) -> None:
+    """On the line to the next end, and until it begins, macros have no place:
+    the corner is left out all the same, at no more than the feed.
+    """
+    cell = make("G1 F6 X20\nX20 Y20\nX40 Y20\n", BOTH)
+    cell.run(95)
+    cell.press("delete_distance_to_go")
+    cell.run(hold - 97)
+    driven = cell.channel.bahn_state.delete_distance_to_go_active_r
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    cell.run(200)
+    assert (cell.position()[2] == 0.0) == bool(driven)
+    cell.order(ACTIVE)
+    cell.ends()
+    assert cell.position().tolist() == [40.0, 20.0, 0.0]
+    places = np.array(cell.places)
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    assert steps.max() < 0.1005
+    corner = np.linalg.norm(places[:, :2] - [20.0, 0.0], axis=1)
+    assert corner.min() > 8.0
+    assert cell.channel.bahn_state.dist_prog_start == pytest.approx(
+        600_000 + (100_000 if not driven else 0), abs=20
+    )
+
+
+@pytest.mark.parametrize(
+    "events", ["", "M_PAUSE = 61\n", "M_GOPAUSE = 62\n", BOTH]
+)
+@pytest.mark.parametrize("hold", [20, 200])
+def test_single_block_stands_behind_a_pause(
+    make: Make, events: str, hold: int
+) -> None:
+    """Ahead of the next block, whether the pause came there or within a block;
+    the macros themselves do not stand, and the rest of a block does not.
+    """
+    cell = make("G1 F6000 X10\nX20\nX30\n", events)
+    cell.level("single_block", True)
+    cell.run(hold)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    cell.run(100)
+    cell.order(ACTIVE)
+    cell.run(900)
+    assert cell.state == ACTIVE
+    assert cell.stop_condition == 8
+    assert cell.position()[0] == 10.0
+    cell.press("continue_machining")
+    cell.run(600)
+    assert cell.stop_condition == 8
+    assert cell.position().tolist() == [20.0, 0.0, 0.0]
+    cell.press("continue_machining")
+    cell.ends()
+    assert cell.position().tolist() == [30.0, 0.0, 0.0]
+
+
+def test_single_block_stands_behind_g101(make: Make) -> None:
+    """The first motion behind it is a block like others."""
+    cell = make(HALTED, "")
+    cell.level("single_block", True)
+    cell.run(1500)
+    assert 30.0 < cell.position()[0] < 60.0
+    assert (cell.position()[1], cell.stop_condition) == (0.0, 8)
+
+
+@pytest.mark.parametrize("events", ["", BOTH])
+def test_an_inserted_stop_stands_behind_a_pause(
+    make: Make, events: str
+) -> None:
+    """HOLD and ACTIVE leave it to "continue"."""
+    cell = make(SHORT, events)
+    insert = cell.channel.bahn_mc_control.insert_cmd
+    insert.command_w.dist_or_pos, insert.command_w.rel_abs_mode = 5e4, 1
+    insert.enable_w = insert.command_semaphor_rw = True
+    cell.run(300)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    cell.order(ACTIVE)
+    cell.run(600)
+    assert (cell.position()[0], cell.stop_condition) == (5.0, 1 << 11)
+    cell.press("continue_machining")
+    cell.ends()
+    assert cell.position().tolist() == [20.0, 10.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    "events", ["", "M_PAUSE = 61\n", "M_GOPAUSE = 62\n", BOTH]
+)
+def test_a_pause_says_what_it_waits_for(make: Make, events: str) -> None:
+    """The bit of HOLD, with macros and without."""
+    cell = make(PATH, events)
+    cell.run(100)
+    cell.order(HOLD)
+    cell.until(lambda: cell.state == HOLD)
+    cell.run(50)
+    assert cell.stop_condition == 1 << 10

@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
+from cnc_core.blocks import ELEMENT, TANGENTS, BlockBatch
 from cnc_core.config import parse_config
 from cnc_core.geometry.profiles.blend import gentle_bend, overlapped_deviation
 from cnc_core.geometry.profiles.time_filter import _Caps, _spread
@@ -541,3 +542,27 @@ def test_an_edge_of_g67_is_not_slower_than_a_stop(shop, turn, form, jrk):
         assert max(ratios) <= 1.02
     slack = 0.001  # a cycle
     assert all(b <= a + slack for a, b in itertools.pairwise(times)), times
+
+
+def test_a_curve_that_begins_at_rest_has_a_direction(shop):
+    """X stands and Y = 10 w^2: from +Y to +Y, as the straight curve behind it."""
+    setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,CUB,POL)")
+    curve = "<*,1,{},600,0\n<X,10,0,0,0\n<Y,{}\n<Z,0,0,0,0\n"
+    program = shop.program(
+        "G90 G01 F3000\nN1 G1 X10 Y0 Z0\n(HSM,CONFIG1)\nG61 P3\n"
+        + curve.format(20, "0,0,10,0")
+        + curve.format(30, "10,10,0,0")
+        + "G60\nM30\n",
+        setup,
+        programmed=False,
+    )
+    seen = []
+    while (batch := program.read()) is not None:
+        if isinstance(batch, BlockBatch):
+            seen += [
+                batch.pool[row["pool"] : row["pool"] + 6].tolist()
+                for row in batch.rows
+                if row["flags"] & ELEMENT and row["degree"] == TANGENTS
+            ]
+    along_y = [0.0, 1.0, 0.0]
+    assert seen == [pytest.approx(2 * along_y)] * 2
