@@ -85,7 +85,7 @@ int32_t engine_left_out(struct engine *engine,
     return count;
 }
 
-void engine_resync(struct engine *engine) {
+void engine_resync(struct engine *engine, int in_block) {
     if (ATOMIC_GET(engine->program.abort) == ABORT_DONE) {
         techno_left_out(engine);
     }
@@ -100,6 +100,7 @@ void engine_resync(struct engine *engine) {
     element_map_behind(engine);
     engine->push.has_tangent = engine->push.has_motion_piece =
         engine->push.stop_pending = false;
+    engine->push.begun = engine->push.begun && !in_block;
     engine->push.path = engine->geo.path - engine->geo.path_shift;
     engine->push.distance =
         (engine->geo.dist - engine->geo.dist_shift) * TENTH_UM;
@@ -108,10 +109,6 @@ void engine_resync(struct engine *engine) {
     engine->push.epoch_element = engine->push.loop_behind =
         engine->store.element_head;
     geo_go_on(engine); /* what was left out is told no more */
-}
-
-void engine_go_on_in_block(struct engine *engine) {
-    engine->push.begun = false;
 }
 
 int engine_set_axis(struct engine *engine,

@@ -454,13 +454,9 @@ class Engine:
         """The transient state of the mode stays until ``set_mode``."""
         lib.engine_macro_runs(self._handle, int(runs))
 
-    def resync(self) -> None:
-        """Behind ``Event.DRAINED``: the path goes on from where the axes stand."""
-        lib.engine_resync(self._handle)
-
-    def go_on_in_block(self) -> None:
-        """The next motion is no new block: the path stands within it."""
-        lib.engine_go_on_in_block(self._handle)
+    def resync(self, *, in_block: bool = False) -> None:
+        """Behind ``Event.DRAINED``: on from where the axes stand, in a block or not."""
+        lib.engine_resync(self._handle, int(in_block))
 
     def await_functions(self) -> None:
         """What is pushed next waits for acknowledgements that are missing."""

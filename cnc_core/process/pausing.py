@@ -292,9 +292,7 @@ class Pause:
 
     def _go_on(self) -> None:
         host = self._host
-        host.engine.resync()
-        if self._in_block:
-            host.engine.go_on_in_block()
+        host.engine.resync(in_block=self._in_block)
         host.engine.await_functions()
         program, waiting, done = self._saved
         rows = self._rest.rows

@@ -466,10 +466,9 @@ int32_t engine_left_out(struct engine *engine,
                         engine_left *out,
                         uint64_t *done,
                         int32_t most);
-/* The path goes on from where the axes stand; behind ENGINE_DRAINED alone. */
-void engine_resync(struct engine *engine);
-/* What is pushed next is no new block: the path stands within it. */
-void engine_go_on_in_block(struct engine *engine);
+/* The path goes on from where the axes stand; behind ENGINE_DRAINED alone.
+ * `in_block`: within a block that has begun. */
+void engine_resync(struct engine *engine, int in_block);
 /* What is pushed next waits for the acknowledgement of all functions that were
  * put out and wait for one. */
 void engine_await_functions(struct engine *engine);

@@ -202,7 +202,7 @@ static void go_on(struct trial *trial) {
     trial->first = trial->count;
     trial->in.consistent &= !trial->more_rows.in_loop; /* left in the middle */
     more_rows_anew(&trial->more_rows);
-    engine_resync(trial->engine);
+    engine_resync(trial->engine, 0);
 }
 
 /* The first axis goes and another one comes to its place, a slower one. */
