@@ -123,9 +123,9 @@ def distance(coef: FloatArray, pos: FloatArray) -> FloatArray:
         low = np.where(rise < 0.0, u, low)
         high = np.where(rise > 0.0, u, high)
         steep = (d1 * d1 + d * _many(second, u)).sum(axis=-1)
-        u = u - rise / np.where(steep > 0.0, steep, 1.0)
-        inside = (steep > 0.0) & (low < u) & (u < high)
-        u = np.where(inside, u, 0.5 * (low + high))
+        step = np.clip(u - rise / np.where(steep > 0.0, steep, 1.0), low, high)
+        goes_on = (steep > 0.0) & (step != u)
+        u = np.where(goes_on, step, 0.5 * (low + high))
     return np.asarray(best)
 
 

@@ -21,9 +21,23 @@ OVERRIDE = f"{CH}.bahn_mc_control.override"
 WAIT_S = 20.0
 
 
+class Callbacks(dict[Any, Any]):
+    """Those of pyads; one that is taken away may still be called: it is kept."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._kept: list[Any] = []
+
+    def pop(self, key: Any, default: Any = None) -> Any:
+        self._kept.append(super().pop(key, default))
+        return self._kept[-1]
+
+
 @pytest.fixture(scope="module")
 def connect(bridged: Bridged) -> Iterator[Callable[[int], Any]]:
     """Connections to AMS ports of the server."""
+    monkeypatch = pytest.MonkeyPatch()
+    monkeypatch.setattr(pyads.pyads_ex, "callback_store", Callbacks())
     pyads.open_port()
     pyads.add_route(NET_ID, ADS_HOST)
     opened: dict[int, Any] = {}
@@ -37,6 +51,7 @@ def connect(bridged: Bridged) -> Iterator[Callable[[int], Any]]:
     yield call
     for connection in opened.values():
         connection.close()
+    monkeypatch.undo()
     pyads.delete_route(pyads.AmsAddr(NET_ID, 851))
     pyads.close_port()
 
