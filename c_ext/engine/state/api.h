@@ -241,9 +241,9 @@ typedef struct engine_state {
     uint64_t rows_taken,
         row_done;     /* rows pushed; rows below it have been executed */
     int32_t retraced; /* the path is driven backward, or once more */
-    int32_t
-        off_program; /* that, or it is at what the PLC has put into it: the
-                        line of a deleted distance to go, an inserted stop */
+    /* that, or it is at what the PLC has put into it: the line of a deleted
+     * distance to go, an inserted stop */
+    int32_t off_program;
     double time_by_cause[ENGINE_CAUSES]; /* s of cycles of programs */
     uint64_t infeasible; /* planner: state that could not be continued legally;
                             must stay 0 */

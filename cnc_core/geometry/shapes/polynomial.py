@@ -13,7 +13,8 @@ from cnc_core import plain
 from cnc_core.units import FloatArray
 
 ORDER = 6  # coefficients per axis at the most
-# of ``distance``: cells a curve and each of the nearest CELLS is cut into, steps
+# of ``distance``: a curve is cut into so many cells, the nearest CELLS of them
+# again, twice; then come so many steps in each
 CUTS, CELLS, NEWTON_STEPS = (20, 6, 6), 4, 6
 
 
@@ -25,10 +26,11 @@ def normalised(coef: FloatArray, end: FloatArray) -> FloatArray:
 
 
 def value(coef: FloatArray, w: FloatArray) -> FloatArray:
-    """(n, axes) at one parameter each, w (n,)."""
-    out = np.zeros(coef.shape[:2])
+    """(n, ..., axes) of n polynomials at the parameters w (n, ...)."""
+    between = (slice(None), *(None,) * (w.ndim - 1))
+    out = np.zeros((*w.shape, coef.shape[1]))
     for k in range(coef.shape[2] - 1, -1, -1):
-        out = out * w[:, None] + coef[:, :, k]
+        out = out * w[..., None] + coef[:, :, k][between]
     return out
 
 
@@ -103,9 +105,9 @@ def distance(coef: FloatArray, pos: FloatArray) -> FloatArray:
     for parts in CUTS:
         width /= parts
         w = low[..., None] + width * np.arange(parts + 1)
-        off = _many(coef, w) - pos[:, None, None, :]
+        off = value(coef, w) - pos[:, None, None, :]
         best = np.minimum(best, _length(off).min(axis=(1, 2)))
-        bend = _length(_many(second, w))
+        bend = _length(value(second, w))
         least = _chord_distance(off) - width * width / 8.0 * np.maximum(
             bend[..., :-1], bend[..., 1:]
         )
@@ -116,26 +118,17 @@ def distance(coef: FloatArray, pos: FloatArray) -> FloatArray:
     high = low + width
     u = 0.5 * (low + high)
     for _ in range(NEWTON_STEPS):
-        d = _many(coef, u) - pos[:, None, :]
-        d1 = _many(first, u)
+        d = value(coef, u) - pos[:, None, :]
+        d1 = value(first, u)
         best = np.minimum(best, _length(d).min(axis=1))
         rise = (d * d1).sum(axis=-1)
         low = np.where(rise < 0.0, u, low)
         high = np.where(rise > 0.0, u, high)
-        steep = (d1 * d1 + d * _many(second, u)).sum(axis=-1)
+        steep = (d1 * d1 + d * value(second, u)).sum(axis=-1)
         step = np.clip(u - rise / np.where(steep > 0.0, steep, 1.0), low, high)
         goes_on = (steep > 0.0) & (step != u)
         u = np.where(goes_on, step, 0.5 * (low + high))
     return np.asarray(best)
-
-
-def _many(coef: FloatArray, w: FloatArray) -> FloatArray:
-    """(n, ..., axes) values of n polynomials at the parameters w (n, ...)."""
-    between = (slice(None), *(None,) * (w.ndim - 1))
-    out = np.zeros((*w.shape, coef.shape[1]))
-    for k in range(coef.shape[2] - 1, -1, -1):
-        out = out * w[..., None] + coef[:, :, k][between]
-    return out
 
 
 def _length(vectors: FloatArray) -> FloatArray:
