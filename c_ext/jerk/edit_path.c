@@ -60,7 +60,7 @@ static void shorten_last(jerk_planner *planner, double length) {
         return;
     }
     jerk_interval whole = *interval;
-    interval_part(&whole, 0.0, length, planner->cfg.axes, interval);
+    interval_part(&whole, 0.0, length, planner->axes, interval);
     interval->blocks = whole.blocks;
     struct steps *steps = &planner->steps[at & planner->mask];
     steps->knots = ceil(interval->length / steps->longest);
@@ -97,6 +97,7 @@ void jerk_reset(jerk_planner *planner) {
     planner->finished = false;
     planner->changed = false;
     planner->at_standstill = true;
+    planner->axes = planner->cfg.axes;
     planner->x = 0.0;
     planner->accel = 0.0;
     planner->behind_mm = 0.0;

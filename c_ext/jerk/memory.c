@@ -44,7 +44,7 @@ static void lay_out_path(jerk_planner *planner, struct arena *arena) {
 static void lay_out_problem(jerk_planner *planner, struct arena *arena) {
     size_t stages = (size_t)planner->capacity + 2 * LANES;
     size_t blocks = stages / LANES + 1;
-    size_t axes = (size_t)planner->cfg.axes;
+    size_t axes = (size_t)planner->cfg.axes + 1; /* and the path */
     struct problem *problem = &planner->prob;
     double **stage[] = {&problem->lengths,
                         &problem->x,
@@ -144,15 +144,23 @@ static void lay_out(jerk_planner *planner, struct arena *arena) {
 }
 
 static void set_scales(jerk_planner *planner) {
-    const jerk_config *config = &planner->cfg;
+    jerk_config *config = &planner->cfg;
     double v = 0.0;
+    double acc = 0.0;
+    double jerk = 0.0;
     for (int i = 0; i < config->axes; i++) {
+        acc += config->a_max[i];
+        jerk += config->j_max[i];
         v = fmax(v,
                  reached_speed(config->v_max[i],
                                config->a_max[i],
                                config->j_max[i]));
     }
     planner->scale = v / 3.0;
+    planner->axes = config->axes;
+    config->v_max[config->axes] = PATH_FREE * v;
+    config->a_max[config->axes] = PATH_FREE * acc;
+    config->j_max[config->axes] = PATH_FREE * jerk;
     if (!(config->refresh > 0.0)) {
         planner->cfg.refresh = config->window_blocks < SHORT_WINDOW
                                    ? SHORT_REFRESH

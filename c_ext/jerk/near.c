@@ -17,7 +17,7 @@
 static double possible_speed(const jerk_planner *planner,
                              const jerk_interval *interval) {
     double most = fmin(asked_speed(planner, interval), 10.0 * planner->scale);
-    for (int i = 0; i < planner->cfg.axes; i++) {
+    for (int i = 0; i < planner->axes; i++) {
         double along = larger(interval->d1[0][i], interval->d1[1][i]);
         if (along > 0.0) {
             most = fmin(most, planner->cfg.v_max[i] / along);
@@ -31,7 +31,7 @@ static double highest_speed(const jerk_planner *planner,
                             const jerk_interval *interval) {
     double now = speed_at_head(planner);
     double most = possible_speed(planner, interval);
-    for (int i = 0; i < planner->cfg.axes; i++) {
+    for (int i = 0; i < planner->axes; i++) {
         double along = larger(interval->d1[0][i], interval->d1[1][i]);
         if (along > 0.0) {
             double gain = NEAR_S * acc_max(planner, interval, i) / along;

@@ -10,7 +10,7 @@ static bool positive(double v) {
 }
 
 int jerk_check_config(const jerk_config *config) {
-    if (config->axes < 1 || config->axes > JERK_AXES
+    if (config->axes < 1 || config->axes >= JERK_AXES
         || !positive(config->cycle_s) || config->window_knots < 8
         || config->window_blocks < 1) {
         return JERK_BAD_LIMITS;

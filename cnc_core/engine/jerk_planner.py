@@ -33,6 +33,8 @@ INTERVAL = np.dtype(
         ("tag", "u8"),
         ("acc_share", "f4", AXES),
         ("jerk_share", "f4", AXES),
+        ("path_acc", "f4"),
+        ("path_jerk", "f4"),
         ("miss", "f4", AXES),
         ("blocks", "u4"),
         ("flags", "u4"),

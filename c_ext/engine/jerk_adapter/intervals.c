@@ -187,57 +187,26 @@ static double programmed_speed(const struct engine *engine,
     return v < NEVER ? v : 0.0;
 }
 
-/* A part of a curve that does not bend is a line. */
-static bool is_line(const engine_config *cfg,
-                    const struct piece *piece,
-                    const jerk_interval *interval) {
-    if (piece->kind == PIECE_LINE) {
-        return true;
-    }
-    for (int i = 0; i < cfg->axis_count; i++) {
-        if (fabs(interval->d1[1][i] - interval->d1[0][i]) > STRAIGHT
-            || (fabs(interval->d2[0][i]) + fabs(interval->d2[1][i]))
-                       * interval->length
-                   > STRAIGHT) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* Weights of the program as shares of the axes' limits. A limit of the path's
- * acceleration or jerk becomes one of the axis that moves most on a line, of
- * all axes where the path bends. */
+/* Weights of the program as shares of the axes' limits, and its limits along
+ * the path. */
 static void set_shares(const engine_config *cfg,
                        const struct piece *piece,
                        jerk_interval *interval) {
-    const struct motion_limits *motion_limits = &piece->limits;
-    bool path = motion_limits->path_acceleration > 0
-                || motion_limits->path_jerk > 0,
-         line = path && is_line(cfg, piece, interval);
-    int most = 0;
-    for (int i = 1; i < cfg->axis_count; i++) {
-        if (fabs(interval->d1[0][i]) > fabs(interval->d1[0][most])) {
-            most = i;
-        }
-    }
+    const struct motion_limits *limits = &piece->limits;
+    double acc = INFINITY, jerk = INFINITY;
     for (int i = 0; i < cfg->axis_count; i++) {
-        bool takes = !line || i == most;
-        double along = line ? fabs(interval->d1[0][i]) : 1.0,
-               acc = motion_limits->acceleration[i],
-               jerk = motion_limits->jerk[i];
-        if (takes && motion_limits->path_acceleration > 0) {
-            acc = lesser(acc,
-                         (double)motion_limits->path_acceleration * along
-                             / cfg->a_max[i]);
-        }
-        if (takes && motion_limits->path_jerk > 0 && cfg->j_max[i] > 0) {
-            jerk = lesser(jerk,
-                          (double)motion_limits->path_jerk * along
-                              / cfg->j_max[i]);
-        }
-        interval->acc_share[i] = (float)greater(acc, LEAST_SHARE);
-        interval->jerk_share[i] = (float)greater(jerk, LEAST_SHARE);
+        interval->acc_share[i] = fmaxf(limits->acceleration[i], LEAST_SHARE);
+        interval->jerk_share[i] = fmaxf(limits->jerk[i], LEAST_SHARE);
+        acc = lesser(acc, cfg->a_max[i]);
+        jerk = lesser(jerk, cfg->j_max[i] > 0 ? cfg->j_max[i] : INFINITY);
+    }
+    if (limits->path_acceleration > 0) {
+        interval->path_acc =
+            fmaxf(limits->path_acceleration, (float)(LEAST_SHARE * acc));
+    }
+    if (limits->path_jerk > 0) {
+        interval->path_jerk =
+            fmaxf(limits->path_jerk, (float)(LEAST_SHARE * jerk));
     }
 }
 

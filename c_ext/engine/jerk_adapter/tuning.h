@@ -28,10 +28,8 @@
 #define CURVE_UNSEEN 0.25
 /* share of the jerk limit: a miss below it matters at no speed */
 #define CURVE_NOISE 1e-3
-/* change of the tangent over an interval that does not bend */
-#define STRAIGHT 1e-9
 /* share of a limit, however small the program asks for */
-#define LEAST_SHARE 1e-4
+#define LEAST_SHARE 1e-4f
 /* mm: of an interval of a curve, however much it bends */
 #define LEAST_MM 1e-6
 

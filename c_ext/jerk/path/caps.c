@@ -17,12 +17,8 @@ static double standstill_jerk(const jerk_planner *planner,
     double most = 0.0;
     double length = segment->length;
     double sign = at_end ? -1.0 : 1.0;
-    interval_part(segment->interval,
-                  0.0,
-                  0.5 * length,
-                  planner->cfg.axes,
-                  &half);
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    interval_part(segment->interval, 0.0, 0.5 * length, planner->axes, &half);
+    for (int axis = 0; axis < planner->axes; axis++) {
         const jerk_interval *interval = segment->interval;
         int far = !at_end;
         double near = interval->d1[at_end][axis];
@@ -46,7 +42,7 @@ static double standstill_jerk(const jerk_planner *planner,
 static double velocity_cap(const jerk_planner *planner,
                            const jerk_interval *interval) {
     double v = interval->v_hard > 0 ? interval->v_hard : 1e30;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         double length = interval->length;
         double mid =
             0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
@@ -70,7 +66,7 @@ void segment_limits(const jerk_planner *planner, struct segment *segment) {
     segment->length = interval->length;
     segment->jump = 1.0;
     segment->share = 1.0;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         segment->acc[axis] = 1.0;
     }
     segment->excess = 0.0;
@@ -137,7 +133,7 @@ static double jump_reach(const jerk_planner *planner,
                          double x) {
     double jerk = 1e30;
     double t = 1.5 * planner->cfg.cycle_s;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         double behind = right->d1[0][axis];
         double along = larger(left->d1[1][axis], behind);
         jerk = lesser(jerk,

@@ -10,7 +10,7 @@
 
 static bool straight(const jerk_planner *planner,
                      const jerk_interval *interval) {
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         double first = interval->d2[0][axis];
         double last = interval->d2[1][axis];
         if (first != 0.0 || last != 0.0) {
@@ -91,7 +91,7 @@ static double finest_at(const jerk_planner *planner,
 static double path_jerk(const jerk_planner *planner,
                         const jerk_interval *interval) {
     double jerk = 1e30;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         jerk = lesser(jerk,
                       jerk_max(planner, interval, axis)
                           / fmax(1e-9, fabs(interval->d1[0][axis])));
@@ -327,7 +327,7 @@ static bool add_part(const jerk_planner *planner,
         return false;
     }
     jerk_interval *part = &grid->parts[grid->used++];
-    interval_part(interval, from, to, planner->cfg.axes, part);
+    interval_part(interval, from, to, planner->axes, part);
     return add_segment(planner, grid, part, i, to >= interval->length);
 }
 

@@ -82,7 +82,7 @@ static double asked_speed2(const jerk_planner *planner,
 static double rise_over(const jerk_planner *planner,
                         const struct segment *segment) {
     double acc = 1e30;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         acc = lesser(acc,
                      acc_max(planner, segment->interval, axis)
                          / greater(1e-9,

@@ -58,6 +58,27 @@ void ring_find_stand(jerk_planner *planner) {
     planner->stand_end = end > planner->head ? end : 0;
 }
 
+/* A limit of the path is one of an axis that moves as the path does: its q' is
+ * 1. Elsewhere that axis does not move. */
+static void set_path_axis(jerk_planner *planner, jerk_interval *interval) {
+    bool acc = interval->path_acc > 0.0f;
+    bool jerk = interval->path_jerk > 0.0f;
+    int path = planner->cfg.axes;
+    for (int end = 0; end < 2; end++) {
+        interval->d1[end][path] = acc || jerk ? 1.0 : 0.0;
+        interval->d2[end][path] = 0.0;
+        interval->d3[end][path] = 0.0;
+    }
+    if (acc || jerk) {
+        planner->axes = path + 1;
+    }
+    interval->acc_share[path] =
+        acc ? interval->path_acc / (float)planner->cfg.a_max[path] : 1.0f;
+    interval->jerk_share[path] =
+        jerk ? interval->path_jerk / (float)planner->cfg.j_max[path] : 1.0f;
+    interval->miss[path] = 0.0f;
+}
+
 int64_t jerk_push(jerk_planner *planner,
                   const jerk_interval *intervals,
                   int64_t count) {
@@ -74,10 +95,12 @@ int64_t jerk_push(jerk_planner *planner,
             return i > 0 ? i : error;
         }
         struct steps *steps = &planner->steps[planner->tail & planner->mask];
-        planner->ring[planner->tail & planner->mask] = *interval;
+        jerk_interval *pushed = &planner->ring[planner->tail & planner->mask];
+        *pushed = *interval;
+        set_path_axis(planner, pushed);
         planner->tight[planner->tail & planner->mask] = 1.0;
         planner->acc_tight[planner->tail & planner->mask] = 1.0;
-        *steps = interval_steps(planner, interval);
+        *steps = interval_steps(planner, pushed);
         if (planner->tail > 0) {
             count_to(planner,
                      planner->tail - 1,
@@ -172,9 +195,5 @@ void ring_consume(jerk_planner *planner, double length, bool whole) {
         planner->head++;
         return;
     }
-    interval_part(interval,
-                  length,
-                  interval->length,
-                  planner->cfg.axes,
-                  interval);
+    interval_part(interval, length, interval->length, planner->axes, interval);
 }

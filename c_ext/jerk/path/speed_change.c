@@ -6,7 +6,7 @@
 path_limits limits_at(const jerk_planner *planner,
                       const jerk_interval *interval) {
     path_limits least = {1e30, 1e30};
-    for (int i = 0; i < planner->cfg.axes; i++) {
+    for (int i = 0; i < planner->axes; i++) {
         double along = fmax(fabs(interval->d1[0][i]), 1e-9);
         least.acc = fmin(least.acc, acc_max(planner, interval, i) / along);
         least.jerk = fmin(least.jerk, jerk_max(planner, interval, i) / along);

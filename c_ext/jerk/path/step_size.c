@@ -43,7 +43,7 @@ static double lean_rate(const jerk_planner *planner,
     for (int end = 0; end < 2; end++) {
         double most = 0.0;
         double change = 0.0;
-        for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        for (int axis = 0; axis < planner->axes; axis++) {
             double jerk = jerk_max(planner, interval, axis);
             most = greater(most, fabs(interval->d1[end][axis]) / jerk);
             change = greater(change, fabs(interval->d2[end][axis]) / jerk);
@@ -73,7 +73,7 @@ static double turn_length(const jerk_planner *planner,
                           const jerk_interval *interval) {
     double start = 0.0;
     double end = 0.0;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         double rate =
             greater(1.0, larger(interval->d1[0][axis], interval->d1[1][axis]));
         double d0 = interval->d2[0][axis] / rate;
@@ -99,7 +99,7 @@ static void set_bend(const jerk_planner *planner,
                      struct steps *out) {
     double change = 0.0;
     out->bend = 0.0;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         double jerk = jerk_max(planner, interval, axis);
         double first = interval->d3[0][axis];
         double last = interval->d3[1][axis];
@@ -125,7 +125,7 @@ static double bend_top(const jerk_planner *planner,
                        int end) {
     double bend = 0.0;
     double across = 0.0;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         double d2 = fabs(interval->d2[end][axis]);
         bend += d2 * d2;
         across += d2 * acc_max(planner, interval, axis);
@@ -137,7 +137,7 @@ static double bend_top(const jerk_planner *planner,
 static double most_along(const jerk_planner *planner,
                          const jerk_interval *interval) {
     double sum = 0.0;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         sum += larger(interval->d1[0][axis], interval->d1[1][axis])
                * acc_max(planner, interval, axis);
     }
@@ -151,7 +151,7 @@ struct steps interval_steps(const jerk_planner *planner,
     struct along along = {1e30, 1e30, 1e30};
     struct steps most = {0};
     double least = 1e30;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         double first = interval->d1[0][axis];
         double rate = larger(first, interval->d1[1][axis]);
         if (rate < 1e-9) {

@@ -72,7 +72,7 @@ static void find_axes(const jerk_planner *planner,
                       const struct grid *grid,
                       struct problem *problem) {
     problem->axes = 0;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         bool any = false;
         for (int k = 0; k < grid->count && !any; k++) {
             any = moves(planner, grid->seg[k].interval, 0, axis)

@@ -50,7 +50,7 @@ static room room_at(const jerk_planner *planner,
                     double t,
                     const double state[2]) {
     room least = {{-1e30, 1e30}, -1e30};
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         narrow(planner, segment, axis, t, state, &least);
     }
     return least;

@@ -18,7 +18,7 @@ static struct curve curve_caps(const jerk_planner *planner,
     double scale = planner->scale;
     double bend = 0.0;
     double twist = 0.0;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         bend = greater(bend,
                        larger(segment->interval->d2[0][axis],
                               segment->interval->d2[1][axis])
@@ -43,7 +43,7 @@ static void path_limits(const jerk_planner *planner,
                         double *jerk) {
     double scale = planner->scale;
     *acc = *jerk = 1e30;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         double d1 = greater(fabs(segment->interval->d1[0][axis]), 1e-9);
         *acc = lesser(*acc,
                       segment->acc[axis]

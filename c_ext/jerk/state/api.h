@@ -12,7 +12,7 @@
 #include <stdint.h>
 
 /* cdef begin */
-#define JERK_AXES 9
+#define JERK_AXES 10
 
 /* Flags of an interval: the axes must stand at its end; `feed` is the rapid
  * speed, to which the rapid override applies; `feed` holds whatever the
@@ -27,7 +27,7 @@
 #define JERK_BAD_LIMITS -3
 
 typedef struct jerk_config {
-    int axes;
+    int axes; /* below JERK_AXES: the last place is the path's own */
     /* mm/s, mm/s2, mm/s3; rotary axes in degrees */
     double v_max[JERK_AXES], a_max[JERK_AXES], j_max[JERK_AXES];
     /* s: jumps of derivatives are bounded by what samples at this cycle show */
@@ -56,6 +56,9 @@ typedef struct jerk_interval {
     uint64_t tag;
     /* shares of the axes' limits on this interval; <= 0: all of it */
     float acc_share[JERK_AXES], jerk_share[JERK_AXES];
+    /* mm/s2, mm/s3: further limits of the acceleration and the jerk along the
+     * path; <= 0: none */
+    float path_acc, path_jerk;
     /* 1/mm2: by how much d3 is another between the ends than the polynomial
      * through them says */
     float miss[JERK_AXES];

@@ -30,8 +30,10 @@ typedef struct kept {
 } kept;
 
 struct jerk_planner {
-    jerk_config cfg;
-    double scale; /* F */
+    jerk_config cfg; /* the limits behind those of the axes: the path's own */
+    int axes;        /* that have rows: those of cfg, and the path as one more
+                        where a limit of its own was pushed */
+    double scale;    /* F */
     jerk_interval *ring;
     double *tight;       /* as `ring` */
     double *acc_tight;   /* as `ring` */

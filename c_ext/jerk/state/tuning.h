@@ -766,6 +766,11 @@
  * of the limits of acceleration and jerk. Evidence: test_joints_in_a_cycle. */
 #define LEAST_SHARE 0.25
 
+/* What the path does where only the axes limit it stays far below so much of
+ * what all of them do together. Unit: times. Evidence:
+ * tests/unit/planning/test_limits_of_the_path.py. */
+#define PATH_FREE 10.0
+
 /* Jumps below it at the present cap need no reserve. Unit: share of the jerk
  * limit. Evidence: test_joints_in_a_cycle. */
 #define SMALL_JUMP 1e-3

@@ -85,7 +85,7 @@ static void view_of(const jerk_planner *planner,
     }
     out->per_length = 1.0 / way;
     out->count = 0;
-    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+    for (int axis = 0; axis < planner->axes; axis++) {
         look_along(planner, segments, of, axis, out);
     }
 }

@@ -154,7 +154,7 @@ static void keep_axis(const course *course,
 
 static span room_of(const course *course, const step *step) {
     span span = {-1e30, 1e30};
-    for (int i = 0; i < course->planner->cfg.axes; i++) {
+    for (int i = 0; i < course->planner->axes; i++) {
         keep_axis(course, step, i, &span);
     }
     return span;

@@ -10,7 +10,7 @@
 static bool straight(const jerk_planner *planner,
                      const jerk_interval *interval,
                      const jerk_interval *first) {
-    for (int i = 0; i < planner->cfg.axes; i++) {
+    for (int i = 0; i < planner->axes; i++) {
         if (interval->d2[0][i] != 0.0 || interval->d2[1][i] != 0.0
             || interval->d3[0][i] != 0.0 || interval->d3[1][i] != 0.0) {
             return false;
@@ -74,7 +74,7 @@ static double speed_along(const jerk_planner *planner,
     if (interval->v_hard > 0.0) {
         v = fmin(v, interval->v_hard);
     }
-    for (int i = 0; i < planner->cfg.axes; i++) {
+    for (int i = 0; i < planner->axes; i++) {
         double share = fmax(fabs(interval->d1[0][i]), 1e-12);
         v = fmin(v, planner->cfg.v_max[i] / share);
     }

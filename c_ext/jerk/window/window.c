@@ -17,11 +17,11 @@ double way_from(const jerk_planner *planner,
                 double v) {
     double a = 1e30;
     double j = 1e30;
-    for (int i = 0; i < planner->cfg.axes; i++) {
+    for (int i = 0; i < planner->axes; i++) {
         double rate =
             greater(1.0, larger(interval->d1[0][i], interval->d1[1][i]));
-        a = lesser(a, planner->cfg.a_max[i] / rate);
-        j = lesser(j, planner->cfg.j_max[i] / rate);
+        a = lesser(a, acc_max(planner, interval, i) / rate);
+        j = lesser(j, jerk_max(planner, interval, i) / rate);
     }
     double ramp = lesser(a, sqrt(v * j));
     return 0.5 * v * (v / ramp + ramp / j);
