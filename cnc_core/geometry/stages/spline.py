@@ -23,6 +23,7 @@ import numpy as np
 
 from cnc_core import plain
 from cnc_core.blocks import (
+    BY_LENGTH,
     CIRCULAR,
     EXACT_STOP,
     LINEAR,
@@ -36,13 +37,15 @@ from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.units import FloatArray
 
 from ..profiles.rows import lengths
-from ..shapes import sharp_turns
-from ..shapes.polynomial import derivative, point, shifted
+from ..shapes import outrun, sharp_turns
+from ..shapes.polynomial import derivative, point, points, shifted
 from .stage import RefusedRow
 
 OFF, AKIMA, BSPLINE = 0, 1, 2
 AUTO, TANGENTIAL, USER = 0, 1, 2
 HELD_SEGMENTS = 3  # a segment is final when two more points are known
+# mm per mm of the chords: slower main axes are outrun by others (R)
+OUTRUN = 0.02
 
 
 def akima_slopes(slopes: FloatArray) -> FloatArray:
@@ -394,39 +397,72 @@ class Spline:
         """``through``: the segment ends in the row's own end."""
         if not through:
             row["end"][: len(coef)] = point(coef, end)
+        main = [a for a in self._main if a >= 0]
         for begin, to, straight in sharp_turns.parts(coef, end):
-            self._part(row, coef, (begin, to), straight, to == end)
+            if straight:
+                self._line(row, coef, (begin, to), to == end)
+                continue
+            rate = OUTRUN * (1.0 if through else _fastest(coef, end, main))
+            for a, b, outrun_ in outrun.parts(coef, (begin, to), main, rate):
+                self._curve_part(
+                    row, coef, (a, b), b == end, rate if outrun_ else 0.0
+                )
         way = point(derivative(coef), end)
         norm = self._chord(way)
         self._at = row["end"][: len(coef)].copy()
         self._tangent = way / norm if norm > 0 else None
 
-    def _part(
+    def _line(
         self,
         row: Any,
         coef: FloatArray,
         between: tuple[float, float],
-        straight: bool,
         last: bool,
     ) -> None:
-        """The segment between two parameters, or the line that takes its place."""
-        row, (begin, to) = row.copy(), between
-        if not last:
-            row["end"][: len(coef)] = point(coef, to)
-            row["flags"] = int(row["flags"]) & ~EXACT_STOP
-            row["end_speed"] = 0.0
-        if straight:
-            way = row["end"][: len(coef)] - point(coef, begin)
-            row["length"] = row["length_min"] = self._chord(way)
-            self._rows.append(row)
-            return
+        """A line takes the place of the segment between two parameters."""
+        row = self._ended(row, coef, between[1], last)
+        way = row["end"][: len(coef)] - point(coef, between[0])
+        row["length"] = row["length_min"] = self._chord(way)
+        self._rows.append(row)
+
+    def _curve_part(
+        self,
+        row: Any,
+        coef: FloatArray,
+        between: tuple[float, float],
+        last: bool,
+        rate: float,
+    ) -> None:
+        """The segment between two parameters.  ``rate``, if any: mm per parameter
+        that its length counts, instead of the way of the main axes.
+        """
+        begin, to = between
+        row = self._ended(row, coef, to, last)
         row["type"] = POLYNOMIAL
         row["degree"] = coef.shape[1] - 1
         row["angle"] = to - begin
         row["pool"] = len(self._pool)
-        self._pool += (shifted(coef, begin) if begin else coef).ravel().tolist()
-        self._made.append(len(self._rows))
+        part = shifted(coef, begin) if begin else coef
+        if rate > 0.0:
+            row["angle"] = row["length"] = row["length_min"] = rate * (
+                to - begin
+            )
+            row["flags"] = int(row["flags"]) | BY_LENGTH
+            part = part / plain.powers(rate, np.arange(coef.shape[1]))
+        else:
+            self._made.append(len(self._rows))
+        self._pool += part.ravel().tolist()
         self._rows.append(row)
+
+    @staticmethod
+    def _ended(row: Any, coef: FloatArray, to: float, last: bool) -> Any:
+        """The row that ends there: only the last one of a segment as programmed."""
+        row = row.copy()
+        if not last:
+            row["end"][: len(coef)] = point(coef, to)
+            row["flags"] = int(row["flags"]) & ~EXACT_STOP
+            row["end_speed"] = 0.0
+        return row
 
     def _taken(self) -> BlockBatch:
         items, made, values = self._rows, self._made, self._pool
@@ -443,15 +479,21 @@ class Spline:
         return BlockBatch(rows, pool)
 
 
-def _bspline(points: FloatArray) -> list[tuple[FloatArray, float]]:
+def _fastest(coef: FloatArray, end: float, axes: list[int]) -> float:
+    """Largest derivative of these axes at the ends and in the middle."""
+    way = points(derivative(coef[axes]), np.linspace(0.0, end, 3))
+    return float(np.linalg.norm(way, axis=1).max())
+
+
+def _bspline(control: FloatArray) -> list[tuple[FloatArray, float]]:
     """One span for each pair of neighbouring control points; the outer ones are
     mirrored.
     """
     p = np.vstack(
         [
-            2 * points[0] - points[1],
-            points,
-            2 * points[-1] - points[-2],
+            2 * control[0] - control[1],
+            control,
+            2 * control[-1] - control[-2],
         ]
     )
     basis = (
@@ -470,5 +512,5 @@ def _bspline(points: FloatArray) -> list[tuple[FloatArray, float]]:
             plain.product(basis, p[i : i + 4]).T.copy(),
             1.0,
         )
-        for i in range(len(points) - 1)
+        for i in range(len(control) - 1)
     ]
