@@ -28,6 +28,7 @@ typedef struct arc {
     double start[2], chord[2];
     double width; /* of the chord */
     double sense; /* +1 counter-clockwise, -1 clockwise */
+    double scale; /* of words in the plane */
     double center[2];
     double radius;
     double sweep;
@@ -50,7 +51,9 @@ void nc_modal_init(nc_modal *modal) {
     modal->unit = 1.0;
     modal->feed_unit = 1.0;
     modal->feed_factor = 1.0;
-    modal->arc_scale = 1.0;
+    for (int i = 0; i < 3; i++) {
+        modal->arc_scale[i] = 1.0;
+    }
     modal->plane = 17;
     modal->absolute = 1;
     modal->centre_limit = 2.0;
@@ -200,7 +203,7 @@ static void arc_on_bisector(struct arc *arc, double height) {
 }
 
 static int arc_by_radius(const nc_modal *modal, struct arc *arc) {
-    double radius = fabs(modal->radius) * modal->arc_scale;
+    double radius = fabs(modal->radius) * arc->scale;
     double half = 0.5 * arc->width;
     double excess = half - radius;
     if (radius < ZERO_MM || arc->width < ZERO_MM) {
@@ -313,8 +316,8 @@ static int programmed_centre(const nc_modal *modal,
     for (int i = 0; i < 2; i++) {
         int letter = modal->rules & NC_RULE_PLANE_CENTRE ? i : plane[i];
         double word = words->set & (NC_WORD_I << letter)
-                          ? words->centre[letter] * modal->unit
-                                * modal->arc_scale * modal->mirror[axis[i]]
+                          ? words->centre[letter] * modal->unit * arc->scale
+                                * modal->mirror[axis[i]]
                           : 0.0;
         arc->center[i] =
             word + (absolute ? modal->offset[axis[i]] : arc->start[i]);
@@ -362,10 +365,12 @@ static int circle_motion(const nc_modal *modal,
     if (axis[0] < 0 || axis[1] < 0) {
         return NC_ERROR_PLANE_AXIS;
     }
-    if (modal->arc_scale == 0.0) {
+    double scale = modal->arc_scale[plane[0]];
+    if (modal->arc_scale[plane[1]] != scale) {
         return NC_ERROR_SCALED_CIRCLE;
     }
-    struct arc arc = {.sense = (modal->motion == 3 ? 1.0 : -1.0)
+    struct arc arc = {.scale = scale,
+                      .sense = (modal->motion == 3 ? 1.0 : -1.0)
                                * modal->mirror[axis[0]]
                                * modal->mirror[axis[1]]};
     for (int i = 0; i < 2; i++) {
@@ -380,10 +385,10 @@ static int circle_motion(const nc_modal *modal,
     double dz = axis[2] < 0 ? 0.0 : target[axis[2]] - modal->pos[axis[2]];
     if (!error && (words->set & (NC_WORD_I << plane[2]))
         && !(modal->rules & NC_RULE_PLANE_CENTRE)) {
-        error = add_turns(
-            &arc,
-            dz,
-            fabs(words->centre[plane[2]] * modal->unit * modal->arc_scale));
+        error = add_turns(&arc,
+                          dz,
+                          fabs(words->centre[plane[2]] * modal->unit
+                               * modal->arc_scale[plane[2]]));
     }
     if (error) {
         return error;

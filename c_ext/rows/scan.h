@@ -76,24 +76,24 @@ typedef struct nc_modal {
                                words, sense of circles */
     double share[NC_AXES];  /* of an axis word that is driven: 1, or 0.5 for
                                diameters */
-    double arc_scale; /* of centre words, radius and pitch; 0: circles have no
-                         scale, their axes differ */
-    double centre_word[3]; /* I, J, K as last programmed */
-    double tool_length;    /* acts on the third axis of the plane */
-    double unit;           /* mm per programmed unit of length: 1 or 25.4 */
-    double feed;           /* F as programmed, per minute; 0: none yet */
-    double feed_unit;      /* mm per unit of length that F was programmed in */
-    double feed_factor;    /* programmed override of the feed, 1 for 100 % */
-    double feed_limit;     /* largest path feed, mm/s; 0: none */
-    double radius;         /* modal R */
-    double centre_limit;   /* centre correction: largest deviation, mm ... */
-    double centre_ratio;   /* ... and as a share of the radius; an error needs
-                              both exceeded */
-    uint32_t line;         /* physical lines read from this file */
-    uint32_t count;        /* physical lines read by the decoder: block_count */
-    uint32_t programmed;   /* plain lines with at least one word */
-    uint32_t n;            /* N number programmed last */
-    int32_t main_axis[3];  /* channel index of X, Y, Z; -1 where absent */
+    double arc_scale[3];    /* of the main axes: centre words and pitch; radius:
+                               that of both axes of the plane */
+    double centre_word[3];  /* I, J, K as last programmed */
+    double tool_length;     /* acts on the third axis of the plane */
+    double unit;            /* mm per programmed unit of length: 1 or 25.4 */
+    double feed;            /* F as programmed, per minute; 0: none yet */
+    double feed_unit;       /* mm per unit of length that F was programmed in */
+    double feed_factor;     /* programmed override of the feed, 1 for 100 % */
+    double feed_limit;      /* largest path feed, mm/s; 0: none */
+    double radius;          /* modal R */
+    double centre_limit;    /* centre correction: largest deviation, mm ... */
+    double centre_ratio;    /* ... and as a share of the radius; an error needs
+                               both exceeded */
+    uint32_t line;          /* physical lines read from this file */
+    uint32_t count;       /* physical lines read by the decoder: block_count */
+    uint32_t programmed;  /* plain lines with at least one word */
+    uint32_t n;           /* N number programmed last */
+    int32_t main_axis[3]; /* channel index of X, Y, Z; -1 where absent */
     int8_t letter_axis[26]; /* channel index of the axis with this one-letter
                                name, -1 none */
     uint8_t rotary[NC_AXES];

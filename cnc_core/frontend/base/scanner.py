@@ -210,8 +210,10 @@ class Modal:
                 float(part),
             )
 
-    def set_arc_scale(self, scale: float) -> None:
-        """Factor of centre words, radius and pitch.  0: circles are refused."""
+    def set_arc_scale(self, scale: list[float]) -> None:
+        """Factors of centre words and pitch of the main axes.  Circles are refused
+        in planes of different ones.
+        """
         self._modal.arc_scale = scale
 
     @property

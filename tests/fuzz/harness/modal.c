@@ -25,7 +25,7 @@ void fuzz_modal(nc_modal *modal, const uint8_t *bytes) {
         modal->unit = modal->feed_unit = 25.4;
     }
     modal->compensated = (bytes[3] & 4) != 0;
-    modal->arc_scale = bytes[3] & 8 ? 0.0 : 1.0;
+    modal->arc_scale[0] = bytes[3] & 8 ? 2.0 : 1.0;
     modal->mirror[0] = bytes[3] & 16 ? -1.0 : 1.0;
     modal->share[0] = bytes[3] & 32 ? 0.5 : 1.0;
     modal->centre_absolute = (bytes[3] & 64) != 0;

@@ -163,8 +163,9 @@ class Offsets:
         share = self.factor.copy()
         if self.diameter and self.first_main >= 0:
             share[self.first_main] *= 0.5
-        main = {float(self.factor[axis]) for axis in self.main if axis >= 0}
-        self._modal.set_arc_scale(main.pop() if len(main) == 1 else 0.0)
+        self._modal.set_arc_scale(
+            [float(self.factor[a]) if a >= 0 else 1.0 for a in self.main]
+        )
         self._modal.set_mirror(self.mirror, share)
         self._modal.set_next_offset(self._total())
         self.place_length()

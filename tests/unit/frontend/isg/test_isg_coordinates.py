@@ -586,3 +586,23 @@ def test_scaled_circles(tmp_path):
         (10, 50, 60, 12),
     ]
     assert [b["end"]["Y"] for b in shown.blocks[-3:-1]] == [2.0, 2.0]
+
+
+def test_circles_scaled_in_their_plane_alone(tmp_path):
+    """Radius, centre and end grow by the factor of both axes, the pitch by that of
+    the third axis; in another plane the factors differ.
+    """
+    text = (
+        "#SCALE ON [X2 Y2 Z3]\nG00 X0 Y0 Z0\nG02 X10 Y0 I5 F100\nG03 X20 R5\n"
+        "G02 X20 Y0 I5 Z6 K2\nG18 G02 X30 Z6 R9\n"
+    )
+    shown = Shown(tmp_path, text)
+    assert shown.codes == [(910113, 6)]
+    arcs = [b for b in shown.blocks if b["type"] == "circular"]
+    assert [(b["radius"], b["end"]["X"], b["end"]["Z"]) for b in arcs] == [
+        (10, 20, 0),
+        (10, 40, 0),
+        (10, 40, 18),
+    ]
+    helix = np.hypot(18, 3 * 2 * np.pi * 10)
+    assert arcs[2]["length"] == pytest.approx(helix)
