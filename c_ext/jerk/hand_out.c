@@ -137,6 +137,14 @@ static double time_to_part(const jerk_law *law, double seconds) {
     return seconds;
 }
 
+/* Of what is left of a law. At a constant speed the way says it: a long line is
+ * cut many times, and what is rounded adds up. */
+static double time_left(const jerk_law *law, double way, double time) {
+    bool even = law->a0 == 0.0 && law->jerk == 0.0 && law->snap == 0.0
+                && law->crackle == 0.0;
+    return even ? way / law->v0 : time;
+}
+
 /* Only the first `seconds` of the law of segment `next` are handed out; what is
  * left stays in the plan. */
 static void split(jerk_planner *planner, jerk_law *law, double seconds) {
@@ -146,7 +154,7 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     seconds = time_to_part(law, seconds);
     jerk_at(law, seconds, &at);
     double way = at.s - law->s0;
-    double left = pl->lengths[k] - way;
+    double left = law->s0 + pl->lengths[k] - at.s;
     if (!(left > LEAST_PART) || !(at.v > 0.0)) {
         remember_law(planner, k, law, true);
         hand_out(planner);
@@ -169,10 +177,11 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     pl->snap[k] = left_over.snap;
     pl->crackle[k] = left_over.crackle;
     pl->pop[k] = left_over.pop;
-    pl->time[k] = k + 1 == pl->count
-                      ? 0.0
-                      : law->time - seconds; /* towards a rest the law follows
-                                                from speed and way */
+    pl->time[k] = time_left(&left_over, left, law->time - seconds);
+    if (k + 1 == pl->count) {
+        pl->time[k] = 0.0; /* towards a rest the law follows from speed and way
+                            */
+    }
     pl->lengths[k] = left;
     pl->remaining -= way;
     pl->offset[k] += way;

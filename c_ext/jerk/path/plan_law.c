@@ -32,6 +32,9 @@ void plan_law(const jerk_planner *planner, int k, jerk_law *law) {
                     end ? 0.0 : pl->accel[k + 1],
                     input,
                     planner->scale);
+    if (end) { /* speed and way alone say how it comes to rest */
+        pl->accel[k] = law->a0 / (planner->scale * planner->scale);
+    }
     pl->time[k] = law->time;
     pl->jerk[k] = law->jerk;
     pl->snap[k] = law->snap;
