@@ -15,9 +15,6 @@
 #include "engine/store/push.h"
 #include "engine/store/technology_rows.h"
 
-/* Pieces: rows of a block are executed in another order within so many. */
-#define ROWS_OF_BLOCK (4u * BEHIND_MAX)
-
 /* Brake, leave out what is left and report the program's end. No row may be
  * pushed any more. */
 void engine_abort(struct engine *engine) {
@@ -39,15 +36,16 @@ void engine_halt(struct engine *engine) {
 
 /* Early functions have been put out although their rows are left out. */
 static bool is_done(const struct engine *engine, uint64_t i) {
-    return i < engine->program.halt_piece
-           || store_at(&engine->store, i)->put_out;
+    const struct piece *piece = store_at(&engine->store, i);
+    return i < engine->program.halt_piece ? !log_marker_is_ahead(engine, piece)
+                                          : piece->put_out;
 }
 
 /* The lowest rows that are left out: of all, and of motions. */
 static void find_left(const struct engine *engine, engine_left *out) {
     uint64_t head = engine->store.head;
     out->row = out->path = engine->push.rows_taken;
-    for (uint64_t i = engine->program.halt_piece; i < head; i++) {
+    for (uint64_t i = first_of_block(engine); i < head; i++) {
         const struct piece *piece = store_at(&engine->store, i);
         if (is_gate(piece) || is_done(engine, i)) {
             continue;
@@ -66,17 +64,13 @@ int32_t engine_left_out(struct engine *engine,
                         uint64_t *done,
                         int32_t most) {
     const struct program_state *program = &engine->program;
-    uint64_t head = engine->store.head, at = program->halt_piece;
-    uint64_t first = at > ROWS_OF_BLOCK ? at - ROWS_OF_BLOCK : 0;
+    uint64_t head = engine->store.head;
     int32_t count = 0;
     memset(out, 0, sizeof *out);
     find_left(engine, out);
     out->driven = program->halt_s;
     out->whole = program->halt_whole;
-    if (first < engine->dispatch.program_first) {
-        first = engine->dispatch.program_first;
-    }
-    for (uint64_t i = first; i < head && count < most; i++) {
+    for (uint64_t i = first_of_block(engine); i < head && count < most; i++) {
         const struct piece *piece = store_at(&engine->store, i);
         if (!is_gate(piece) && is_done(engine, i) && piece->row >= out->row) {
             done[count++] = piece->row;
@@ -86,7 +80,8 @@ int32_t engine_left_out(struct engine *engine,
 }
 
 void engine_resync(struct engine *engine, int in_block) {
-    if (ATOMIC_GET(engine->program.abort) == ABORT_DONE) {
+    bool left_out = ATOMIC_GET(engine->program.abort) == ABORT_DONE;
+    if (left_out) {
         techno_left_out(engine);
     }
     ATOMIC_SET(engine->program.abort, 0);
@@ -109,6 +104,9 @@ void engine_resync(struct engine *engine, int in_block) {
     engine->push.epoch_element = engine->push.loop_behind =
         engine->store.element_head;
     geo_go_on(engine); /* what was left out is told no more */
+    if (left_out) {
+        log_left_out(engine);
+    }
 }
 
 int engine_set_axis(struct engine *engine,

@@ -18,12 +18,31 @@ from ..blocks import CIRCULAR, NC_BLOCK, PIECE, POLYNOMIAL, BlockBatch
 from ..frontend.front_end import Restartable
 from ..geometry.shapes.polynomial import shifted
 from ..program.restart import SAME_MM, Uncovered, way_to
-from ..units import FloatArray
+from ..units import AnyArray, FloatArray
 
 if TYPE_CHECKING:
     from ..engine import Engine
     from ..engine.left_out import LeftOut
     from ..program import Program
+
+
+class _Numbered:
+    """Rows with the numbers under which they were pushed."""
+
+    def __init__(self) -> None:
+        self._numbers: list[npt.NDArray[np.int64]] = []
+        self._rows: list[AnyArray] = []
+
+    def add(self, numbers: npt.NDArray[np.int64], rows: AnyArray) -> None:
+        self._numbers.append(numbers)
+        self._rows.append(rows)
+
+    def rows(self) -> AnyArray:
+        """All of them, as they were pushed; forgotten then."""
+        numbers = np.concatenate([*self._numbers, np.empty(0, np.int64)])
+        rows = np.concatenate([*self._rows, np.empty(0, NC_BLOCK)])
+        self._numbers, self._rows = [], []
+        return np.asarray(rows[np.argsort(numbers, kind="stable")])
 
 
 class PushedRows:
@@ -44,13 +63,15 @@ class PushedRows:
             self._batches
             and self._batches[0][0] + len(self._batches[0][1]) <= done
         ):
-            rows = self._batches.popleft()[1].rows
-            self._uncovered.take(rows[rows["type"] <= POLYNOMIAL])
+            before, gone = self._batches.popleft()
+            moves = gone.rows["type"] <= POLYNOMIAL
+            numbers = before + np.arange(len(gone))
+            self._uncovered.take(gone.rows[moves], numbers[moves])
         self._batches.append((first, batch))
 
     def rest(self, left: LeftOut, place: FloatArray) -> BlockBatch:
         """What has been left out; the path stands at ``place`` (axes,)."""
-        parts = []
+        parts, ahead = [], _Numbered()
         for first, batch in self._batches:
             numbers = first + np.arange(len(batch))
             moves = batch.rows["type"] <= POLYNOMIAL
@@ -59,35 +80,49 @@ class PushedRows:
                 numbers >= left.path,
                 (numbers >= left.row) & ~np.isin(numbers, list(left.done)),
             )
-            self._uncovered.take(batch.rows[moves & ~waits])
+            gone = moves & ~waits
+            self._uncovered.take(batch.rows[gone], numbers[gone])
             rest = BlockBatch(batch.rows[waits].copy(), batch.pool)
             at = np.flatnonzero(numbers[waits] == left.path)
-            parts.append(
-                self._cut(rest, int(at[0]), left, place) if len(at) else rest
-            )
+            if len(at):
+                ahead.add(numbers[waits][: at[0]], rest.rows[: at[0]])
+                rest = BlockBatch(rest.rows[at[0] :], rest.pool)
+                parts.append(self._cut(rest, ahead, left, place))
+            elif (moves & waits).any() or parts:
+                parts += [BlockBatch(ahead.rows(), rest.pool), rest]
+            else:
+                ahead.add(numbers[waits], rest.rows)
         self._batches.clear()
+        parts.append(BlockBatch(ahead.rows(), np.empty(0)))
         return joined([part for part in parts if len(part)])
 
     def _cut(
-        self, batch: BlockBatch, at: int, left: LeftOut, place: FloatArray
+        self,
+        batch: BlockBatch,
+        ahead: _Numbered,
+        left: LeftOut,
+        place: FloatArray,
     ) -> BlockBatch:
-        """The rest of row ``at``, behind the elements that it and what comes still
-        have to cover.
+        """The rest of the first row, behind the elements that it and what comes
+        still have to cover, and behind what is ``ahead`` of it and comes again, in
+        the order of the program.
         """
-        row = batch.rows[at : at + 1]
+        row = batch.rows[:1]
         if left.driven > SAME_MM:
             share = max(0.0, 1.0 - left.driven / left.whole)
             if row["flags"][0] & PIECE:
                 self._uncovered.drive(float(row["value"][0]) * (1.0 - share))
                 row["value"] *= share
             if row["type"][0] == POLYNOMIAL:
-                batch = _polynomial_rest(batch, at, 1.0 - share, place)
+                batch = _polynomial_rest(batch, 0, 1.0 - share, place)
             elif row["type"][0] == CIRCULAR:
                 row["angle"] *= share
             for name in ("length", "length_min"):
-                batch.rows[name][at] *= share
-        rows = [batch.rows[:at], self._uncovered.rows(), batch.rows[at:]]
-        return BlockBatch(np.concatenate(rows), batch.pool)
+                batch.rows[name][0] *= share
+        ahead.add(*self._uncovered.numbered())
+        return BlockBatch(
+            np.concatenate([ahead.rows(), batch.rows]), batch.pool
+        )
 
 
 def _polynomial_rest(

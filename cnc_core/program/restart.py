@@ -155,10 +155,12 @@ class Uncovered:
     """
 
     def __init__(self) -> None:
-        self._elements: deque[AnyArray] = deque()
+        self._elements: deque[tuple[int, AnyArray]] = deque()
 
-    def take(self, moving: AnyArray) -> None:
-        """Motions in order."""
+    def take(
+        self, moving: AnyArray, numbers: npt.NDArray[np.int64] | None = None
+    ) -> None:
+        """Motions in order; their ``numbers``, if anybody asks for them."""
         if not (moving["flags"] & (ELEMENT | PIECE)).any():
             if len(moving):
                 self._elements.clear()
@@ -166,7 +168,8 @@ class Uncovered:
         for i in range(len(moving)):
             row = moving[i : i + 1]
             if row["flags"][0] & ELEMENT:
-                self._elements.append(row.copy())
+                number = 0 if numbers is None else int(numbers[i])
+                self._elements.append((number, row.copy()))
             elif row["flags"][0] & PIECE:
                 self.drive(float(row["value"][0]))
             else:
@@ -175,7 +178,7 @@ class Uncovered:
     def drive(self, way: float) -> None:
         """A piece covers so much of the elements, mm."""
         while self._elements:
-            row = self._elements[0]
+            _, row = self._elements[0]
             rest = float(row["length"][0]) - way
             if rest > SAME_MM:
                 share = rest / float(row["length"][0])
@@ -189,9 +192,14 @@ class Uncovered:
 
     def rows(self) -> AnyArray:
         """All of them; forgotten then."""
-        found = np.concatenate([*self._elements, np.empty(0, NC_BLOCK)])
+        return self.numbered()[1]
+
+    def numbered(self) -> tuple[npt.NDArray[np.int64], AnyArray]:
+        """All of them with their numbers; forgotten then."""
+        numbers = np.array([number for number, _ in self._elements], np.int64)
+        rows = [row for _, row in self._elements]
         self._elements.clear()
-        return found
+        return numbers, np.concatenate([*rows, np.empty(0, NC_BLOCK)])
 
 
 class Passed:

@@ -248,6 +248,13 @@ typedef struct motion_limits {
 
 /* A piece is what the machine executes: axis-space geometry with the id of its
  * element, or an event. */
+/* How far the marked log was. */
+typedef struct logged {
+    uint64_t elements; /* of the store, logged or not */
+    uint32_t count;
+    bool active, complete, ignoring;
+} logged;
+
 typedef struct piece {
     double start[NC_AXES], end[NC_AXES];
     double slope[NC_AXES]; /* dq/ds of the axes that move linearly with s */
@@ -300,6 +307,7 @@ typedef struct piece {
                */
     bool new_block; /* motion of another block than the motion before it */
     bool put_out;   /* function: has gone to the PLC (GEO; in the store) */
+    struct logged logged; /* ahead of it */
     struct techno_counts need;
     uint32_t synch, unit;
     bool stop_after;

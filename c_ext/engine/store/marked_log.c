@@ -15,7 +15,11 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-#define MARKER_NONE 0 /* an element */
+/* Pieces: rows of a block are executed in another order within so many. */
+#define ROWS_OF_BLOCK (4u * BEHIND_MAX)
+#define MARKER_NONE 0   /* an element */
+#define TENTH_OF_UM 1.0 /* of a distance: it counts as the end of an element   \
+                         */
 
 typedef struct loop_item {
     HLI_CONTOUR_LOOKAHEAD_BLOCK entry;
@@ -283,4 +287,108 @@ void log_program_end(struct engine *engine) {
         log_items(engine, 0, engine->log.item_count, HLI_CLAH_PASS_ENTRY);
     }
     ATOMIC_SET(engine->log.active, 0);
+}
+
+struct logged log_now(const struct engine *engine) {
+    const struct marked_log *log = &engine->log;
+    return (struct logged){.elements = engine->store.element_head,
+                           .count = log->count,
+                           .active = log->active,
+                           .complete = log->complete,
+                           .ignoring = log->ignoring};
+}
+
+static bool is_element(const struct marked_log *log, uint32_t i) {
+    uint32_t type = log_entry(log, i)->block_type;
+    return type != HLI_CLAH_LOG_ON && type != HLI_CLAH_LOG_OFF
+           && type != HLI_CLAH_LOG_PARAM;
+}
+
+/* Entries that were there ahead of a piece, but for elements that lie ahead of
+ * the path, too; with the element that the path is in. */
+static uint32_t entries_behind(const struct engine *engine,
+                               const struct logged *was) {
+    const struct marked_log *log = &engine->log;
+    uint64_t begun = ATOMIC_GET(engine->geo.active) + 1;
+    uint32_t count = was->count;
+    for (uint64_t i = begun;
+         i < was->elements && count > 0 && is_element(log, count - 1);
+         i++) {
+        count--;
+    }
+    if (begun > was->elements && count < log->count && is_element(log, count)) {
+        count++;
+    }
+    return count;
+}
+
+/* The last element ends where the path stands. */
+static uint32_t end_element(struct marked_log *log,
+                            uint32_t count,
+                            double distance) {
+    if (count == 0 || !is_element(log, count - 1)) {
+        return count;
+    }
+    uint32_t i = count - 1;
+    HLI_CONTOUR_LOOKAHEAD_BLOCK *entry =
+        &log->chunk[i / LOG_CHUNK][i % LOG_CHUNK];
+    double driven = distance + log->shift - entry->start_position;
+    entry->length = fmin(entry->length, driven);
+    return driven > 0.0 ? count : i;
+}
+
+/* Where smoothing holds motions back, a command of the log comes ahead of the
+ * motions that it stands behind: it is not done before those are driven. */
+bool log_marker_is_ahead(const struct engine *engine,
+                         const struct piece *piece) {
+    uint64_t active = ATOMIC_GET(engine->geo.active);
+    uint64_t begun = active + 1;
+    if (piece->type != NC_MARKER || piece->element < begun) {
+        return false;
+    }
+    if (piece->element > begun || begun == 0) {
+        return piece->element > begun;
+    }
+    const HLI_CONTOUR_LOOKAHEAD_BLOCK *facts =
+        &element_at(&engine->store, active)->facts;
+    double at = (engine->geo.dist - engine->geo.dist_shift) * TENTH_UM;
+    return at < facts->start_position + facts->length - TENTH_OF_UM;
+}
+
+uint64_t first_of_block(const struct engine *engine) {
+    uint64_t at = engine->program.halt_piece;
+    uint64_t first = at > ROWS_OF_BLOCK ? at - ROWS_OF_BLOCK : 0;
+    return first < engine->dispatch.program_first
+               ? engine->dispatch.program_first
+               : first;
+}
+
+/* The first piece that comes again, as far as the log knows of it; NULL: none
+ * does. */
+static const struct piece *first_left(const struct engine *engine) {
+    uint64_t head = engine->store.head;
+    uint64_t halt = engine->program.halt_piece;
+    uint64_t i = first_of_block(engine);
+    while (i < halt
+           && !log_marker_is_ahead(engine, store_at(&engine->store, i))) {
+        i++;
+    }
+    return i < head ? store_at(&engine->store, i) : NULL;
+}
+
+void log_left_out(struct engine *engine) {
+    struct marked_log *log = &engine->log;
+    const struct piece *piece = first_left(engine);
+    if (!piece || log->in_loop) {
+        return;
+    }
+    const struct logged *was = &piece->logged;
+    uint32_t count = entries_behind(engine, was);
+    begin_change(log);
+    count = end_element(log, count, engine->push.distance);
+    ATOMIC_SET(log->count, count);
+    ATOMIC_SET(log->active, was->active);
+    log->complete = was->complete;
+    log->ignoring = was->ignoring;
+    end_change(log);
 }

@@ -17,4 +17,14 @@ void log_element(struct engine *engine, const struct element *el);
 void log_loop_begin(struct engine *engine);
 void log_loop_end(struct engine *engine, double length);
 void log_program_end(struct engine *engine);
+/* Behind a halt: the first piece that may be executed in another order than
+ * the row that it is of. */
+uint64_t first_of_block(const struct engine *engine);
+bool log_marker_is_ahead(const struct engine *engine,
+                         const struct piece *piece);
+struct logged log_now(const struct engine *engine);
+
+/* A halt has left out what lies behind the path's place, at push.distance: it
+ * comes again, and is logged then. */
+void log_left_out(struct engine *engine);
 #endif

@@ -2,6 +2,7 @@
 #include <stddef.h>
 #include <string.h>
 #include "engine/store/store.h"
+#include "engine/store/marked_log.h"
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
@@ -17,6 +18,7 @@ struct piece *store_slot(struct engine *engine, const nc_block *row) {
     piece->origin = engine->store.head;
     piece->row = engine->push.rows_taken;
     piece->dir = 1;
+    piece->logged = log_now(engine);
     return piece;
 }
 
