@@ -17,9 +17,9 @@
 
 /* Pieces: rows of a block are executed in another order within so many. */
 #define ROWS_OF_BLOCK (4u * BEHIND_MAX)
-#define MARKER_NONE 0   /* an element */
-#define TENTH_OF_UM 1.0 /* of a distance: it counts as the end of an element   \
-                         */
+#define MARKER_NONE 0 /* an element */
+/* of a distance, 0.1 um: nearer to it an element has ended */
+#define END_OF_ELEMENT 1.0
 
 typedef struct loop_item {
     HLI_CONTOUR_LOOKAHEAD_BLOCK entry;
@@ -352,7 +352,7 @@ bool log_marker_is_ahead(const struct engine *engine,
     const HLI_CONTOUR_LOOKAHEAD_BLOCK *facts =
         &element_at(&engine->store, active)->facts;
     double at = (engine->geo.dist - engine->geo.dist_shift) * TENTH_UM;
-    return at < facts->start_position + facts->length - TENTH_OF_UM;
+    return at < facts->start_position + facts->length - END_OF_ELEMENT;
 }
 
 uint64_t first_of_block(const struct engine *engine) {
