@@ -36,7 +36,7 @@ static void derivatives(const struct engine *engine,
 
 /* Derivatives at one place of a piece. */
 typedef struct spot {
-    double s, d1[NC_AXES], d2[NC_AXES], d3[NC_AXES];
+    double s, d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
 } spot;
 
 /* The last places that were looked at: the ends and the middle of an interval
@@ -48,6 +48,44 @@ typedef struct spots {
     spot last[SPOTS];
 } spots;
 
+/* The length of what the main axes drive, by the piece's own length. */
+static void way_of_main(const struct engine *engine, uint16_t axes, spot *at) {
+    int way = engine->cfg.axis_count;
+    double speed2 = 0.0, along = 0.0, across2 = 0.0, third = 0.0;
+    for (int i = 0; i < way; i++) {
+        if (axes >> i & 1) {
+            speed2 += at->d1[i] * at->d1[i];
+            along += at->d1[i] * at->d2[i];
+            across2 += at->d2[i] * at->d2[i];
+            third += at->d1[i] * at->d3[i];
+        }
+    }
+    double speed = sqrt(speed2);
+    at->d1[way] = speed;
+    if (speed < LEAST_RATE) {
+        at->d2[way] = sqrt(across2);
+        return;
+    }
+    at->d2[way] = along / speed;
+    at->d3[way] = (across2 + third - at->d2[way] * at->d2[way]) / speed;
+}
+
+/* How the way to which the limits of the path apply grows with the piece's own
+ * length: geo_path_speed. */
+static void set_way(const struct engine *engine,
+                    const struct piece *piece,
+                    spot *at) {
+    at->d1[engine->cfg.axis_count] = 1.0;
+    if (!(piece->flags & NC_BY_PARAMETER)) {
+        return;
+    }
+    if (piece->flags & NC_OF_TIP) {
+        at->d1[engine->cfg.axis_count] = fabs(piece->path_rate);
+        return;
+    }
+    way_of_main(engine, path_axes(engine, piece), at);
+}
+
 static const spot *spot_at(spots *spots, double s) {
     for (int i = 0; i < SPOTS && i < spots->count; i++) {
         if (spots->last[i].s == s) {
@@ -57,6 +95,7 @@ static const spot *spot_at(spots *spots, double s) {
     spot *out = &spots->last[spots->count++ % SPOTS];
     *out = (spot){.s = s};
     derivatives(spots->engine, spots->piece, s, out->d1, out->d2, out->d3);
+    set_way(spots->engine, spots->piece, out);
     return out;
 }
 

@@ -30,6 +30,8 @@
 #define CURVE_NOISE 1e-3
 /* share of a limit, however small the program asks for */
 #define LEAST_SHARE 1e-4f
+/* of the main axes, by the length of a curve: none */
+#define LEAST_RATE 1e-9
 /* mm: of an interval of a curve, however much it bends */
 #define LEAST_MM 1e-6
 

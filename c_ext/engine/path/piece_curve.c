@@ -291,23 +291,26 @@ void curve_piece_derivatives(const struct piece_store *store,
     }
 }
 
+uint16_t path_axes(const struct engine *engine, const struct piece *piece) {
+    uint16_t main = main_mask(&engine->cfg) & piece->moving;
+    return main ? main : UINT16_MAX;
+}
+
 double curve_piece_main_rate(const struct engine *engine,
                              const struct piece *piece,
                              double s) {
     double d1[NC_AXES] = {0};
     double d2[NC_AXES];
     double d3[NC_AXES];
-    double main2 = 0.0;
-    double all2 = 0.0;
+    double sum = 0.0;
     curve_piece_derivatives(&engine->store, piece, s, d1, d2, d3);
-    uint16_t main = main_mask(&engine->cfg) & piece->moving;
+    uint16_t axes = path_axes(engine, piece);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        if (main >> i & 1) {
-            main2 += d1[i] * d1[i];
+        if (axes >> i & 1) {
+            sum += d1[i] * d1[i];
         }
-        all2 += d1[i] * d1[i];
     }
-    return sqrt(main ? main2 : all2);
+    return sqrt(sum);
 }
 
 double curve_piece_cell_end(const struct piece_store *store,

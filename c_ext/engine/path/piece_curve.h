@@ -34,8 +34,11 @@ void curve_piece_derivatives(const struct piece_store *store,
                              double *d2,
                              double *d3);
 
-/* Speed of the main axes (of all others where those rest) over that of the
- * parameter. */
+/* Bit of each axis whose way is that of the path: the main ones, all others
+ * where those rest. */
+uint16_t path_axes(const struct engine *engine, const struct piece *piece);
+
+/* Their speed over that of the parameter. */
 double curve_piece_main_rate(const struct engine *engine,
                              const struct piece *piece,
                              double s);

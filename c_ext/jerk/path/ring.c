@@ -5,6 +5,11 @@
 #include "jerk/path/step_size.h"
 #include "jerk/state/state.h"
 
+/* Of the path's own. */
+static bool has_limits(const jerk_interval *interval) {
+    return interval->path_acc > 0.0f || interval->path_jerk > 0.0f;
+}
+
 static bool finite_interval(const jerk_interval *interval, int axes) {
     for (int end = 0; end < 2; end++) {
         for (int axis = 0; axis < axes; axis++) {
@@ -58,25 +63,24 @@ void ring_find_stand(jerk_planner *planner) {
     planner->stand_end = end > planner->head ? end : 0;
 }
 
-/* A limit of the path is one of an axis that moves as the path does: its q' is
- * 1. Elsewhere that axis does not move. */
+/* A limit of the path is one of an axis that moves as the path does. Where
+ * there is none that axis does not move. */
 static void set_path_axis(jerk_planner *planner, jerk_interval *interval) {
-    bool acc = interval->path_acc > 0.0f;
-    bool jerk = interval->path_jerk > 0.0f;
     int path = planner->cfg.axes;
+    float acc = interval->path_acc / (float)planner->cfg.a_max[path];
+    float jerk = interval->path_jerk / (float)planner->cfg.j_max[path];
+    interval->acc_share[path] = acc > 0.0f ? acc : 1.0f;
+    interval->jerk_share[path] = jerk > 0.0f ? jerk : 1.0f;
+    interval->miss[path] = 0.0f;
+    if (has_limits(interval)) {
+        planner->axes = path + 1;
+        return;
+    }
     for (int end = 0; end < 2; end++) {
-        interval->d1[end][path] = acc || jerk ? 1.0 : 0.0;
+        interval->d1[end][path] = 0.0;
         interval->d2[end][path] = 0.0;
         interval->d3[end][path] = 0.0;
     }
-    if (acc || jerk) {
-        planner->axes = path + 1;
-    }
-    interval->acc_share[path] =
-        acc ? interval->path_acc / (float)planner->cfg.a_max[path] : 1.0f;
-    interval->jerk_share[path] =
-        jerk ? interval->path_jerk / (float)planner->cfg.j_max[path] : 1.0f;
-    interval->miss[path] = 0.0f;
 }
 
 int64_t jerk_push(jerk_planner *planner,
@@ -87,10 +91,11 @@ int64_t jerk_push(jerk_planner *planner,
         if (jerk_room(planner) <= 0) {
             return i;
         }
-        int64_t error = !finite_interval(interval, planner->cfg.axes)
-                            ? JERK_NOT_FINITE
-                        : !(interval->length > 1e-9) ? JERK_BAD_LENGTH
-                                                     : 0;
+        int64_t error =
+            !finite_interval(interval, planner->cfg.axes + has_limits(interval))
+                ? JERK_NOT_FINITE
+            : !(interval->length > 1e-9) ? JERK_BAD_LENGTH
+                                         : 0;
         if (error) {
             return i > 0 ? i : error;
         }

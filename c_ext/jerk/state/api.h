@@ -57,7 +57,7 @@ typedef struct jerk_interval {
     /* shares of the axes' limits on this interval; <= 0: all of it */
     float acc_share[JERK_AXES], jerk_share[JERK_AXES];
     /* mm/s2, mm/s3: further limits of the acceleration and the jerk along the
-     * path; <= 0: none */
+     * path, whose way is told behind the axes' derivatives; <= 0: none */
     float path_acc, path_jerk;
     /* 1/mm2: by how much d3 is another between the ends than the polynomial
      * through them says */

@@ -118,6 +118,7 @@ def test_under_orders_the_path_keeps_its_limits(seed: int) -> None:
     rng = np.random.default_rng(seed)
     path = contour(600, 2, per_block=2).intervals(100.0)
     limited = np.arange(len(path)) // 40 % 2 == 1
+    path["d1"][:, :, 2] = 1.0
     path["path_acc"][limited] = 400
     path["path_jerk"][limited] = 8000
     planner = JerkPlanner(Limits([300.0] * 2, [3000.0] * 2, [5e4] * 2))
@@ -146,6 +147,7 @@ def test_a_limit_that_binds_nowhere_changes_nothing() -> None:
     limits = Limits([300.0] * 2, [3000.0] * 2, [5e4] * 2)
     path = contour(300, 2, per_block=2).intervals(100.0)
     free = run(JerkPlanner(limits), path)["time"].sum()
+    path["d1"][:, :, 2] = 1.0
     path["path_acc"] = 1e5
     path["path_jerk"] = 1e7
     assert run(JerkPlanner(limits), path)["time"].sum() == pytest.approx(

@@ -237,14 +237,22 @@ def test_long_blocks_and_sharp_corners_stay_exact_under_hsc(tmp_path):
 def test_the_jerk_limited_planner_keeps_the_weighted_limits(
     tmp_path, head, accel, jerk, path
 ):
-    """Samples on the default machine; what is allowed is used up on a line."""
+    """Samples on the default machine; what is allowed is used up on a line.
+    #VECTOR LIMIT is about the path: of its own length, not of the axes.
+    """
     (tmp_path / "a.nc").write_text(f"{head}\n{path}\nM30\n")
-    pos = plan_program(
+    samples = plan_program(
         Program(tmp_path / "a.nc", load_config(None)), keep_samples=True
-    ).samples["pos"]
+    ).samples
+    seen = dict.fromkeys((2, 3), samples["pos"])
+    seen |= {
+        order: samples["s"][:, None]
+        for order, limit in ((2, "[ACC"), (3, "[JERK"))
+        if limit in head
+    }
     measured = (
-        np.abs(np.diff(pos, 2, axis=0)).max() / 1e-6,
-        np.abs(np.diff(pos, 3, axis=0)).max() / 1e-9,
+        np.abs(np.diff(seen[2], 2, axis=0)).max() / 1e-6,
+        np.abs(np.diff(seen[3], 3, axis=0)).max() / 1e-9,
     )
     assert (
         measured[0] <= accel * 1.01
