@@ -341,14 +341,21 @@ def _helix_distance(
     """The same for arcs that climb in other axes; ``beside``: positions in these
     axes, less those at the start.
 
-    From the start and from the same angle in every turn to the nearest place, of
-    all the nearest.
+    From the same height, from the same angle in the turns next to it and from the
+    start to the nearest place, of all the nearest.
     """
     best = np.full(len(polar), np.inf)
-    length2 = (radius * whole) ** 2 + (climb**2).sum(axis=1)
-    turns = int(np.ceil(whole.max() / (2 * np.pi)))
-    for turn in range(-1, turns + 1):
-        t = np.clip((polar[:, 1] + turn * 2 * np.pi) / whole, 0.0, 1.0)
+    climb2 = (climb**2).sum(axis=1)
+    length2 = (radius * whole) ** 2 + climb2
+    height = (beside * climb).sum(axis=1) / np.maximum(climb2, 1e-300)
+    turn = np.round((height * whole - polar[:, 1]) / (2 * np.pi))
+    last = np.floor((whole - polar[:, 1]) / (2 * np.pi))
+    turn = np.clip(turn, 0.0, np.maximum(last, 0.0))
+    same_angle = [
+        (polar[:, 1] + (turn + away) * 2 * np.pi) / whole for away in (-1, 0, 1)
+    ]
+    for begin in (height, *same_angle, 0.0 * whole):
+        t = np.clip(begin, 0.0, 1.0)
         for _ in range(NEAREST_STEPS):
             flat = _off_circle(polar, radius, whole * t)
             rise = beside - t[:, None] * climb

@@ -57,3 +57,21 @@ def test_the_distance_is_that_of_the_nearest_point(
     found = table.distance(np.ones(len(near), np.int64), near)
     nearest = [np.linalg.norm(path - at, axis=1).min() for at in near]
     assert found == pytest.approx(nearest, rel=1e-3, abs=1e-5)
+
+
+@pytest.mark.parametrize("turns", [3, 200, 5000])
+def test_many_turns_are_not_all_looked_at(tmp_path: Path, turns: int) -> None:
+    """Points beside the helix at its normal: that is their distance.  The work
+    does not grow with the turns.
+    """
+    climb = 0.5 * turns
+    table = table_of(tmp_path, f"G3 X5 Y0 Z{climb} I-5 K0.5")
+    rng = np.random.default_rng(turns)
+    along = 2.0 * np.pi * rng.uniform(0.0, turns, 2000)
+    off = rng.uniform(-0.1, 0.1, len(along))
+    flat = (RADIUS + off)[:, None] * np.column_stack(
+        [np.cos(along), np.sin(along)]
+    )
+    pos = np.column_stack([flat, climb * along / (2.0 * np.pi * turns)])
+    found = table.distance(np.ones(len(pos), np.int64), pos)
+    assert found == pytest.approx(np.abs(off), rel=1e-3, abs=1e-6)
