@@ -232,20 +232,25 @@ static void set_shares(const engine_config *cfg,
                        const struct piece *piece,
                        jerk_interval *interval) {
     const struct motion_limits *limits = &piece->limits;
-    double acc = INFINITY, jerk = INFINITY;
+    double acc = INFINITY, jerk = INFINITY, ramp = INFINITY;
     for (int i = 0; i < cfg->axis_count; i++) {
         interval->acc_share[i] = fmaxf(limits->acceleration[i], LEAST_SHARE);
         interval->jerk_share[i] = fmaxf(limits->jerk[i], LEAST_SHARE);
         acc = lesser(acc, cfg->a_max[i]);
-        jerk = lesser(jerk, cfg->j_max[i] > 0 ? cfg->j_max[i] : INFINITY);
+        if (cfg->j_max[i] > 0) {
+            jerk = lesser(jerk, cfg->j_max[i]);
+            ramp = lesser(ramp, cfg->a_max[i] / cfg->j_max[i]);
+        }
     }
     if (limits->path_acceleration > 0) {
         interval->path_acc =
             fmaxf(limits->path_acceleration, (float)(LEAST_SHARE * acc));
+        interval->path_jerk = interval->path_acc / (float)(LEAST_RAMP * ramp);
     }
     if (limits->path_jerk > 0) {
+        float most = fmaxf(limits->path_jerk, (float)(LEAST_SHARE * jerk));
         interval->path_jerk =
-            fmaxf(limits->path_jerk, (float)(LEAST_SHARE * jerk));
+            interval->path_jerk > 0 ? fminf(interval->path_jerk, most) : most;
     }
 }
 

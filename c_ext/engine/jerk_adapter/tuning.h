@@ -30,6 +30,10 @@
 #define CURVE_NOISE 1e-3
 /* share of a limit, however small the program asks for */
 #define LEAST_SHARE 1e-4f
+/* share of the time in which an axis comes to its acceleration: the path takes
+ * no less to its own. Less is not felt, and windows would end ahead of a long
+ * way to rest. Evidence: tests/unit/planning/test_limits_of_the_path.py */
+#define LEAST_RAMP 0.2
 /* of the main axes, by the length of a curve: none */
 #define LEAST_RATE 1e-9
 /* mm: of an interval of a curve, however much it bends */

@@ -82,6 +82,23 @@ def test_the_acceleration_of_the_path(tmp_path: Path, path: str) -> None:
     assert 0.98 * 800 < acc <= 800 * 1.002
 
 
+@pytest.mark.parametrize(
+    ("acc", "times"), [(0.5, 1.8), (5.0, 1.2), (20.0, 1.1), (100.0, 1.02)]
+)
+def test_a_small_acceleration_alone_is_used(
+    tmp_path: Path, acc: float, times: float
+) -> None:
+    """The way to rest is long and bent: no creeping, and no search without end.
+    Windows hold less of it than there is where it is longest.
+    """
+    limit = f"#VECTOR LIMIT ON [ACC={acc * PER_MIN2}]\nF6000\n"
+    way = 20 * 20 * np.pi
+    took, seen, _ = seen_of(tmp_path, limit + "G02 I10\n" * 20)
+    least = way / 100 + 100 / acc if way > 1e4 / acc else 2 * np.sqrt(way / acc)
+    assert took <= least * times
+    assert seen <= acc * 1.02
+
+
 @pytest.mark.parametrize("jerk", [50.0, 1000.0, 10000.0])
 def test_the_jerk_of_the_path(tmp_path: Path, jerk: float) -> None:
     """Little jerk means a long way to rest: the window holds it, and no more
