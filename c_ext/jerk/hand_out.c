@@ -177,11 +177,10 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     pl->snap[k] = left_over.snap;
     pl->crackle[k] = left_over.crackle;
     pl->pop[k] = left_over.pop;
-    pl->time[k] = time_left(&left_over, left, law->time - seconds);
-    if (k + 1 == pl->count) {
-        pl->time[k] = 0.0; /* towards a rest the law follows from speed and way
-                            */
-    }
+    /* towards a rest the law follows from speed and way */
+    bool rests = k + 1 == pl->count;
+    pl->time[k] =
+        rests ? 0.0 : time_left(&left_over, left, law->time - seconds);
     pl->lengths[k] = left;
     pl->remaining -= way;
     pl->offset[k] += way;

@@ -246,8 +246,6 @@ typedef struct motion_limits {
         profile; /* #SLOPE: 0 STEP (no jerk limit), 1 TRAPEZ, 2 SIN2, 3 HSC */
 } motion_limits;
 
-/* A piece is what the machine executes: axis-space geometry with the id of its
- * element, or an event. */
 /* How far the marked log was. */
 typedef struct logged {
     uint64_t elements; /* of the store, logged or not */
@@ -255,6 +253,8 @@ typedef struct logged {
     bool active, complete, ignoring;
 } logged;
 
+/* A piece is what the machine executes: axis-space geometry with the id of its
+ * element, or an event. */
 typedef struct piece {
     double start[NC_AXES], end[NC_AXES];
     double slope[NC_AXES]; /* dq/ds of the axes that move linearly with s */

@@ -337,8 +337,6 @@ static uint32_t end_element(struct marked_log *log,
     return driven > 0.0 ? count : i;
 }
 
-/* Where smoothing holds motions back, a command of the log comes ahead of the
- * motions that it stands behind: it is not done before those are driven. */
 bool log_marker_is_ahead(const struct engine *engine,
                          const struct piece *piece) {
     uint64_t active = ATOMIC_GET(engine->geo.active);
@@ -346,8 +344,11 @@ bool log_marker_is_ahead(const struct engine *engine,
     if (piece->type != NC_MARKER || piece->element < begun) {
         return false;
     }
-    if (piece->element > begun || begun == 0) {
-        return piece->element > begun;
+    if (piece->element > begun) {
+        return true;
+    }
+    if (begun == 0) {
+        return false; /* ahead of all motions */
     }
     const HLI_CONTOUR_LOOKAHEAD_BLOCK *facts =
         &element_at(&engine->store, active)->facts;

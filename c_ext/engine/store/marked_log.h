@@ -20,6 +20,9 @@ void log_program_end(struct engine *engine);
 /* Behind a halt: the first piece that may be executed in another order than
  * the row that it is of. */
 uint64_t first_of_block(const struct engine *engine);
+
+/* Where smoothing holds motions back, a command of the log comes ahead of the
+ * motions that it stands behind: it is not done before those are driven. */
 bool log_marker_is_ahead(const struct engine *engine,
                          const struct piece *piece);
 struct logged log_now(const struct engine *engine);

@@ -403,9 +403,9 @@ class Spline:
                 self._line(row, coef, (begin, to), to == end)
                 continue
             rate = OUTRUN * (1.0 if through else _fastest(coef, end, main))
-            for a, b, outrun_ in outrun.parts(coef, (begin, to), main, rate):
+            for a, b, slow in outrun.parts(coef, (begin, to), main, rate):
                 self._curve_part(
-                    row, coef, (a, b), b == end, rate if outrun_ else 0.0
+                    row, coef, (a, b), b == end, rate if slow else 0.0
                 )
         way = point(derivative(coef), end)
         norm = self._chord(way)
