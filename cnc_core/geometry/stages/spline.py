@@ -81,6 +81,33 @@ def akima_slopes(slopes: FloatArray) -> FloatArray:
     )
 
 
+def calmed(
+    slopes: FloatArray, chords: FloatArray, axes: list[int]
+) -> FloatArray:
+    """The same derivatives, but where a segment that acts on a point outruns the
+    main axes, these ``axes`` (the others) do not swing beyond the points.
+
+    There a derivative has the sign of both chords beside it and is at most three
+    times the smaller one.  F. N. Fritsch, R. E. Carlson, "Monotone piecewise
+    cubic interpolation", SIAM J. Numer. Anal. 17 (1980).
+    """
+    steep = np.linalg.norm(chords[:, axes], axis=1) * OUTRUN > 1.0
+    if not steep.any():
+        return slopes
+    two = np.concatenate([[False] * 2, steep, [False] * 2])
+    near = two[:-3] | two[1:-2] | two[2:-1] | two[3:]
+    sides = np.vstack([chords[:1], chords, chords[-1:]])[:, axes]
+    left, right = sides[:-1], sides[1:]
+    most = 3.0 * np.minimum(np.abs(left), np.abs(right)) * (left * right > 0)
+    found = slopes[:, axes]
+    ahead = np.abs(found) * (found * left > 0)
+    out = slopes.copy()
+    out[:, axes] = np.where(
+        near[:, None], np.sign(left) * np.minimum(ahead, most), found
+    )
+    return out
+
+
 def hermite(
     p0: FloatArray, p1: FloatArray, d0: FloatArray, d1: FloatArray, h: float
 ) -> FloatArray:
@@ -333,7 +360,9 @@ class Spline:
             return _bspline(points)
         ways = np.diff(points, axis=0)
         chords = np.array([self._chord(way) for way in ways])
-        slopes = akima_slopes(ways / chords[:, None])
+        each = ways / chords[:, None]
+        others = [a for a in range(len(self._at)) if a not in self._main]
+        slopes = calmed(akima_slopes(each), each, others)
         if curve.first == 0:
             slopes[0] = self._given(curve.begins, curve.direction, slopes[0])
         slopes[-1] = self._given(ends, direction, slopes[-1])

@@ -96,3 +96,27 @@ def test_nothing_is_cut_where_nothing_outruns(slow: list[float]) -> None:
     """The main axes are fast enough, or no other one moves."""
     coef = np.array([slow, [0, 5.0 if slow[1] > 0 else 0.0, 0, 0]])
     assert parts(coef, (0.0, 1.0), [0], 0.02) == [(0.0, 1.0, False)]
+
+
+@pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "no jerk"])
+@pytest.mark.parametrize(
+    "points",
+    [
+        "X10 A10|X10.1 A90|X20 A100",
+        "X10|X10.001 A90|X20",
+        "X10 A10|X10.1 A90|X10.2 A0|X30",
+    ],
+)
+def test_a_turn_over_a_tiny_way_does_not_swing_beyond_its_points(
+    tmp_path: Path, points: str, jerk: bool
+) -> None:
+    """The slope there, 800 degrees per mm and more, does not act on the long
+    segments beside it.
+    """
+    seen = seen_of(tmp_path, "AKIMA", points, jerk)
+    largest = max(
+        float(w[1:]) for w in points.replace("|", " ").split() if "A" in w
+    )
+    assert seen[:, 2].min() > -1e-9
+    assert seen[:, 2].max() < largest + 1e-9
+    assert max(ratios(seen, CELL, jerk)) <= 1.02
