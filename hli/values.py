@@ -117,7 +117,7 @@ HLI_S_PROZESS.pos_cmd
     19 | M19
     0 | none
 HLI_ERROR_KOPF.recovery_class HLI_ERROR_KOPF.reaction_class
-    1 | a command that is not possible (270061); nothing changes
+    1 | a refused command of `mode_and_state` (270061, 901001, 905020)
     2 | an error of the program; a reset removes it
     7 | the watchdog (270053); the CNC has to be started again
 HLI_ERROR_KOPF.body_type

@@ -404,7 +404,7 @@ class Engine:
             out.state,
         )
 
-    def post_error(self, error: CncError, n: int = 0) -> None:
+    def post_error(self, error: CncError, n: int = 0, class_: int = 2) -> None:
         """Send an error record to the PLC (MC_ERROR)."""
         out = ffi.new("engine_error *")
         out.id, out.line, out.column, out.n = (
@@ -413,7 +413,7 @@ class Engine:
             max(0, error.place.column),
             n,
         )
-        out.reaction_class = out.recovery_class = 2
+        out.reaction_class = out.recovery_class = class_
         file = error.place.file.rsplit("/", 1)[-1]
         name = file.encode("latin-1", "replace")[:255]
         ffi.memmove(out.program, name, len(name))

@@ -393,7 +393,7 @@ class TrajectoryCheck:
         self.table = ElementTable(cell)
         start = cell.axis_values("start_mm")
         self.tail: FloatArray = np.vstack([start] * 3)
-        self.last_element = 0
+        self.elements = np.zeros(3, np.int64)  # of the positions of ``tail``
         self.ratio = {
             "velocity": 0.0,
             "acceleration": 0.0,
@@ -407,20 +407,20 @@ class TrajectoryCheck:
         if not len(samples.cycle):
             return
         q = np.vstack([self.tail, samples.pos])
-        before = np.concatenate([[self.last_element] * 3, samples.element])
-        self._limits(q, before)
+        elements = np.concatenate([self.elements, samples.element])
+        self._limits(q, elements)
         self._feed(q[2:], samples)
         distance = self.table.distance(
             samples.element, samples.pos, self.deviation
         )
         self.deviation = max(self.deviation, float(distance.max()))
         self.tail = q[-3:].copy()
-        self.last_element = int(samples.element[-1])
-        self.table.drop_before(self.last_element - WIDE)
+        self.elements = elements[-3:].copy()
+        self.table.drop_before(int(self.elements.min()) - WIDE)
 
     def finish(self) -> None:
         """The axes stand from the last sample on."""
-        last = np.full(6, self.last_element)
+        last = np.append(self.elements, [self.elements[-1]] * 3)
         stands = [self.tail[-1]] * 3
         self._limits(np.vstack([self.tail, *stands]), last)
 
@@ -451,7 +451,7 @@ class TrajectoryCheck:
         table, element = self.table, samples.element
         if table.rows is None:
             return
-        before = np.concatenate([[self.last_element], element[:-1]])
+        before = np.concatenate([self.elements[-1:], element[:-1]])
         feeds = np.append(
             table.feed(np.arange(table.first, table.first + len(table.rows))),
             0.0,

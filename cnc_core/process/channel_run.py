@@ -29,7 +29,7 @@ from .axes import AxesOf, AxisBoard
 from .identity import CLOCKS, SERVICES, fill_channel
 from .jobs import JobBoard, JobsOf
 from .live_port import LivePort
-from .modes import READY, SELECTED, ModeControl
+from .modes import READY, REFUSED, SELECTED, ModeControl
 from .operator_desk import OperatorDesk
 from .options import OUT_FOLDER, CncOptions
 from .preparation import Preparation
@@ -197,7 +197,7 @@ class ChannelRun:
             self.shared.folder,
             self._scratch,
             after,
-            self.report_error,
+            self.refuse_command,
         )
         if self.file is not None:
             self.modes.select(self.file)
@@ -354,11 +354,15 @@ class ChannelRun:
     def reset_by_job(self) -> None:
         self.modes.reset()
 
-    def report_error(self, error: CncError) -> None:
+    def refuse_command(self, error: CncError) -> None:
+        """A mode command that cannot be carried out."""
+        self.report_error(error, class_=REFUSED)
+
+    def report_error(self, error: CncError, class_: int = 2) -> None:
         """An error that belongs to no program: told to the PLC and in the
         report, it ends nothing.
         """
-        self.engine.post_error(error)
+        self.engine.post_error(error, class_=class_)
         self.note("warning", error=error)
         self.said.warn(f"{self.title}{error}")
         if not self.options.once:

@@ -40,6 +40,8 @@ AUTOMATIC, MDI, MANUAL, REFERENCE = (
     layout.HLI_IMCM_REFERENCE_MODE,
 )
 REFERENCE_PROGRAM = "rpf.nc"
+REFUSED = 1
+"""Class of an error record: a command that cannot be carried out."""
 
 
 class Channel(Protocol):
@@ -133,12 +135,12 @@ class ModeControl:
 
     def _go_on(self, command: ModeCommand) -> None:
         """ACTIVE while a program runs: that one goes on, no other begins."""
-        if self._names_another(command.parameter):
+        found = self._found_by(command)
+        if self._names_another(command.parameter, found):
             self._refuse(
                 command, f", with {command.parameter}: another one runs"
             )
             return
-        found = self._found_by(command)
         if found != HOLD:
             self._engine.set_mode(self.mode, found)
         if found in (HOLD, STOPPING):
@@ -151,14 +153,16 @@ class ModeControl:
         runs = command.state in (ACTIVE, HOLD, STOPPING)
         return command.state if runs and self.running else self._state
 
-    def _names_another(self, parameter: str) -> bool:
+    def _names_another(self, parameter: str, found: int) -> bool:
         """Whether a command names, or in MDI holds, a program that is not the
-        one that runs.
+        one that runs.  A text is to be driven each time that it comes; that of
+        a text in HOLD means that this one goes on.
         """
         if not parameter:
             return False
         if self.mode == MDI:
-            return self._scratch.read_text("latin-1") != parameter + "\n"
+            same = self._scratch.read_text("latin-1") == parameter + "\n"
+            return not same or found == ACTIVE
         try:
             found = self.find(parameter)
         except CncError:
@@ -226,8 +230,9 @@ class ModeControl:
         try:
             self.program = self._program(command.parameter)
         except CncError as error:
+            self.program = None
             self._report(error)
-            self._set(self._state)
+            self._set(SELECTED if self._state == READY else self._state)
             return
         self._set(READY)
         if command.to_state == ACTIVE:
@@ -283,7 +288,6 @@ class ModeControl:
         self.show()
 
     def _refuse(self, command: ModeCommand, why: str = "") -> None:
-        self._engine.set_mode(self.mode, self._found_by(command))
         self._report(
             CncError(
                 270061,
@@ -291,3 +295,4 @@ class ModeControl:
                 f"{why}",
             )
         )
+        self._engine.set_mode(self.mode, self._found_by(command))

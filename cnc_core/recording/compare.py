@@ -146,7 +146,9 @@ def _rows(
         for c in a.columns
         if c in b.columns and not is_wall(a.name, c) and c not in left_out
     ]
-    for column in set(a.columns) ^ set(b.columns):
+    only_one = [c for c in a.columns if c not in b.columns]
+    only_one += [c for c in b.columns if c not in a.columns]
+    for column in only_one:
         if not is_wall(a.name, column):
             out.add(a.name, column, max(len(a), len(b)))
             out.note(

@@ -31,6 +31,8 @@ from .owner import channel_of
 ERROR_TRANSITION = 270061
 """The target state is not allowed in the target mode (the CNC's number for the same thing)."""
 PARAMETER_MAX = 299
+REFUSED = 1
+"""``reaction_class`` of an error record: a command that is not possible."""
 
 
 class Mode(IntEnum):
@@ -115,7 +117,9 @@ class ModeControl(ExecuteBlock):
     Outputs beside the usual ones: ``mode``, ``process_state`` (what the CNC
     shows).  ``error_id`` 1 (input), 2 (``plc_present_w`` FALSE), 3 (not taken
     in time), 4 (taken, not reached in time), 5 (the CNC went to ERROR), 270061
-    (target state not allowed; found here, nothing is sent).
+    (target state not allowed; found here, nothing is sent), and the number with
+    which the CNC refuses the command in ``mc_error``: 270061, 901001 (no such
+    program), 905020 (no program is selected).
     """
 
     def __init__(
@@ -128,11 +132,13 @@ class ModeControl(ExecuteBlock):
         self._ch = ch
         self._unit = ch.channel_mc_control.mode_and_state
         self._status = ch.bahn_state
+        self._errors = ch.mc_error
         self._turn = _Turn.of(self._unit)
         self._target = (0, 0)
         self._origin = (0, 0)
         self._parameter = ""
         self._end_was_false = False
+        self._told_before = (0, 0)
         self.mode = self.process_state = 0
 
     def __call__(
@@ -192,13 +198,31 @@ class ModeControl(ExecuteBlock):
         command.parameter = self._parameter
         unit.enable_w = True
         self._end_was_false = False
+        self._told_before = self._told()
         unit.command_semaphor_rw = True  # last: release order
 
     def _taken(self) -> bool:
         return not self._unit.command_semaphor_rw
 
+    def _told(self) -> tuple[int, int]:
+        """Which error record the CNC has shown last."""
+        head = self._errors.satz_r.kopf
+        return head.cycle, head.error_id
+
+    def _refusal(self) -> int:
+        """Number with which the CNC has refused this command, 0: it has not.
+        Its record stands before the state shows the outcome.
+        """
+        head = self._errors.satz_r.kopf
+        told = self._told()
+        new = told != self._told_before and head.reaction_class == REFUSED
+        return told[1] if new else 0
+
     def _reached(self) -> bool:
+        self._look()
         mode, state = self._target
+        if self._refusal():
+            return False
         if state == ProcessState.RESETTING:
             return self.process_state in _RESTING
         if self.mode == mode and self.process_state == state:
@@ -218,7 +242,7 @@ class ModeControl(ExecuteBlock):
             self.process_state == ProcessState.ERROR
             and self._target[1] != ProcessState.RESETTING
         )
-        return ERROR_CNC if error else 0
+        return ERROR_CNC if error else self._refusal()
 
     def _leave(self) -> None:
         if self._turn.holder is self:

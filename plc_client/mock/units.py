@@ -10,7 +10,7 @@ from typing import Any
 from hli import layout
 from hli.view import overlay
 
-from ..blocks.mode import Mode, ProcessState
+from ..blocks.mode import REFUSED, Mode, ProcessState
 from ..blocks.watchdog import CncErrorRecord, write_record
 from .script import FUNCTIONS, Step
 
@@ -55,22 +55,38 @@ class ErrorQueue:
     def __init__(self, unit: Any) -> None:
         self._unit = unit
         self._waiting: deque[CncErrorRecord] = deque(maxlen=QUEUE)
+        self._cycles = 0
 
     def add(
-        self, number: int, block_number: int = 0, program: str = ""
+        self,
+        number: int,
+        block_number: int = 0,
+        program: str = "",
+        class_: int = 2,
     ) -> None:
         """One more error."""
         self._waiting.append(
             CncErrorRecord(
-                number, "MOCK", 0, 1, 2, 2, program, "", block_number, 0
+                number,
+                "MOCK",
+                0,
+                1,
+                class_,
+                class_,
+                program,
+                "",
+                block_number,
+                0,
             )
         )
 
     def cycle(self) -> None:
         """Put the next record out if the unit is free."""
         unit = self._unit
+        self._cycles += 1
         if self._waiting and not (unit.enable_w and unit.semaphor_rw):
             write_record(unit, self._waiting.popleft())
+            unit.satz_r.kopf.cycle = self._cycles
             unit.semaphor_rw = True
 
 
@@ -181,7 +197,7 @@ class ModeMachine:
             or state not in allowed
             or not self._plan(ProcessState(state))
         ):
-            self._errors.add(ERROR_TRANSITION)
+            self._errors.add(ERROR_TRANSITION, class_=REFUSED)
             return ""
         self.mode = Mode(mode)
         return ""

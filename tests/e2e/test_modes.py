@@ -92,3 +92,57 @@ def test_runs_with_modes_are_the_same_every_time(
     )
     assert first["cycles"] == second["cycles"]
     assert first["plc"]["result"] == second["plc"]["result"]
+
+
+REFUSED = {
+    "refused.py": (
+        "from plc_client import SelectProgram, StartProgram, task\n"
+        "@task(interval=0.001)\n"
+        "class P:\n"
+        "    def setup(self, hli):\n"
+        "        self.scan, ch = 0, hli.gpCh[0]\n"
+        "        self.select, self.start = SelectProgram(ch), StartProgram(ch)\n"
+        "    def cyclic(self):\n"
+        "        self.scan += 1\n"
+        "        self.select(self.scan > 10, 'missing.nc')\n"
+        "        self.start(self.select.done)\n"
+        "    def finished(self):\n"
+        "        return self.scan > 60\n"
+        "    def result(self):\n"
+        "        return {'id': self.select.error_id}\n"
+    ),
+    "refused.st": (
+        "PROGRAM Main\n"
+        "VAR chosen : SelectProgram; start : StartProgram; scan : INT; "
+        "END_VAR\n"
+        "scan := scan + 1;\n"
+        "chosen(execute := scan > 10, program_name := 'missing.nc');\n"
+        "start(execute := chosen.done);\n"
+        "END_PROGRAM\n"
+    ),
+}
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_selection_that_is_refused_starts_nothing(
+    cli: Cli, program: Write, name: str
+) -> None:
+    """With a program ready, "select, wait for done, start" does not drive that
+    one where the other is not there.
+    """
+    outcome = cli(
+        "run",
+        program("N10 G1 X50 F6000\n"),
+        "--plc",
+        program(REFUSED[name], name),
+        "--no-autostart",
+        "--max-time",
+        "1",
+        "--json",
+    )
+    run = outcome.json
+    assert run["blocks"] == 0, outcome.err
+    assert [text[:6] for text in run["warnings"]] == ["901001"]
+    if name == "refused.py":
+        assert run["plc"]["result"] == {"id": 901001}

@@ -24,11 +24,17 @@
 #define ERROR_TO_STATE 270061u
 #define ERROR_WATCHDOG 270053u
 
-void mode_publish_state(struct engine *engine) {
+static void show_state(struct engine *engine, uint32_t mode, uint32_t state) {
     HLI_IMCM_MODE_STATE *imcm_mode_state =
         &engine->hli.channel->channel_mc_control.mode_and_state.state_r;
-    show_u32(&imcm_mode_state->mode, ATOMIC_GET(engine->modes.mode));
-    show_u32(&imcm_mode_state->state, ATOMIC_GET(engine->modes.state));
+    show_u32(&imcm_mode_state->mode, mode);
+    show_u32(&imcm_mode_state->state, state);
+}
+
+void mode_publish_state(struct engine *engine) {
+    show_state(engine,
+               ATOMIC_GET(engine->modes.mode),
+               ATOMIC_GET(engine->modes.state));
 }
 
 void engine_set_mode(struct engine *engine, uint32_t mode, uint32_t state) {
@@ -125,7 +131,7 @@ static void fill_record(struct engine *engine,
     memcpy(&error_satz->rumpf.maske, &body, sizeof body);
 }
 
-void mode_publish_errors(struct engine *engine) {
+static void show_next_error(struct engine *engine) {
     MC_ERROR *error = &engine->hli.channel->mc_error;
     if (engine->errors.done == ATOMIC_GET(engine->errors.head)) {
         return;
@@ -139,6 +145,13 @@ void mode_publish_errors(struct engine *engine) {
                 &engine->errors.entries[engine->errors.done % ERRORS_MAX]);
     store_u8_release(&error->semaphor_rw, 1);
     ATOMIC_SET(engine->errors.done, engine->errors.done + 1);
+}
+
+void mode_publish(struct engine *engine) {
+    uint32_t mode = ATOMIC_GET(engine->modes.mode);
+    uint32_t state = ATOMIC_GET(engine->modes.state);
+    show_next_error(engine);
+    show_state(engine, mode, state);
 }
 
 /* PLC to CNC. */
@@ -283,13 +296,9 @@ static bool is_busy(const struct mode_unit *modes) {
 }
 
 static void take_command(struct engine *engine,
-                         MC_CONTROL_MCM_MODE_STATE_UNIT *unit) {
+                         const MC_CONTROL_MCM_MODE_STATE_UNIT *unit) {
     struct engine_mode_command engine_mode_command;
-    if (is_busy(&engine->modes)) {
-        return; /* one at a time */
-    }
     read_command(&engine_mode_command, &unit->command_w);
-    store_u8_release(&unit->command_semaphor_rw, 0);
     if (!legal_target(engine_mode_command.to_mode,
                       engine_mode_command.to_state)) {
         own_error(&engine->errors, ERROR_TO_STATE, 1);
@@ -318,8 +327,12 @@ void mode_cycle(struct engine *engine, bool present) {
     MC_CONTROL_MCM_MODE_STATE_UNIT *unit =
         &engine->hli.channel->channel_mc_control.mode_and_state;
     if (present && load_u8_acquire(&unit->enable_w)
-        && load_u8_acquire(&unit->command_semaphor_rw)) {
+        && load_u8_acquire(&unit->command_semaphor_rw)
+        && !is_busy(&engine->modes)) {
         take_command(engine, unit);
+        mode_publish_state(engine); /* a PLC that sees the semaphore fall does
+                                       not see the old state any more */
+        store_u8_release(&unit->command_semaphor_rw, 0);
     }
     if (ATOMIC_GET(engine->modes.state) == STOPPING
         && ATOMIC_GET(engine->modes.stopped) && engine->geo.v <= 0.0

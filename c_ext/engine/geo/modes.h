@@ -10,8 +10,9 @@
 void mode_publish_state(struct engine *engine);
 
 /* CNC to PLC: the next record once the one before is taken; a PLC that does not
- * enable the unit is not waited for. */
-void mode_publish_errors(struct engine *engine);
+ * enable the unit is not waited for. Then the state: where it tells the outcome
+ * of a command, the record of its refusal stands already. */
+void mode_publish(struct engine *engine);
 
 /* Once a cycle, ahead of the motion. */
 void mode_cycle(struct engine *engine, bool present);

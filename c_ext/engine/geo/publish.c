@@ -223,13 +223,12 @@ static void show_channel(struct engine *engine) {
         publish_axis(engine, i);
     }
     publish_lookahead(engine);
-    mode_publish_state(engine);
 }
 
 void publish(struct engine *engine) {
     seq_begin(&engine->hli.side->channel_seq.word);
     show_channel(engine);
-    mode_publish_errors(engine);
+    mode_publish(engine);
     seq_end(&engine->hli.side->channel_seq.word);
     if (engine->group.all[engine->group.count - 1] == engine) {
         publish_cell(engine);
@@ -239,6 +238,7 @@ void publish(struct engine *engine) {
 void publish_again(struct engine *engine) {
     seq_begin(&engine->hli.side->channel_seq.word);
     show_channel(engine);
+    mode_publish_state(engine);
     seq_end(&engine->hli.side->channel_seq.word);
 }
 

@@ -63,6 +63,7 @@ CASES = {
         named={"program": "program_name"},
     ),
     "hold": Case("StopProgram", MODE, PRESS),
+    "hold nothing": Case("StopProgram", MODE, PRESS, started=False),
     "resume nothing": Case("ResumeProgram", MODE, PRESS),
     "abort": Case("AbortProgram", MODE, PRESS),
     "reset": Case("ResetChannel", MODE, PRESS),

@@ -183,7 +183,7 @@ def test_plc_that_is_not_present_is_told(cnc: MockCnc, hli: Hli) -> None:
 def test_command_not_taken_or_not_reached_in_time(
     cnc: MockCnc, hli: Hli
 ) -> None:
-    """3: the semaphore stays; 4: taken, but the state never comes (HOLD without motion to hold)."""
+    """3: the semaphore stays; 4: taken, but the state never comes."""
     fb = StartProgram(hli.gpCh[0], timeout_s=0.02)
     fb(True)
     hli.gpCh[0].channel_mc_control.mode_and_state.enable_w = False
@@ -192,9 +192,29 @@ def test_command_not_taken_or_not_reached_in_time(
         fb(True)
     assert fb.error_id == 3
     hli.gpCh[0].channel_mc_control.mode_and_state.command_semaphor_rw = False
-    hold = StopProgram(hli.gpCh[0], timeout_s=0.02)
-    until_done(cnc, hold)
-    assert hold.error_id == 4
+    select = SelectProgram(hli.gpCh[0], timeout_s=0.02)
+    cnc.mode.cycle = lambda present: ""  # type: ignore[method-assign]
+    select(True)
+    hli.gpCh[0].channel_mc_control.mode_and_state.command_semaphor_rw = False
+    until_done(cnc, select)
+    assert select.error_id == 4
+
+
+@pytest.mark.parametrize("acknowledged", [False, True])
+def test_a_command_that_the_cnc_refuses_is_not_done(
+    cnc: MockCnc, hli: Hli, acknowledged: bool
+) -> None:
+    """HOLD without motion to hold: its number in mc_error, at once; the same
+    record does not refuse the next command.
+    """
+    ch = hli.gpCh[0]
+    ch.mc_error.enable_w = acknowledged
+    for _ in range(2):
+        hold = StopProgram(ch)
+        assert until_done(cnc, hold, limit=5)[-1] is State.ERROR
+        assert hold.error_id == 270061
+        ch.mc_error.semaphor_rw = False
+    assert until_done(cnc, SelectProgram(ch), "part.nc")[-1] is State.DONE
 
 
 def test_done_stays_until_execute_falls_and_a_falling_execute_takes_nothing_back(

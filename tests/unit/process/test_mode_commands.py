@@ -121,18 +121,50 @@ def test_a_held_program_goes_on_by_its_name(cnc: Channels, wait: int) -> None:
     assert errors(cnc) == []
 
 
-def test_other_text_does_not_begin_while_a_text_runs(cnc: Channels) -> None:
-    """MDI: the same text is the program that runs."""
+@pytest.mark.parametrize("text", ["G1 Y9 F600", "G91 G1 X10 F600"])
+def test_no_text_begins_while_a_text_runs(cnc: Channels, text: str) -> None:
+    """MDI: the same text is refused, too; it would be driven once more."""
+    order(cnc, SELECTED)
+    cnc.until(lambda: state(cnc) == SELECTED)
+    stood = cnc.positions(0)[0]
+    order(cnc, ACTIVE, "G91 G1 X10 F600", MDI)
+    cnc.until(lambda: state(cnc) == ACTIVE)
+    order(cnc, ACTIVE, text, MDI)
+    assert errors(cnc) == [270061]
+    assert cnc.end() == ["completed"]
+    assert cnc.positions(0)[:2] == pytest.approx([stood + 10.0, 0.0])
+
+
+def test_a_held_text_goes_on_by_itself(cnc: Channels) -> None:
+    """MDI: in HOLD the same text is the program that is held."""
     order(cnc, SELECTED)
     order(cnc, ACTIVE, "G1 X90 F600", MDI)
     cnc.until(lambda: state(cnc) == ACTIVE)
-    order(cnc, ACTIVE, "G1 Y9 F600", MDI)
-    assert errors(cnc) == [270061]
+    cnc.run(300)
+    order(cnc, HOLD, mode=MDI)
+    cnc.until(lambda: state(cnc) == HOLD)
     order(cnc, ACTIVE, "G1 X90 F600", MDI)
     cnc.until(lambda: state(cnc) == ACTIVE)
     assert errors(cnc) == []
     assert cnc.end() == ["completed"]
     assert cnc.positions(0)[:2] == [90.0, 0.0]
+
+
+@pytest.mark.parametrize("target", [READY, ACTIVE])
+def test_a_program_that_is_not_there_leaves_none_selected(
+    cnc: Channels, target: int
+) -> None:
+    """So the next start does not drive the one that was selected before."""
+    order(cnc, SELECTED)
+    order(cnc, READY, "b.nc")
+    cnc.until(lambda: state(cnc) == READY)
+    order(cnc, target, "missing.nc")
+    cnc.until(lambda: state(cnc) == SELECTED)
+    assert errors(cnc) == [901001]
+    order(cnc, ACTIVE)
+    cnc.run(20)
+    assert (state(cnc), errors(cnc)) == (SELECTED, [905020])
+    assert cnc.positions(0)[1] == 0.0
 
 
 def test_ready_without_a_name_takes_the_aborted_program_up(

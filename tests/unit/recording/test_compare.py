@@ -34,7 +34,6 @@ TYPES = {
     },
     "functions": {"cycle": "uint64", "t": "double", "code": "int32"},
 }
-OVERRIDDEN = {**TYPES, "cycles": {**TYPES["cycles"], "override": "double"}}
 META = {
     "version": 1,
     "start": {"X": 0.0},
@@ -63,7 +62,10 @@ def recorded(
 ) -> Recording:
     """A finished recording of these cycles, with one function."""
     parts = Parts(path)
-    types = OVERRIDDEN if "override" in cycles else TYPES
+    types = TYPES | {
+        "cycles": TYPES["cycles"]
+        | {c: "double" for c in cycles if c not in TYPES["cycles"]}
+    }
     file = PartFile(parts.cnc, types, json.dumps(META).encode())
     for first in range(0, len(cycles["cycle"]), batch):
         part = {k: v[first : first + batch] for k, v in cycles.items()}
@@ -118,6 +120,22 @@ def test_tolerances_are_by_column(tmp_path: Path) -> None:
     }
     with pytest.raises(Exception, match="no such column"):
         compare(a, b, tolerance={"Q": 1.0})
+
+
+@pytest.mark.parametrize("given", [("q", "b", "m"), ("m", "q", "b")])
+def test_a_column_that_only_one_has_is_told_in_its_order(
+    tmp_path: Path, given: tuple[str, ...]
+) -> None:
+    """The first difference is the same whenever it is asked for."""
+    cycles = motion(10, 100.0)
+    a = recorded(tmp_path / "a.arrow", cycles)
+    b = recorded(
+        tmp_path / "b.arrow", cycles | dict.fromkeys(given, cycles["X"])
+    )
+    found = compare(a, b)
+    assert list(found.counts["cycles"]) == list(given)
+    assert found.first is not None
+    assert (found.first.column, found.first.a) == (given[0], False)
 
 
 def test_a_shorter_recording_differs(tmp_path: Path) -> None:

@@ -83,6 +83,18 @@ def test_s_ramps_end_with_their_profile(shop):
     assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
 
 
+@pytest.mark.parametrize("length", [5.0274, 5.0822, 5.1370])
+def test_the_measured_jerk_does_not_depend_on_batches(shop, length):
+    """A batch that ends just behind the profile knows what its last samples
+    may.
+    """
+    setup = changed(SETUP_3, JRK="(JRK,DIS)", CRV=None, DIN_Y="(DIN,Y,,500,,,)")
+    text = f"(HSM,CONFIG1)\nG61\nG1 X0 Y0 Z0 F12000\nY{length}\nG60\nG0 Y0\n"
+    program = shop.program(text, setup, programmed=False)
+    in_batches = plan_program(program, live=(1, lambda _: None))
+    assert in_batches.max_ratio["jerk"] <= 1.02
+
+
 @pytest.mark.parametrize(("mode", "y"), [("ENA", 5000.0), ("AXI", 20000.0)])
 def test_jerk_of_the_profile_and_of_the_axes(shop, mode, y):
     """ENA: the profile has one jerk, that of the weakest linear axis; AXI:
