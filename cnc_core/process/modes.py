@@ -164,10 +164,10 @@ class ModeControl:
             same = self._scratch.read_text("latin-1") == parameter + "\n"
             return not same or found == ACTIVE
         try:
-            found = self.find(parameter)
+            file = self.find(parameter)
         except CncError:
             return True
-        return self.program is None or found.resolve() != self.program.resolve()
+        return self.program is None or file.resolve() != self.program.resolve()
 
     def _hold(self, command: ModeCommand) -> bool:
         return (

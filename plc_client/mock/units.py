@@ -179,7 +179,9 @@ class ModeMachine:
         """
         command = self._unit.command_w
         mode, state = command.to_mode, command.to_state
-        self.parameter = command.parameter or self.parameter
+        another = self._names_another(mode, state, command.parameter)
+        if not another:
+            self.parameter = command.parameter or self.parameter
         origin = (command.from_mode, command.from_state)
         self.warnings += any(
             o and o != now
@@ -195,12 +197,21 @@ class ModeMachine:
         if (
             mode not in tuple(Mode)
             or state not in allowed
+            or another
             or not self._plan(ProcessState(state))
         ):
             self._errors.add(ERROR_TRANSITION, class_=REFUSED)
             return ""
         self.mode = Mode(mode)
         return ""
+
+    def _names_another(self, mode: int, state: int, parameter: str) -> bool:
+        """ACTIVE while a program runs: that one goes on, no other begins."""
+        runs = self.state in (ProcessState.ACTIVE, ProcessState.HOLD)
+        if not (runs and parameter and state == ProcessState.ACTIVE):
+            return False
+        again = mode == Mode.MDI and self.state == ProcessState.ACTIVE
+        return parameter != self.parameter or again
 
     def _plan(self, target: ProcessState) -> bool:
         """The states on the way; False if there is no way."""

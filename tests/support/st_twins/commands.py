@@ -62,6 +62,12 @@ CASES = {
         script=(line(2),),
         named={"program": "program_name"},
     ),
+    "start another": Case(
+        "StartProgram",
+        MODE,
+        {**PRESS, 3: {"execute": True, "program": "other.nc"}},
+        named={"program": "program_name"},
+    ),
     "hold": Case("StopProgram", MODE, PRESS),
     "hold nothing": Case("StopProgram", MODE, PRESS, started=False),
     "resume nothing": Case("ResumeProgram", MODE, PRESS),
