@@ -48,7 +48,9 @@ COMMANDS: dict[str, Any] = {
 }
 WITH_TEXT = ("start", "select", "mdi")
 PROBLEMS = ERROR_TEXTS | {
-    ERROR_TRANSITION: "the state that the channel is in does not allow it"
+    ERROR_TRANSITION: "what the channel does does not allow it",
+    901001: "there is no such program",
+    905020: "no program is selected",
 }
 
 

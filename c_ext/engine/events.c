@@ -45,7 +45,7 @@ int pending_event(struct engine *engine) {
     if (engine->fault) {
         return ENGINE_FAULT;
     }
-    if (ATOMIC_GET(engine->modes.pending)) {
+    if (ATOMIC_GET(engine->modes.pending) == COMMAND_TAKEN) {
         return ENGINE_MODE_COMMAND;
     }
     if (ATOMIC_GET(engine->errors.plc_id)) {

@@ -161,7 +161,8 @@ class ModeControl:
         if not parameter:
             return False
         if self.mode == MDI:
-            same = self._scratch.read_text("latin-1") == parameter + "\n"
+            runs = self._scratch.read_bytes().decode("latin-1")
+            same = runs == parameter + "\n"
             return not same or found == ACTIVE
         try:
             file = self.find(parameter)
@@ -195,14 +196,16 @@ class ModeControl:
         again = command is not None and command.to_state == READY
         if self._state_after == SELECTED and not again:
             self.program = None
-        self._set(
+        self._state = (
             ERROR
             if error
             else self._state_after
             if self.program or self._state_after == SELECTED
             else SELECTED
         )
-        if command is not None:
+        if command is None:
+            self.show()
+        else:  # which shows its outcome alone
             self._carry_out(command)
 
     def _carry_out(self, command: ModeCommand) -> None:
@@ -234,9 +237,10 @@ class ModeControl:
             self._report(error)
             self._set(SELECTED if self._state == READY else self._state)
             return
-        self._set(READY)
         if command.to_state == ACTIVE:
             self.start()
+        else:
+            self._set(READY)
 
     @property
     def free(self) -> bool:
@@ -281,7 +285,7 @@ class ModeControl:
     def _change_mode(self, mode: int) -> None:
         if mode != self.mode:
             self.mode, self.program = mode, None
-            self._set(SELECTED)
+            self._state = SELECTED
 
     def _set(self, state: int) -> None:
         self._state = state

@@ -20,6 +20,7 @@ from .base import (
     ACTIVE_STATES,
     ERROR_CNC,
     ERROR_INPUT,
+    ERROR_NO_REACTION,
     ERROR_NOT_PRESENT,
     TIMEOUT_S,
     ExecuteBlock,
@@ -74,6 +75,19 @@ _RESTING = frozenset(
 )
 
 
+_ON_THE_WAY = frozenset(
+    set(ProcessState)
+    - _RESTING
+    - {
+        ProcessState.ACTIVE,
+        ProcessState.HOLD,
+        ProcessState.ERROR,
+        ProcessState.STOPPING,  # a program that brakes takes other commands
+    }
+)
+"""Another command is being carried out."""
+
+
 _SILENT_NS = 500_000_000
 
 
@@ -116,10 +130,11 @@ class ModeControl(ExecuteBlock):
 
     Outputs beside the usual ones: ``mode``, ``process_state`` (what the CNC
     shows).  ``error_id`` 1 (input), 2 (``plc_present_w`` FALSE), 3 (not taken
-    in time), 4 (taken, not reached in time), 5 (the CNC went to ERROR), 270061
-    (target state not allowed; found here, nothing is sent), and the number with
-    which the CNC refuses the command in ``mc_error``: 270061, 901001 (no such
-    program), 905020 (no program is selected).
+    in time), 4 (taken, not reached in time; for HOLD also: the program has
+    ended), 5 (the CNC went to ERROR), 270061 (target state not allowed; found
+    here, nothing is sent), and the number with which the CNC refuses the
+    command in ``mc_error``: 270061, 901001 (no such program), 905020 (no
+    program is selected).
     """
 
     def __init__(
@@ -137,7 +152,7 @@ class ModeControl(ExecuteBlock):
         self._target = (0, 0)
         self._origin = (0, 0)
         self._parameter = ""
-        self._end_was_false = False
+        self._end_was_false = self._rested = False
         self._told_before = (0, 0)
         self.mode = self.process_state = 0
 
@@ -186,7 +201,12 @@ class ModeControl(ExecuteBlock):
         return 0 if present(self._ch) else ERROR_NOT_PRESENT
 
     def _may_send(self) -> bool:
+        """Not ahead of the outcome of another command: its refusal would be
+        taken for that of this one.
+        """
         if self._unit.command_semaphor_rw or not self._turn.free_for(self):
+            return False
+        if self.process_state in _ON_THE_WAY:
             return False
         self._turn.holder, self._turn.called_ns = self, clock.now_ns()
         return True
@@ -197,7 +217,7 @@ class ModeControl(ExecuteBlock):
         command.to_mode, command.to_state = self._target
         command.parameter = self._parameter
         unit.enable_w = True
-        self._end_was_false = False
+        self._end_was_false = self._rested = False
         self._told_before = self._told()
         unit.command_semaphor_rw = True  # last: release order
 
@@ -231,18 +251,25 @@ class ModeControl(ExecuteBlock):
 
     def _ran_through(self) -> bool:
         """A program shorter than a scan: its end was not there since the
-        command, now it is.
+        command, now it is.  Or it came and went between two scans: then the
+        channel rests longer than in a state on the way.
         """
         ended = bool(self._status.program_end_r)
         self._end_was_false |= not ended
-        return ended and self._end_was_false and self.process_state in _RESTING
+        rested = self._rested
+        self._rested = ended and self.process_state in _RESTING
+        return self._rested and (self._end_was_false or rested)
 
     def _failed(self) -> int:
-        error = (
+        target = self._target[1]
+        if (
             self.process_state == ProcessState.ERROR
-            and self._target[1] != ProcessState.RESETTING
-        )
-        return ERROR_CNC if error else self._refusal()
+            and target != ProcessState.RESETTING
+        ):
+            return ERROR_CNC
+        refusal = self._refusal()
+        ended = target == ProcessState.HOLD and self.process_state in _RESTING
+        return refusal or (ERROR_NO_REACTION if ended else 0)
 
     def _leave(self) -> None:
         if self._turn.holder is self:

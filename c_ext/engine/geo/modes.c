@@ -37,9 +37,23 @@ void mode_publish_state(struct engine *engine) {
                ATOMIC_GET(engine->modes.state));
 }
 
+/* GEO may take a command at this very moment: its transient state stays until
+ * the outcome. */
+static void set_state(struct mode_unit *modes, uint32_t state) {
+    uint32_t before = ATOMIC_GET(modes->state);
+    while (ATOMIC_GET(modes->pending) == NO_COMMAND
+           && !__atomic_compare_exchange_n(&modes->state,
+                                           &before,
+                                           state,
+                                           false,
+                                           __ATOMIC_ACQ_REL,
+                                           __ATOMIC_ACQUIRE)) {
+    }
+}
+
 void engine_set_mode(struct engine *engine, uint32_t mode, uint32_t state) {
     ATOMIC_SET(engine->modes.mode, mode);
-    ATOMIC_SET(engine->modes.state, state);
+    set_state(&engine->modes, state);
     if (state != HOLD && state != STOPPING) {
         ATOMIC_SET(engine->modes.stopped, 0);
     }
@@ -55,7 +69,7 @@ uint32_t engine_mode_state(struct engine *engine) {
 
 int engine_see_mode_command(struct engine *engine,
                             struct engine_mode_command *out) {
-    if (!ATOMIC_GET(engine->modes.pending)) {
+    if (ATOMIC_GET(engine->modes.pending) != COMMAND_TAKEN) {
         return 0;
     }
     *out = engine->modes.command;
@@ -66,7 +80,7 @@ int engine_take_mode_command(struct engine *engine,
                              struct engine_mode_command *out) {
     int found = engine_see_mode_command(engine, out);
     if (found) {
-        ATOMIC_SET(engine->modes.pending, 0);
+        ATOMIC_SET(engine->modes.pending, NO_COMMAND);
     }
     return found;
 }
@@ -91,7 +105,8 @@ void engine_post_error(struct engine *engine, const engine_error *error) {
     __atomic_store_n(&engine->errors.lock, 0, __ATOMIC_RELEASE);
 }
 
-static void own_error(struct error_queue *errors,
+/* False while the cell is posting: the next cycle will do. */
+static bool own_error(struct error_queue *errors,
                       uint32_t id,
                       uint32_t reaction) {
     engine_error error;
@@ -100,10 +115,11 @@ static void own_error(struct error_queue *errors,
     error.reaction_class = reaction;
     error.recovery_class = reaction;
     if (__atomic_exchange_n(&errors->lock, 1, __ATOMIC_ACQUIRE)) {
-        return; /* the cell is posting: next cycle will do */
+        return false;
     }
     queue_error(errors, &error);
     __atomic_store_n(&errors->lock, 0, __ATOMIC_RELEASE);
+    return true;
 }
 
 static void fill_record(struct engine *engine,
@@ -196,11 +212,10 @@ static void watch_plc(struct engine *engine, bool present) {
         store_u8_release(&watchdog->alive_rw, 0);
         engine->watchdog.alive = true;
         engine->watchdog.since = now;
-    } else if (engine->watchdog.alive
-               && now - engine->watchdog.since > period) {
+    } else if (engine->watchdog.alive && now - engine->watchdog.since > period
+               && own_error(&engine->errors, ERROR_WATCHDOG, 7)) {
         engine->watchdog.alive = false;
         engine->watchdog.missed = true;
-        own_error(&engine->errors, ERROR_WATCHDOG, 7);
         ATOMIC_SET(engine->watchdog.event, 1);
     }
     show_u8(&watchdog->alive_state_r,
@@ -270,7 +285,7 @@ static bool stop_or_resume(
 /* HOLD and back, by the cell. */
 void engine_hold(struct engine *engine, int hold) {
     ATOMIC_SET(engine->modes.stopped, hold);
-    ATOMIC_SET(engine->modes.state, hold ? STOPPING : ACTIVE);
+    set_state(&engine->modes, hold ? STOPPING : ACTIVE);
 }
 
 void engine_hold_by_cell(struct engine *engine, int by_cell) {
@@ -295,14 +310,14 @@ static bool is_busy(const struct mode_unit *modes) {
            || (state >= SELECTING && state != STOPPING);
 }
 
-static void take_command(struct engine *engine,
+/* False: the refusal finds no way to the PLC in this cycle. */
+static bool take_command(struct engine *engine,
                          const MC_CONTROL_MCM_MODE_STATE_UNIT *unit) {
     struct engine_mode_command engine_mode_command;
     read_command(&engine_mode_command, &unit->command_w);
     if (!legal_target(engine_mode_command.to_mode,
                       engine_mode_command.to_state)) {
-        own_error(&engine->errors, ERROR_TO_STATE, 1);
-        return;
+        return own_error(&engine->errors, ERROR_TO_STATE, 1);
     }
     if ((engine_mode_command.from_mode
          && engine_mode_command.from_mode != ATOMIC_GET(engine->modes.mode))
@@ -312,15 +327,17 @@ static void take_command(struct engine *engine,
         engine->modes.warnings++;
     }
     if (stop_or_resume(&engine->modes, &engine_mode_command)) {
-        return;
+        return true;
     }
+    ATOMIC_SET(engine->modes.pending, COMMAND_COMES);
     engine_mode_command.state = ATOMIC_GET(engine->modes.state);
     ATOMIC_SET(engine->modes.state,
                on_the_way(engine_mode_command
                               .to_state)); /* so that nobody takes the old state
                                               for the command's outcome */
     engine->modes.command = engine_mode_command;
-    ATOMIC_SET(engine->modes.pending, 1);
+    ATOMIC_SET(engine->modes.pending, COMMAND_TAKEN);
+    return true;
 }
 
 void mode_cycle(struct engine *engine, bool present) {
@@ -328,8 +345,7 @@ void mode_cycle(struct engine *engine, bool present) {
         &engine->hli.channel->channel_mc_control.mode_and_state;
     if (present && load_u8_acquire(&unit->enable_w)
         && load_u8_acquire(&unit->command_semaphor_rw)
-        && !is_busy(&engine->modes)) {
-        take_command(engine, unit);
+        && !is_busy(&engine->modes) && take_command(engine, unit)) {
         mode_publish_state(engine); /* a PLC that sees the semaphore fall does
                                        not see the old state any more */
         store_u8_release(&unit->command_semaphor_rw, 0);

@@ -484,6 +484,11 @@ typedef struct technology_state {
     uint64_t again; /* units whose function is offered once more, a bit each */
 } technology_state;
 
+/* mode_unit.pending */
+#define NO_COMMAND 0
+#define COMMAND_COMES 1 /* GEO is about to show its transient state */
+#define COMMAND_TAKEN 2 /* the cell has not seen it */
+
 typedef struct mode_unit {
     uint32_t mode, state, warnings;
     int stopped, pending;

@@ -255,3 +255,48 @@ def test_block_that_is_no_longer_called_loses_its_turn(
         assert not stop.error
     assert waited >= 500
     assert cnc.mode.state is ProcessState.HOLD
+
+
+def test_a_hold_that_meets_the_end_of_the_program_is_over_at_once(
+    cnc: MockCnc, hli: Hli
+) -> None:
+    """Error 4, and the next block has its turn."""
+    ch = hli.gpCh[0]
+    until_done(cnc, StartProgram(ch), "part.nc")
+    hold = StopProgram(ch)
+    hold(True)
+    cnc.cycle()
+    cnc.mode.enter(ProcessState.SELECTED)
+    hold(True)
+    assert (hold.error, hold.error_id) == (True, 4)
+    assert until_done(cnc, ResetChannel(ch))[-1] is State.DONE
+
+
+def test_a_program_that_comes_and_goes_between_two_scans_has_run(
+    cnc: MockCnc, hli: Hli
+) -> None:
+    """Its start is done: the channel rests, and nothing was refused."""
+    cnc._script = [line(0.5)]
+    start = StartProgram(hli.gpCh[0], timeout_s=0.2)
+    for _ in range(8):
+        start(True, "part.nc")
+        cnc.run_to(cnc.cycles + 30)
+    assert (start.done, start.error_id) == (True, 0)
+
+
+def test_a_command_waits_for_the_outcome_of_the_one_before(
+    cnc: MockCnc, hli: Hli
+) -> None:
+    """The refusal of one that was given up is not that of the next."""
+    ch = hli.gpCh[0]
+    cnc.mode.enter(ProcessState.ABORTING)
+    cnc.cycle()
+    select = SelectProgram(ch)
+    for _ in range(3):
+        select(True, "part.nc")
+        assert select.state is State.WAIT_FREE
+        cnc.cycle()
+    cnc.errors.add(901001, class_=1)
+    cnc.cycle()
+    cnc.mode.enter(ProcessState.SELECTED)
+    assert until_done(cnc, select, "part.nc")[-1] is State.DONE

@@ -14,6 +14,7 @@ from support.channels import AUTOMATIC, Channels
 ONE = '[channel]\ninterpolator_function = "FCT_IPO_DEFAULT"\n'
 LONG = "N10 G1 X100 F6000\nM30\n"
 SELECTED, READY, ACTIVE, HOLD, ERROR, RESET = 2, 3, 4, 5, 6, 15
+SELECTING, ABORTING = 7, 12
 MDI = 3
 
 
@@ -260,3 +261,65 @@ def test_a_program_shows_active_with_its_first_data(
     cnc.until(lambda: state(cnc) == ACTIVE)
     assert ACTIVE not in seen
     assert len(seen) == 2
+
+
+@pytest.mark.parametrize("after", ["SELECTED", "READY"])
+@pytest.mark.parametrize(
+    ("target", "parameter", "mode", "outcome"),
+    [
+        (READY, "b.nc", AUTOMATIC, READY),
+        (READY, "missing.nc", AUTOMATIC, SELECTED),
+        (ACTIVE, "G1 Y1 F60", MDI, ACTIVE),
+    ],
+)
+def test_no_state_but_the_outcome_shows_behind_an_abort(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    target: int,
+    parameter: str,
+    mode: int,
+    outcome: int,
+    after: str,
+) -> None:
+    """In real time a PLC could take a state in between for the outcome."""
+    (tmp_path / "b.nc").write_text("G1 Y5 F6000\nM30\n")
+    cell = f'{ONE}state_after_program = "{after}"\n'
+    with Channels(tmp_path, [LONG], cell) as cnc:
+        cnc.run(300)
+        engine, shown = cnc.channels[0].engine, []
+        set_mode = engine.set_mode
+
+        def noted(mode: int, state: int) -> None:
+            shown.append(state)
+            set_mode(mode, state)
+
+        monkeypatch.setattr(engine, "set_mode", noted)
+        order(cnc, target, parameter, mode)
+        cnc.until(lambda: state(cnc) == outcome)
+    assert shown[:2] == [ABORTING, outcome]
+
+
+def test_a_command_that_geo_has_taken_keeps_its_transient_state(
+    cnc: Channels,
+) -> None:
+    """What the cell shows meanwhile is not the command's outcome."""
+    cnc.command(0, AUTOMATIC, SELECTED)
+    cnc.group.run(1)  # GEO has taken it, the cell not yet
+    assert state(cnc) == SELECTING
+    cnc.channels[0].modes.show()
+    assert cnc.channels[0].engine.mode_state == SELECTING
+    cnc.until(lambda: state(cnc) == SELECTED)
+
+
+def test_a_held_text_of_several_lines_goes_on(cnc: Channels) -> None:
+    """Also with the line ends of Windows."""
+    text = "G1 X20 F6000\r\nG1 X0"
+    order(cnc, SELECTED)
+    order(cnc, ACTIVE, text, MDI)
+    cnc.until(lambda: state(cnc) == ACTIVE)
+    order(cnc, HOLD, mode=MDI)
+    cnc.until(lambda: state(cnc) == HOLD)
+    order(cnc, ACTIVE, text, MDI)
+    cnc.until(lambda: state(cnc) == ACTIVE)
+    assert errors(cnc) == []
+    assert cnc.end() == ["completed"]

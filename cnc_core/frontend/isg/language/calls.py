@@ -124,7 +124,7 @@ class CallParser:
                 raise fail(900013, "bracket is not closed", opened)
             if stream.accept(","):
                 continue
-            if stream.accept_name("NAME"):
+            if name is None and stream.accept_name("NAME"):
                 stream.expect("=", 900010)
                 name = self._cycle_name(token.offset)
             elif stream.accept("@"):
@@ -134,11 +134,12 @@ class CallParser:
             elif stream.accept_name(*MODAL):
                 modal = self._modal_key(modal, token.text.upper(), token.offset)
             else:
-                raise fail(
-                    907034,
-                    f"L CYCLE: unknown parameter {stream.describe()}",
-                    token.offset,
+                why = (
+                    "NAME twice in one call"
+                    if token.text.upper() == "NAME"
+                    else f"L CYCLE: unknown parameter {stream.describe()}"
                 )
+                raise fail(907034, why, token.offset)
         formulas.close(opened)
         if name is None:
             raise fail(907034, "L CYCLE without NAME", offset)
