@@ -96,5 +96,9 @@ def _waits(cell: CellConfig) -> dict[tuple[str, int], int]:
 def contour_machine(cell: CellConfig) -> ContourMachine:
     smoothing = smoothing_machine(cell)
     return ContourMachine(
-        cell.main_axes, smoothing.accel, smoothing.feed, _waits(cell)
+        cell.main_axes,
+        smoothing.accel,
+        smoothing.feed,
+        _waits(cell),
+        smoothing.jerk,
     )

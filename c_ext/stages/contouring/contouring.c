@@ -169,7 +169,7 @@ void nc_contour_take(nc_contour *contour, nc_block *rows, double *pool) {
 }
 
 static void emit_block(nc_contour *contour, const struct leg *leg) {
-    if (leg->length > NOTHING) {
+    if (leg->length > 0.0) {
         emit(contour, &leg->row);
     }
 }

@@ -21,7 +21,9 @@
 typedef struct nc_contour_config {
     int32_t axes;
     int32_t main_axis[3];
-    double accel; /* mm/s2: what a curve may use where its mode asks for it */
+    /* What a curve may use where its mode asks for it, mm/s2, mm/s3; no jerk
+     * limit: 0. */
+    double accel, jerk;
     double rapid; /* mm/s: speed of G00 where a mode asks for it */
 } nc_contour_config;
 

@@ -213,38 +213,79 @@ static double track_deviation(const struct request *request,
     return most;
 }
 
-static double peak_curvature(const struct request *request,
+static void third_at(const nc_contour_config *cfg,
+                     const struct corner *corner,
+                     int half,
+                     double t,
+                     double *d3) {
+    for (int axis = 0; axis < cfg->axes; axis++) {
+        const double *k = corner->coef[half][axis];
+        d3[axis] = 6.0 * k[3] + t * 24.0 * k[4];
+    }
+}
+
+static double main_product(const nc_contour_config *cfg,
+                           const double *a,
+                           const double *b) {
+    double sum = 0.0;
+    for (int i = 0; i < 3; i++) {
+        int axis = cfg->main_axis[i];
+        if (axis >= 0) {
+            sum += a[axis] * b[axis];
+        }
+    }
+    return sum;
+}
+
+/* At a constant path speed of 1: the largest acceleration and jerk of the main
+ * axes, these are the second and third derivative by length. */
+struct needs {
+    double accel, jerk;
+};
+
+static struct needs needs_of(const struct request *request,
                              const struct corner *corner) {
-    double most = 0.0;
+    const nc_contour_config *cfg = request->cfg;
+    struct needs most = {0.0, 0.0};
     for (int half = 0; half < 2; half++) {
         for (int k = 0; k <= SAMPLES; k++) {
-            double position[NC_AXES], d1[NC_AXES], d2[NC_AXES];
-            double v2 = 0.0;
-            double w2 = 0.0;
-            double vw = 0.0;
-            value_at(request->cfg,
-                     corner,
-                     half,
-                     (double)k / SAMPLES,
-                     position,
-                     d1,
-                     d2);
-            for (int i = 0; i < 3; i++) {
-                int axis = request->cfg->main_axis[i];
-                if (axis < 0) {
-                    continue;
-                }
-                v2 += d1[axis] * d1[axis];
-                w2 += d2[axis] * d2[axis];
-                vw += d1[axis] * d2[axis];
-            }
+            double t = (double)k / SAMPLES;
+            double position[NC_AXES], d1[NC_AXES], d2[NC_AXES], d3[NC_AXES];
+            double by_length[NC_AXES] = {0.0};
+            value_at(cfg, corner, half, t, position, d1, d2);
+            third_at(cfg, corner, half, t, d3);
+            double v2 = main_product(cfg, d1, d1);
             if (v2 <= 0.0) {
-                return 1e300;
+                return (struct needs){1e300, 1e300};
             }
-            most = fmax(most, sqrt(fmax(0.0, w2 - vw * vw / v2)) / v2);
+            double w2 = main_product(cfg, d2, d2);
+            double vw = main_product(cfg, d1, d2);
+            double along = 4.0 * vw * vw / v2 - w2 - main_product(cfg, d1, d3);
+            for (int axis = 0; axis < cfg->axes; axis++) {
+                by_length[axis] =
+                    d3[axis] + (along * d1[axis] - 3.0 * vw * d2[axis]) / v2;
+            }
+            most.accel =
+                fmax(most.accel, sqrt(fmax(0.0, w2 - vw * vw / v2)) / v2);
+            most.jerk = fmax(most.jerk,
+                             sqrt(main_product(cfg, by_length, by_length))
+                                 / (v2 * sqrt(v2)));
         }
     }
     return most;
+}
+
+/* Whether the curve asks for more than the machine has: at this speed, with a
+ * share of the acceleration. */
+static bool too_tight(const struct request *request,
+                      const struct corner *corner,
+                      double speed,
+                      double share) {
+    const nc_contour_config *cfg = request->cfg;
+    struct needs needs = needs_of(request, corner);
+    return needs.accel * speed * speed >= share * cfg->accel
+           || (cfg->jerk > 0.0
+               && needs.jerk * speed * speed * speed >= cfg->jerk);
 }
 
 static double most_of(const struct contour_mode *contour_mode,
@@ -295,18 +336,16 @@ static void shrink_to_allowed(const struct request *request,
     make_curve(request, *pre, *post, corner);
 }
 
-/* Not longer than the acceleration `share` of the machine's needs at the
- * programmed speed. */
+/* Not longer than the programmed speed needs with this share of the machine's
+ * acceleration, and its jerk. */
 static void shrink_to_speed(const struct request *request,
                             double speed,
                             double share,
                             double *pre,
                             double *post,
                             struct corner *corner) {
-    double most =
-        speed > 0.0 ? share * request->cfg->accel / (speed * speed) : 1e300;
     make_curve(request, *pre, *post, corner);
-    if (peak_curvature(request, corner) >= most) {
+    if (too_tight(request, corner, speed, share)) {
         return;
     }
     double low = 0.0;
@@ -314,7 +353,7 @@ static void shrink_to_speed(const struct request *request,
     for (int k = 0; k < STEPS; k++) {
         double middle = 0.5 * (low + high);
         make_curve(request, middle * *pre, middle * *post, corner);
-        if (peak_curvature(request, corner) >= most) {
+        if (too_tight(request, corner, speed, share)) {
             low = middle;
         } else {
             high = middle;
@@ -467,6 +506,9 @@ bool corner_make(const nc_contour_config *cfg,
     choose(&request, out);
     if (mode->mode != NC_CONTOUR_POS && (out->pre < KEPT || out->post < KEPT)) {
         return false;
+    }
+    if (before->length - out->pre < NOTHING) {
+        make_curve(&request, before->length, out->post, out);
     }
     out->deviation = deviation(&request, out);
     *irregular = !measure(cfg, out);

@@ -9,7 +9,8 @@
  * test_contouring. */
 #define SHORTEST 0.032
 
-/* With less left a block is left out. Unit: mm. Evidence: rounding. */
+/* With less left of a block the next curve begins where the one before ends.
+ * Unit: mm. Evidence: test_contouring. */
 #define NOTHING 1e-7
 
 /* Smaller turns need no rounding. Unit: rad. Evidence: test_contouring. */

@@ -222,8 +222,8 @@ static void plane_axes(const nc_smooth *smooth,
     }
 }
 
-/* How many chords stay within the tolerance; infinite: no step is small
- * enough. */
+/* How many chords stay within the tolerance, and turn so little that none of
+ * their nodes counts as a corner; infinite: no step is small enough. */
 static double arc_chords(const nc_smooth *smooth, const nc_block *row) {
     int axes[2];
     plane_axes(smooth, row, axes);
@@ -231,6 +231,7 @@ static double arc_chords(const nc_smooth *smooth, const nc_block *row) {
                           smooth->last[axes[1]] - row->center[1]);
     double sagitta = SAGITTA * smooth->tol;
     double step = 2.0 * plain_acos(fmax(1.0 - sagitta / radius, 0.5));
+    step = fmin(step, ARC_TURN * smooth->cfg.turn_max);
     return ceil(fabs(row->angle) / step);
 }
 

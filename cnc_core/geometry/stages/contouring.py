@@ -38,8 +38,8 @@ SHORT_MAX = 20  # messages about short blocks
 
 @dataclass(frozen=True)
 class ContourMachine:
-    """What the stage has to know: main axes by channel index, mm/s2, mm/s, and
-    the functions that wait.
+    """What the stage has to know: main axes by channel index, mm/s2, mm/s, the
+    functions that wait, and mm/s3, 0 without a limit.
 
     ``waits``: (kind letter, number) -> AHEAD or BEHIND.
     """
@@ -48,6 +48,7 @@ class ContourMachine:
     accel: float
     rapid: float
     waits: Mapping[tuple[str, int], int]
+    jerk: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,7 @@ class Contouring:
         config.axes = len(start)
         config.main_axis = list(machine.main)
         config.accel, config.rapid = machine.accel, machine.rapid
+        config.jerk = machine.jerk
         handle = lib.nc_contour_new(config, _full(start))
         if handle == ffi.NULL:
             raise MemoryError("contouring")

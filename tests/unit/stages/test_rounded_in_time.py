@@ -1,0 +1,89 @@
+"""Rounded and smoothed programs beside the exact path: no slower, and within the
+limits at short cycles, too.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cnc_core.config import parse_config
+from cnc_core.planning import PlanResult
+from support.programs import ended_program, planned
+
+ROUNDED = "#CONTOUR MODE ON [{}]\n{}"
+# by hand to three decimals: the joints turn by some 1e-4 rad
+S_SHAPE = "G1 X3 Y0 F3000\nG3 X3.644 Y0.235 R1\nG2 X4.288 Y0.470 R1\nG1 X7.288"
+AUTOMATIC = ["AUTO_DEV", "AUTO_VEL VEL=100", "DIST_SOFT", "DIST_MASTER"]
+
+
+def result_of(folder: Path, text: str, cell: str = "") -> PlanResult:
+    return planned(ended_program(folder, text, parse_config(cell)))
+
+
+@pytest.mark.parametrize("mode", AUTOMATIC)
+def test_joints_tangential_but_for_rounding_are_no_slower(
+    tmp_path: Path, mode: str
+) -> None:
+    """A curve as long as the feed needs needs a length for the jerk, too: curves
+    of 0.1 um were crept through.
+    """
+    exact = result_of(tmp_path, S_SHAPE)
+    rounded = result_of(tmp_path, ROUNDED.format(mode, S_SHAPE))
+    assert rounded.motion_time_s <= exact.motion_time_s * 1.001
+    assert max(v for v in rounded.max_ratio.values() if v is not None) <= 1.02
+
+
+@pytest.mark.parametrize("mode", ["AUTO_DEV", "DIST_SOFT PATH_DIST=-1"])
+@pytest.mark.parametrize("feed", [600, 2000])
+def test_a_curve_as_large_as_the_feed_needs_keeps_it(
+    tmp_path: Path, mode: str, feed: int
+) -> None:
+    """Its acceleration and its jerk are there at the feed, all over it."""
+    text = f"G1 X20 F{feed}\nY20\n"
+    result = result_of(tmp_path, ROUNDED.format(mode, text))
+    assert result.samples is not None
+    speed = result.samples["v"][200:-200]
+    assert speed.min() >= 0.99 * feed / 60
+
+
+@pytest.mark.parametrize("cycle_s", [0.0001, 0.00025])
+def test_curves_that_use_up_a_block_meet(
+    tmp_path: Path, cycle_s: float
+) -> None:
+    """What was left between them, 26 nm, was left out: the jerk reached 2.05."""
+    text = (
+        "G1 X0.19166 Y-0.00833 F6000\nG1 X2.01877 Y0.08683\n"
+        "G1 X2.20548 Y0.13089\nG1 X2.39712 Y0.13961\nG1 X2.58720 Y0.11367"
+    )
+    result = result_of(
+        tmp_path,
+        ROUNDED.format("DEV PATH_DEV=0.02", text),
+        f"cycle_s = {cycle_s}",
+    )
+    assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
+
+
+@pytest.mark.parametrize("angle", [3, 10])
+@pytest.mark.parametrize(("radius", "tolerance"), [(0.2, 0.02), (5, 0.1)])
+def test_arcs_are_smoothed_whatever_turn_stays_a_corner(
+    tmp_path: Path, radius: float, tolerance: float, angle: int
+) -> None:
+    """MAX_ANGLE is for turns of the program, and a tangential arc has none."""
+    arc = f"G1 X5 F3000\nG3 X5 Y{2 * radius} I0 J{radius}\nG1 X0"
+    exact = result_of(tmp_path, arc)
+    hsc = f"#HSC ON [BSPLINE PATH_DEV={tolerance} MAX_ANGLE={angle}]\n"
+    result = result_of(tmp_path, f"{hsc}{arc}\n#HSC OFF")
+    assert result.motion_time_s < 0.9 * exact.motion_time_s
+    assert result.path_deviation_mm <= tolerance
+
+
+def test_max_angle_keeps_the_corners_of_arcs(tmp_path: Path) -> None:
+    """A turn between line and arc above it stays exact."""
+    corner = "G1 X5 F3000\nG3 X5 Y4 R2.1\nG1 X0"
+    hsc = "#HSC ON [BSPLINE PATH_DEV=0.05 MAX_ANGLE=10]\n"
+    result = result_of(tmp_path, f"{hsc}{corner}\n#HSC OFF")
+    assert result.samples is not None
+    away = abs(result.samples["pos"][:, :2] - [5.0, 0.0]).max(axis=1)
+    assert away.min() < 2e-3
