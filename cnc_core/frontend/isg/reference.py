@@ -93,7 +93,9 @@ G_FUNCTIONS = r"""
 COMMANDS = r"""
 CONTOUR LOOKAHEAD
     `LOG ON\|OFF [PARAM=x]`, `LOG [PARAM=x]`; `LOG CLEAR` and `CLEAR` wait until
-    all earlier blocks are executed
+    all earlier blocks are executed; in a full log (`contour_lookahead_log_max`)
+    later elements are dropped, with a warning, and the entry that closes the
+    area takes the last place (R)
 DISTANCE PROG; DISTANCE PROGRAM
     `START CLEAR`: the displayed distance begins anew
 FLUSH; FLUSH CONTINUE; FLUSH WAIT
