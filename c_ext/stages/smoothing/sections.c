@@ -8,21 +8,62 @@
 #include "stages/square.h"
 #include "maths/plain.h"
 
-static double turn_at(const nc_smooth *smooth,
-                      const struct node *before,
-                      const struct node *node,
-                      const struct node *behind) {
+/* Directions of the chords that end and begin at a node. */
+static void directions_at(const nc_smooth *smooth,
+                          const struct node *node,
+                          double *into,
+                          double *out) {
+    const struct node *before = node - 1;
+    const struct node *behind = node + 1;
+    for (int i = 0; i < smooth->cfg.axes; i++) {
+        into[i] =
+            (node->position[i] - before->position[i]) / (node->t - before->t);
+        out[i] =
+            (behind->position[i] - node->position[i]) / (behind->t - node->t);
+    }
+}
+
+static double turn_between(const nc_smooth *smooth,
+                           const double *into,
+                           const double *out) {
     double minus = 0.0;
     double plus = 0.0;
-    double la = node->t - before->t;
-    double lb = behind->t - node->t;
     for (int i = 0; i < smooth->cfg.axes; i++) {
-        double into = (node->position[i] - before->position[i]) / la;
-        double out = (behind->position[i] - node->position[i]) / lb;
-        minus += square(into - out);
-        plus += square(into + out);
+        minus += square(into[i] - out[i]);
+        plus += square(into[i] + out[i]);
     }
     return 2.0 * plain_atan2(sqrt(minus), sqrt(plus));
+}
+
+static void turn_in_plane(const struct bow *bow,
+                          double angle,
+                          double *direction) {
+    double first = direction[bow->first];
+    double second = direction[bow->second];
+    double c = plain_cos(angle);
+    double s = plain_sin(angle);
+    direction[bow->first] = c * first - s * second;
+    direction[bow->second] = s * first + c * second;
+}
+
+/* Whether the program turns by more than is smoothed. Chords of an arc turn as
+ * well, and it does not. */
+static bool turns_too_far(const nc_smooth *smooth, const struct node *node) {
+    double most = smooth->cfg.turn_max;
+    const struct bow *before = &node->bow;
+    const struct bow *behind = &node[1].bow;
+    if (before->half == 0.0f && behind->half == 0.0f) {
+        return node->turn > most;
+    }
+    double into[NC_AXES], out[NC_AXES];
+    directions_at(smooth, node, into, out);
+    if (before->half != 0.0f) {
+        turn_in_plane(before, before->half, into);
+    }
+    if (behind->half != 0.0f) {
+        turn_in_plane(behind, -behind->half, out);
+    }
+    return turn_between(smooth, into, out) > most;
 }
 
 /* The main axes turn back although others go on: their speed, by which the path
@@ -260,9 +301,10 @@ static void settle(nc_smooth *smooth, int i) {
     struct node *node = &smooth->nodes[i];
     double next = smooth->nodes[i + 1].t - node->t;
     if (node->kind == NODE_VERTEX) {
-        node->turn = turn_at(smooth, node - 1, node, node + 1);
-        double most = smooth->cfg.turn_max;
-        if (node->turn > most
+        double into[NC_AXES], out[NC_AXES];
+        directions_at(smooth, node, into, out);
+        node->turn = turn_between(smooth, into, out);
+        if (turns_too_far(smooth, node)
             || main_turns_back(smooth, node - 1, node, node + 1)) {
             node->kind = NODE_BREAK;
         }
@@ -401,6 +443,7 @@ void section_point(nc_smooth *smooth, const nc_block *row, double slack) {
     node.most = chord_speed(smooth, at->position, smooth->last, length);
     node.feed = row->flags & NC_RAPID ? 0.0 : row->feed;
     node.flags = row->flags & NC_NO_OVERRIDE;
+    node.bow = smooth->bow;
     node.number = row->n;
     node.line = row->line;
     node.count = row->count;

@@ -222,8 +222,8 @@ static void plane_axes(const nc_smooth *smooth,
     }
 }
 
-/* How many chords stay within the tolerance, and turn so little that none of
- * their nodes counts as a corner; infinite: no step is small enough. */
+/* How many chords stay within the tolerance; infinite: no step is small
+ * enough. */
 static double arc_chords(const nc_smooth *smooth, const nc_block *row) {
     int axes[2];
     plane_axes(smooth, row, axes);
@@ -231,7 +231,6 @@ static double arc_chords(const nc_smooth *smooth, const nc_block *row) {
                           smooth->last[axes[1]] - row->center[1]);
     double sagitta = SAGITTA * smooth->tol;
     double step = 2.0 * plain_acos(fmax(1.0 - sagitta / radius, 0.5));
-    step = fmin(step, ARC_TURN * smooth->cfg.turn_max);
     return ceil(fabs(row->angle) / step);
 }
 
@@ -249,6 +248,8 @@ static void arc_points(nc_smooth *smooth, const nc_block *row) {
     double radius = hypot(e1, e2);
     double angle0 = plain_atan2(e2, e1);
     double count = arc_chords(smooth, row);
+    smooth->bow =
+        (struct bow){a1, a2, (float)(0.5 * row->angle / fmax(count, 1.0))};
     for (double k = 1.0; k <= count; k++) {
         double share = k / count;
         double angle = angle0 + row->angle * share;
@@ -267,6 +268,7 @@ static void arc_points(nc_smooth *smooth, const nc_block *row) {
             section_point(smooth, row, sagitta);
         }
     }
+    smooth->bow.half = 0.0f;
     if (row->end_speed > 0.0f) {
         slow_point(smooth, row->end_speed);
     }

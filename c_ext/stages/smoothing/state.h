@@ -28,6 +28,13 @@ typedef enum node_kind {
 
 /* A point of the programmed contour; coordinates scaled so that every group of
  * axes has the tolerance of the linear ones. */
+/* A chord of an arc: its plane by channel axes, and the angle between the chord
+ * and the arc at either end, rad; 0: a straight one. */
+typedef struct bow {
+    int8_t first, second;
+    float half;
+} bow;
+
 typedef struct node {
     double position[NC_AXES];
     double t;          /* scaled chord length since the last resync */
@@ -42,6 +49,7 @@ typedef struct node {
     float end_speed; /* largest speed at it, mm/s; 0: none */
     uint8_t kind;
     uint16_t flags; /* of the row: NC_NO_OVERRIDE */
+    struct bow bow; /* of the chord that ends here */
     bool mark;      /* a piece must end here: feed changes, or a row that is not
                        motion takes effect */
     uint32_t number, line, count;
@@ -168,6 +176,7 @@ struct nc_smooth {
     /* direction of the curve where the last chord of one has ended, scaled */
     double bent[3];
     bool is_bent;
+    struct bow bow;          /* of the chord that ends at the next point */
     double bulge;            /* largest distance of a curve from its chord */
     double skipped;          /* farthest point left out behind the last node */
     left_out left[LEFT_OUT]; /* these points, or every so many of them */

@@ -33,11 +33,6 @@
  * tests/property/test_smoothing.py. */
 #define SAGITTA 0.05
 
-/* That one chord of an arc turns by at the most, so that its nodes are no
- * corners. Unit: share of the largest turn that is smoothed. Evidence:
- * test_arcs_are_smoothed_whatever_turn_stays_a_corner. */
-#define ARC_TURN 0.3
-
 /* An arc that needs more chords than that is driven exactly, which keeps every
  * tolerance; no tolerance, however small, makes the stage work for long. Unit:
  * chords. Evidence: tests/unit/stages/test_hand_made_rows.py. */

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cnc_core.config import parse_config
@@ -65,25 +66,45 @@ def test_curves_that_use_up_a_block_meet(
     assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
 
 
-@pytest.mark.parametrize("angle", [3, 10])
+@pytest.mark.parametrize("angle", [0.05, 1, 10])
 @pytest.mark.parametrize(("radius", "tolerance"), [(0.2, 0.02), (5, 0.1)])
 def test_arcs_are_smoothed_whatever_turn_stays_a_corner(
-    tmp_path: Path, radius: float, tolerance: float, angle: int
+    tmp_path: Path, radius: float, tolerance: float, angle: float
 ) -> None:
-    """MAX_ANGLE is for turns of the program, and a tangential arc has none."""
+    """MAX_ANGLE is for turns of the program, and a tangential arc has none: the
+    path is the one without it.
+    """
     arc = f"G1 X5 F3000\nG3 X5 Y{2 * radius} I0 J{radius}\nG1 X0"
-    exact = result_of(tmp_path, arc)
-    hsc = f"#HSC ON [BSPLINE PATH_DEV={tolerance} MAX_ANGLE={angle}]\n"
-    result = result_of(tmp_path, f"{hsc}{arc}\n#HSC OFF")
-    assert result.motion_time_s < 0.9 * exact.motion_time_s
-    assert result.path_deviation_mm <= tolerance
+    free, found = (
+        result_of(
+            tmp_path,
+            f"#HSC ON [BSPLINE PATH_DEV={tolerance}{key}]\n{arc}\n#HSC OFF",
+        )
+        for key in ("", f" MAX_ANGLE={angle}")
+    )
+    assert free.samples is not None
+    assert found.samples is not None
+    assert np.array_equal(free.samples["pos"], found.samples["pos"])
 
 
-def test_max_angle_keeps_the_corners_of_arcs(tmp_path: Path) -> None:
-    """A turn between line and arc above it stays exact."""
-    corner = "G1 X5 F3000\nG3 X5 Y4 R2.1\nG1 X0"
-    hsc = "#HSC ON [BSPLINE PATH_DEV=0.05 MAX_ANGLE=10]\n"
-    result = result_of(tmp_path, f"{hsc}{corner}\n#HSC OFF")
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("turn", [6.0, 14.0])
+@pytest.mark.parametrize(("radius", "tolerance"), [(0.2, 0.02), (2, 0.1)])
+def test_max_angle_knows_the_corners_of_arcs(
+    tmp_path: Path, radius: float, tolerance: float, turn: float, side: int
+) -> None:
+    """Between a line and an arc that bends on or back: above it the corner stays."""
+    a = np.radians(side * turn)
+    center = 5 - radius * np.sin(a), radius * np.cos(a)
+    end = center[0] + radius * np.cos(a), center[1] + radius * np.sin(a)
+    text = (
+        f"#HSC ON [BSPLINE PATH_DEV={tolerance} MAX_ANGLE=10]\nG1 X5 F3000\n"
+        f"G3 X{end[0]:.9f} Y{end[1]:.9f} I{center[0] - 5:.9f} J{center[1]:.9f}\n"
+        "#HSC OFF"
+    )
+    result = result_of(tmp_path, text)
     assert result.samples is not None
-    away = abs(result.samples["pos"][:, :2] - [5.0, 0.0]).max(axis=1)
-    assert away.min() < 2e-3
+    ahead = result.samples["pos"][:, :2] - [5.0, 0.0]
+    near = np.hypot(*ahead.T) < 0.05 + tolerance
+    speed = result.samples["v"][near]
+    assert (speed.min() < 2.0) == (turn > 10)
