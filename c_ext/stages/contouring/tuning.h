@@ -10,7 +10,7 @@
 #define SHORTEST 0.032
 
 /* With less left of a block the next curve begins where the one before ends.
- * Unit: mm. Evidence: test_contouring. */
+ * Unit: mm. Evidence: test_rounded_in_time. */
 #define NOTHING 1e-7
 
 /* Smaller turns need no rounding. Unit: rad. Evidence: test_contouring. */

@@ -46,24 +46,24 @@ static void turn_in_plane(const struct bow *bow,
     direction[bow->second] = s * first + c * second;
 }
 
-/* Whether the program turns by more than is smoothed. Chords of an arc turn as
- * well, and it does not. */
-static bool turns_too_far(const nc_smooth *smooth, const struct node *node) {
-    double most = smooth->cfg.turn_max;
+/* Whether the program turns by more than is smoothed, between chords of these
+ * directions. Chords of an arc turn as well, and it does not: they become its
+ * tangents. */
+static bool turns_too_far(const nc_smooth *smooth,
+                          const struct node *node,
+                          double *into,
+                          double *out) {
     const struct bow *before = &node->bow;
     const struct bow *behind = &node[1].bow;
-    if (before->half == 0.0f && behind->half == 0.0f) {
-        return node->turn > most;
-    }
-    double into[NC_AXES], out[NC_AXES];
-    directions_at(smooth, node, into, out);
+    bool straight = before->half == 0.0f && behind->half == 0.0f;
     if (before->half != 0.0f) {
         turn_in_plane(before, before->half, into);
     }
     if (behind->half != 0.0f) {
         turn_in_plane(behind, -behind->half, out);
     }
-    return turn_between(smooth, into, out) > most;
+    double turn = straight ? node->turn : turn_between(smooth, into, out);
+    return turn > smooth->cfg.turn_max;
 }
 
 /* The main axes turn back although others go on: their speed, by which the path
@@ -304,7 +304,7 @@ static void settle(nc_smooth *smooth, int i) {
         double into[NC_AXES], out[NC_AXES];
         directions_at(smooth, node, into, out);
         node->turn = turn_between(smooth, into, out);
-        if (turns_too_far(smooth, node)
+        if (turns_too_far(smooth, node, into, out)
             || main_turns_back(smooth, node - 1, node, node + 1)) {
             node->kind = NODE_BREAK;
         }

@@ -26,8 +26,6 @@ typedef enum node_kind {
     NODE_HEAD    /* on a long line: the next section begins */
 } node_kind;
 
-/* A point of the programmed contour; coordinates scaled so that every group of
- * axes has the tolerance of the linear ones. */
 /* A chord of an arc: its plane by channel axes, and the angle between the chord
  * and the arc at either end, rad; 0: a straight one. */
 typedef struct bow {
@@ -35,6 +33,8 @@ typedef struct bow {
     float half;
 } bow;
 
+/* A point of the programmed contour; coordinates scaled so that every group of
+ * axes has the tolerance of the linear ones. */
 typedef struct node {
     double position[NC_AXES];
     double t;          /* scaled chord length since the last resync */

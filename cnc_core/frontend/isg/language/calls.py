@@ -134,12 +134,7 @@ class CallParser:
             elif stream.accept_name(*MODAL):
                 modal = self._modal_key(modal, token.text.upper(), token.offset)
             else:
-                why = (
-                    "NAME twice in one call"
-                    if token.text.upper() == "NAME"
-                    else f"L CYCLE: unknown parameter {stream.describe()}"
-                )
-                raise fail(907034, why, token.offset)
+                raise self._no_parameter()
         formulas.close(opened)
         if name is None:
             raise fail(907034, "L CYCLE without NAME", offset)
@@ -220,6 +215,15 @@ class CallParser:
                 907040, "MODAL is an old name of MODAL_MOVE", offset
             )
         return MODAL[key]
+
+    def _no_parameter(self) -> CncError:
+        token = self._stream.current
+        why = (
+            "NAME twice in one call"
+            if token.text.upper() == "NAME"
+            else f"L CYCLE: unknown parameter {self._stream.describe()}"
+        )
+        return fail(907034, why, token.offset)
 
     def _cycle_name(self, offset: int) -> Callable[[], str]:
         stream = self._stream
