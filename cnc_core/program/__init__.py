@@ -151,7 +151,12 @@ class Program:
         if tolerance is None:
             tolerance = cell.channel.tolerance_mm
         contour = self._contour_stages(machine, tolerance, programmed)
-        self.frames = Frames(Pipeline(contour), machine.start, machine.main)
+        self.frames = Frames(
+            Pipeline(contour),
+            machine.start,
+            machine.main,
+            self.smoothing.turn,
+        )
         stages = self._axis_stages(machine, programmed)
         self._exchange = Exchange(cell, self.port, self.limits)
         self.pipeline = Pipeline(

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include "curve/curve.h"
 #include "stages/smoothing/emit.h"
+#include "stages/smoothing/nodes.h"
 #include "stages/smoothing/state.h"
 
 static bool grow(void **data, size_t *room, size_t count, size_t size) {
@@ -89,6 +90,18 @@ static void place(nc_block *row, const struct node *at) {
         (uint16_t)(NC_PIECE | at->flags | (at->feed > 0 ? 0 : NC_RAPID));
 }
 
+/* Of a scaled point of the curve; both may be the same array. */
+static void programmed_position(const nc_smooth *smooth,
+                                const double *point,
+                                double *position) {
+    double at[NC_AXES] = {0.0};
+    memcpy(at, point, sizeof *at * (size_t)smooth->cfg.axes);
+    turn_back(smooth, at);
+    for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+        position[axis] = at[axis] / smooth->scale[axis];
+    }
+}
+
 /* A line that is driven as it was programmed stays one row, element and piece.
  */
 static bool whole_row(nc_smooth *smooth, double t1) {
@@ -166,14 +179,15 @@ void emit_line(nc_smooth *smooth,
     }
     double length = to->t - from->t;
     double share = t1 == to->t ? 1.0 : (t1 - from->t) / length;
+    double end[NC_AXES];
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
-        smooth->line.end[axis] =
-            (share == 1.0
-                 ? to->position[axis]
-                 : from->position[axis]
-                       + share * (to->position[axis] - from->position[axis]))
-            / smooth->scale[axis];
+        end[axis] =
+            share == 1.0
+                ? to->position[axis]
+                : from->position[axis]
+                      + share * (to->position[axis] - from->position[axis]);
     }
+    programmed_position(smooth, end, smooth->line.end);
     place(&smooth->line, to);
     smooth->line.end_speed = t1 == to->t ? to->end_speed : 0.0f;
     note_deviation(smooth, to->slack);
@@ -206,9 +220,14 @@ static void put_curve(nc_smooth *smooth,
                       double programmed) {
     struct curve built;
     double flat[NC_AXES * ORDER];
-    for (int axis = 0; axis < smooth->cfg.axes; axis++) {
-        for (int k = 0; k < ORDER; k++) {
-            flat[axis * ORDER + k] = coef[axis][k] / smooth->scale[axis];
+    for (int k = 0; k < ORDER; k++) {
+        double term[NC_AXES];
+        for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+            term[axis] = coef[axis][k];
+        }
+        programmed_position(smooth, term, term);
+        for (int axis = 0; axis < smooth->cfg.axes; axis++) {
+            flat[axis * ORDER + k] = term[axis];
         }
     }
     rows_before(smooth, t0, t1);
@@ -230,10 +249,8 @@ static void put_curve(nc_smooth *smooth,
     place(&row, at);
     row.value = programmed;
     curve_position(&built, 1.0, row.end);
-    for (int axis = 0;
-         axis < smooth->cfg.axes && at->kind == NODE_BREAK && t1 == at->t;
-         axis++) {
-        row.end[axis] = at->position[axis] / smooth->scale[axis];
+    if (at->kind == NODE_BREAK && t1 == at->t) {
+        programmed_position(smooth, at->position, row.end);
     }
     if (fabs(t1 - at->t) < SAME) {
         row.end_speed = at->end_speed;

@@ -55,15 +55,18 @@ static bool turns_too_far(const nc_smooth *smooth,
                           double *out) {
     const struct bow *before = &node->bow;
     const struct bow *behind = &node[1].bow;
-    bool straight = before->half == 0.0f && behind->half == 0.0f;
+    if (before->half == 0.0f && behind->half == 0.0f) {
+        return node->turn > smooth->cfg.turn_max;
+    }
+    turn_back(smooth, into); /* planes of arcs are programmed */
+    turn_back(smooth, out);
     if (before->half != 0.0f) {
         turn_in_plane(before, before->half, into);
     }
     if (behind->half != 0.0f) {
         turn_in_plane(behind, -behind->half, out);
     }
-    double turn = straight ? node->turn : turn_between(smooth, into, out);
-    return turn > smooth->cfg.turn_max;
+    return turn_between(smooth, into, out) > smooth->cfg.turn_max;
 }
 
 /* The main axes turn back although others go on: their speed, by which the path
@@ -432,15 +435,16 @@ static double chord_speed(const nc_smooth *smooth,
 /* The programmed position becomes a node; `row` says where it comes from. */
 void section_point(nc_smooth *smooth, const nc_block *row, double slack) {
     struct node *at = last_node(smooth);
-    double length = scaled_distance(smooth, at->position, smooth->last);
+    const double *here = position_here(smooth);
+    double length = scaled_distance(smooth, at->position, here);
     struct node node = {.t = whole_parameter(at->t + length),
                         .programmed = smooth->programmed,
                         .kind = NODE_VERTEX,
                         .slack = fmax(slack, smooth->skipped),
                         .len = length,
                         .size = 1e9};
-    memcpy(node.position, smooth->last, sizeof node.position);
-    node.most = chord_speed(smooth, at->position, smooth->last, length);
+    memcpy(node.position, here, sizeof node.position);
+    node.most = chord_speed(smooth, at->position, here, length);
     node.feed = row->flags & NC_RAPID ? 0.0 : row->feed;
     node.flags = row->flags & NC_NO_OVERRIDE;
     node.bow = smooth->bow;

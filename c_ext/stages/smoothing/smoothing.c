@@ -31,7 +31,7 @@ static void begin_at(nc_smooth *smooth) {
                         .kind = NODE_BREAK,
                         .size = 1e9,
                         .feed = -1.0};
-    memcpy(node.position, smooth->last, sizeof node.position);
+    memcpy(node.position, position_here(smooth), sizeof node.position);
     smooth->nodes[0] = node;
     smooth->n_nodes = 1;
     smooth->keep.valid = false;
@@ -83,8 +83,7 @@ static void leave_out(nc_smooth *smooth, double length) {
 
 /* The programmed position becomes a node, unless it is one. */
 static void end_here(nc_smooth *smooth, const nc_block *row, double slack) {
-    if (scaled_distance(smooth, last_node(smooth)->position, smooth->last)
-        > ZERO) {
+    if (way_here(smooth) > ZERO) {
         last_node(smooth)->mark = true; /* not merged into what is before */
         section_point(smooth, row, slack);
     }
@@ -98,9 +97,7 @@ static void drive_figure(nc_smooth *smooth) {
     double last[NC_AXES];
     double programmed = smooth->programmed;
     double leave = FIGURE * smooth->skipped;
-    if (!row || smooth->skipped <= ZERO
-        || scaled_distance(smooth, last_node(smooth)->position, smooth->last)
-               > ZERO) {
+    if (!row || smooth->skipped <= ZERO || way_here(smooth) > ZERO) {
         return;
     }
     nc_block copy = *row;
@@ -110,8 +107,7 @@ static void drive_figure(nc_smooth *smooth) {
     for (int i = 0, count = smooth->left_n; i < count; i++) {
         memcpy(smooth->last, smooth->left[i].position, sizeof last);
         smooth->programmed = smooth->left[i].programmed;
-        if (scaled_distance(smooth, last_node(smooth)->position, smooth->last)
-            > fmax(leave, ZERO)) {
+        if (way_here(smooth) > fmax(leave, ZERO)) {
             section_point(smooth, &copy, leave);
         }
     }
@@ -196,8 +192,7 @@ static void line_point(nc_smooth *smooth, const nc_block *row) {
         smooth->last[axis] = row->end[axis] * smooth->scale[axis];
     }
     smooth->programmed += row->length;
-    double length =
-        scaled_distance(smooth, last_node(smooth)->position, smooth->last);
+    double length = way_here(smooth);
     if (length < LEAVE_OUT * smooth->tol && !last_node(smooth)->mark) {
         leave_out(smooth, length);
     } else if (length > ZERO) {
@@ -263,8 +258,7 @@ static void arc_points(nc_smooth *smooth, const nc_block *row) {
             smooth->last[a2] = row->center[1] + radius * plain_sin(angle);
         }
         smooth->programmed = d0 + share * row->length;
-        if (scaled_distance(smooth, last_node(smooth)->position, smooth->last)
-            > ZERO) {
+        if (way_here(smooth) > ZERO) {
             section_point(smooth, row, sagitta);
         }
     }
@@ -290,8 +284,7 @@ static void curve_points(nc_smooth *smooth,
         }
         bend_at(smooth, bend, share, smooth->last);
         smooth->programmed = programmed + share * row->length;
-        if (scaled_distance(smooth, last_node(smooth)->position, smooth->last)
-            > ZERO) {
+        if (way_here(smooth) > ZERO) {
             section_point(smooth, row, bend->sagitta);
         }
     }

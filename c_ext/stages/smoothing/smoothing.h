@@ -14,6 +14,7 @@
  * corner.c, emit.c: blends at corners, and the output in program order.
  * certify.c: a polynomial against the programmed contour.
  * nodes.c: the points of the section in work.
+ * turned.c: programmed coordinates and those of the axes.
  *
  * The constants of state.h and tuning.h bound the memory.
  */
@@ -54,6 +55,9 @@ typedef struct nc_smooth nc_smooth;
 nc_smooth *nc_smooth_new(const nc_smooth_config *config, const double *start);
 void nc_smooth_free(nc_smooth *smooth);
 void nc_smooth_resync(nc_smooth *smooth, const double *position);
+/* From the next resync on the stages behind turn the path: 3 x 3 by rows, of
+ * the main axes, from programmed coordinates to those of the axes. */
+void nc_smooth_turn(nc_smooth *smooth, const double *rotation);
 /* Take rows until the output is half full; returns how many were taken, or -1:
  * no memory, or -2: coefficients outside the pool, or a plane that the channel
  * lacks. */

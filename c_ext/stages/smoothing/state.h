@@ -167,6 +167,11 @@ struct nc_smooth {
     double tol;     /* of all groups, in scaled coordinates; 0: off */
     double degrees; /* of the rotary axes for 1 in scaled coordinates; 0: there
                        are none */
+    /* A frame behind this stage turns the path: nodes and curves are as the
+     * axes drive them, what comes in and goes out is as programmed */
+    bool is_turned;
+    double forth[3][3], back[3][3]; /* main axes */
+    double here[NC_AXES];           /* what turned.c has last said of `last` */
     /* intake */
     double last[NC_AXES]; /* programmed position, scaled */
     double t, programmed;

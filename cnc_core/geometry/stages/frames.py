@@ -2,10 +2,11 @@
 coordinates, their rows are turned.
 
 Compensation and smoothing see the programmed plane; ``COORDINATES`` rows end
-what they hold and change the frame.  Lines stay lines.  A circle stays a circle
-where its plane stays parallel to two axes.  Any other circle becomes quintic
-pieces that leave it by at most ``TOLERANCE``, behind an element that is the
-circle.
+what they hold and change the frame.  Smoothing is told how the frame turns and
+shapes curves for the axes that drive them.  Lines stay lines.  A circle stays a
+circle where its plane stays parallel to two axes.  Any other circle becomes
+quintic pieces that leave it by at most ``TOLERANCE``, behind an element that is
+the circle.
 """
 
 from __future__ import annotations
@@ -75,13 +76,19 @@ class Frames:
     turned by the frame in force.
 
     ``start``: (axes,) position before the first row.  ``main``: channel index
-    of X, Y, Z, -1 where absent.
+    of X, Y, Z, -1 where absent.  ``turn``: told the rotation of a new frame, (3,
+    3), while nothing is held inside.
     """
 
     def __init__(
-        self, inside: Stage, start: FloatArray, main: tuple[int, int, int]
+        self,
+        inside: Stage,
+        start: FloatArray,
+        main: tuple[int, int, int],
+        turn: Callable[[FloatArray], None],
     ) -> None:
         self._inside = inside
+        self._turn = turn
         self._main = main
         self._axes = len(start)
         self._plain: Stage = DropZeroLength()
@@ -155,6 +162,7 @@ class Frames:
         self._naming = False
         self._driven = row["end"][0][: self._axes].copy()
         self._element = self._driven.copy()
+        self._turn(self._coordinates.frame.rotation)
         self._inside.resync(self._driven)
         out = row.copy()
         self._turn_ends(out)

@@ -180,6 +180,15 @@ class Smoothing:
             raise MemoryError("smoothing")
         return self._taken()
 
+    def turn(self, rotation: FloatArray) -> None:
+        """From the next ``resync`` on stages behind this one turn the path: (3, 3)
+        of the main axes, programmed coordinates to those of the axes.
+        """
+        lib.nc_smooth_turn(
+            self._state,
+            ffi.new("double[9]", [float(v) for v in rotation.ravel()]),
+        )
+
     def resync(self, position: FloatArray) -> None:
         lib.nc_smooth_resync(self._state, _full(position))
 
