@@ -152,10 +152,7 @@ class Program:
             tolerance = cell.channel.tolerance_mm
         contour = self._contour_stages(machine, tolerance, programmed)
         self.frames = Frames(
-            Pipeline(contour),
-            machine.start,
-            machine.main,
-            self.smoothing.turn,
+            Pipeline(contour), machine.start, machine.main, self.smoothing.turn
         )
         stages = self._axis_stages(machine, programmed)
         self._exchange = Exchange(cell, self.port, self.limits)

@@ -18,16 +18,15 @@ double scaled_distance(const nc_smooth *smooth,
                        const double *from,
                        const double *to);
 
-/* Position on the chord behind node i at the contour parameter t. */
-void on_chord(const nc_smooth *smooth, int i, double t, double *position);
-
-/* turned.c */
 /* The programmed position in the coordinates of the nodes, until it changes. */
 const double *position_here(nc_smooth *smooth);
 /* How far it is from the last node. */
 double way_here(nc_smooth *smooth);
 /* A scaled point or direction, into programmed coordinates. */
 void turn_back(const nc_smooth *smooth, double *point);
+
+/* Position on the chord behind node i at the contour parameter t. */
+void on_chord(const nc_smooth *smooth, int i, double t, double *position);
 
 /* bends.c */
 /* The curve over a chord: a cubic with its direction at both ends. */

@@ -13,8 +13,7 @@
  * spline_fit.c: quintic B-splines and their banded system.
  * corner.c, emit.c: blends at corners, and the output in program order.
  * certify.c: a polynomial against the programmed contour.
- * nodes.c: the points of the section in work.
- * turned.c: programmed coordinates and those of the axes.
+ * nodes.c: the points of the section in work, as the machine's axes drive them.
  *
  * The constants of state.h and tuning.h bound the memory.
  */

@@ -171,7 +171,7 @@ struct nc_smooth {
      * axes drive them, what comes in and goes out is as programmed */
     bool is_turned;
     double forth[3][3], back[3][3]; /* main axes */
-    double here[NC_AXES];           /* what turned.c has last said of `last` */
+    double here[NC_AXES]; /* `last` as the axes drive it, once asked for */
     /* intake */
     double last[NC_AXES]; /* programmed position, scaled */
     double t, programmed;
