@@ -9,22 +9,31 @@
 #include "engine/state/state.h"
 #include "jerk/state/api.h"
 
-/* Whether some axis would jump by more than it may at the path speed v. */
-static bool jumps(const engine_config *cfg,
-                  const struct piece *piece,
-                  double v) {
+static double jerk_of(const engine_config *cfg, int axis) {
+    return cfg->j_max[axis] > 0 ? cfg->j_max[axis]
+                                : cfg->a_max[axis] / cfg->cycle_s;
+}
+
+/* How a corner can be passed at the start of a piece: the path speed at which
+ * an axis jumps by what it may, and the share of its jerk that this takes. */
+typedef struct passing {
+    double speed, share;
+} passing;
+
+static struct passing passing_at(const engine_config *cfg,
+                                 const struct piece *piece) {
+    struct passing out = {INFINITY, 0.0};
     for (int axis = 0; axis < cfg->axis_count; axis++) {
-        double j = cfg->j_max[axis] > 0 ? cfg->j_max[axis]
-                                        : cfg->a_max[axis] / cfg->cycle_s;
-        j *= fmax(1.0, (double)piece->limits.jerk[axis]);
-        double room = fmin(CORNER_SHARE * j * cfg->cycle_s,
-                           CORNER_ACC_SHARE * cfg->a_max[axis])
-                      * cfg->cycle_s;
-        if (piece->jump[axis] * v > room) {
-            return true;
+        double j =
+            jerk_of(cfg, axis) * fmax(1.0, (double)piece->limits.jerk[axis]);
+        double step = fmin(CORNER_SHARE * j * cfg->cycle_s,
+                           CORNER_ACC_SHARE * cfg->a_max[axis]);
+        double v = step * cfg->cycle_s / fmax(piece->jump[axis], 1e-300);
+        if (v < out.speed) {
+            out = (struct passing){v, step / (j * cfg->cycle_s)};
         }
     }
-    return false;
+    return out;
 }
 
 /* A speed that is next to none: at most STAND_SPEED, and what every axis
@@ -39,13 +48,31 @@ static double creeping(const engine_config *cfg, const struct piece *piece) {
     return v;
 }
 
-/* A corner that could only be crept through is stood at. The speed of the
- * quickest axis tells what creeping is: where a rotary axis outruns the path,
- * the path is slow everywhere. */
+/* Acceleration that is come to behind a stand at the start of a piece: of its
+ * length half is for the rise, and half of that for the jerk upwards. */
+static double used_acceleration(const engine_config *cfg,
+                                const struct piece *piece,
+                                const double *tangent) {
+    double acc = INFINITY;
+    double jerk = INFINITY;
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
+        double rate = fmax(fabs(tangent[axis]), 1e-9);
+        acc = fmin(acc, cfg->a_max[axis] / rate);
+        jerk = fmin(jerk, jerk_of(cfg, axis) / rate);
+    }
+    double v = piece->feed > 0.0 ? piece->feed : piece->v_hard;
+    return fmin(acc,
+                fmin(sqrt(jerk * v), cbrt(0.5 * jerk * jerk * piece->length)));
+}
+
+/* A corner is stood at if it could only be crept through, or if that costs more
+ * time than it saves: around a jump there is less jerk for the path. The speed
+ * of the quickest axis tells what creeping is: where a rotary axis outruns the
+ * path, the path is slow everywhere. */
 static bool sharp(const struct engine *engine, const struct piece *piece) {
     const engine_config *cfg = &engine->cfg;
-    double creep = creeping(cfg, piece);
-    if (!jumps(cfg, piece, creep)) {
+    struct passing passing = passing_at(cfg, piece);
+    if (passing.speed >= PASSED_SPEED) {
         return false;
     }
     double tangent[NC_AXES] = {0};
@@ -54,7 +81,9 @@ static bool sharp(const struct engine *engine, const struct piece *piece) {
     for (int axis = 0; axis < cfg->axis_count; axis++) {
         most = fmax(most, fabs(tangent[axis]));
     }
-    return most <= 1.0 || jumps(cfg, piece, creep / most);
+    double pays = PASSING_COSTS * passing.share * cfg->cycle_s
+                  * used_acceleration(cfg, piece, tangent);
+    return passing.speed < fmax(creeping(cfg, piece) / most, pays);
 }
 
 /* Whether the axes must stand behind motion i; *known: what follows has been

@@ -51,6 +51,12 @@
 /* s: ... with little jerk only those slower than what each axis reaches from
  * rest in twice this time, for there a stand takes long */
 #define STAND_S 0.007
+/* A corner that is passed costs so many cycles, times the share of the jerk
+ * that its jump takes, times the acceleration come to (twice that was measured
+ * to where neither gains); ... */
+#define PASSING_COSTS 1.5
+/* mm/s: faster ones are not looked at */
+#define PASSED_SPEED 200.0
 /* share of the stopping distance: a nearer stand is not tried */
 #define STOP_MARGIN 0.98
 
