@@ -303,7 +303,7 @@ ERRORS: dict[int, str] = {
     910105: "only straight lines during #PTP",
     910107: "not possible while machine coordinates (#MCS) are active",
     910109: "too many coordinate systems",
-    910113: "circle with different factors of scale of its axes",
+    910113: "circle or corner with different factors of scale of its axes",
     910110: "contour rotation ends with the change of the plane",
     910111: "contour rotation is active: cycles expect coordinate systems made with #CS",
     910106: "the cell has no such kinematic transformation",

@@ -237,8 +237,9 @@ PATTERN; AT; DISABLE MODAL CYCLE
     [cycles](cycles.md)
 SCALE ON; SCALE OFF
     `[X2 Y2 Z2]`: factors of the words of main axes about the zero of the
-    workpiece, from the next absolute word on; circles need equal factors in
-    their plane (910113) (R)
+    workpiece, from the next absolute word on, and of the lengths of corners
+    (#CHR, G302); circles, corners and pockets need equal factors in their plane
+    (910113) (R)
 CAXTRACK OFF
     it is never on
 CHANNEL SET

@@ -148,7 +148,7 @@ class Selections:
         )
         total = self._offsets.selected_total()
         centre = [
-            axes[a] * modal.unit_mm
+            self._offsets.from_zero(a, axes[a])
             if a in axes
             else float(present[a] - total[a])
             for a in (first, second)

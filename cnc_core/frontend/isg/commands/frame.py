@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from cnc_core.blocks import motion_planes
 from cnc_core.blocks.coordinates import Frame
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.formula import Formula
@@ -319,11 +320,15 @@ class FrameCommands(CoordinateBase):
             return found
 
         def change() -> None:
-            unit = self._modal.unit_mm
-            centre = value("CENTER1") * unit, value("CENTER2") * unit
-            spaces.set_rotation(
-                Rotation(self._modal.plane, value("ANGLE"), centre)
+            plane, offsets = self._modal.plane, self._state.offsets
+            first, second = (
+                offsets.main[place] for place in motion_planes(plane)[:2]
             )
+            centre = (
+                offsets.from_zero(first, value("CENTER1")),
+                offsets.from_zero(second, value("CENTER2")),
+            )
+            spaces.set_rotation(Rotation(plane, value("ANGLE"), centre))
             self._state.rotation_in_cycle(start)
 
         return self._changing("#ROTATION ON", change)

@@ -103,7 +103,8 @@ class Surroundings:
 
     ``axes``: names of the three main axes.  None: the machine has no such axis.
     ``position``: their programmed position.
-    ``tool_radius``: of the active tool data.
+    ``tool_radius``: of the active tool data.  NaN: #SCALE has different factors
+    along X and Y.
     ``feed``: F in force, 0 for none.
     ``trafo``: a complete kinematic transformation is active.
     ``absolute``: G90.

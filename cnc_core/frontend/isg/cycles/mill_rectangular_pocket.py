@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+from cnc_core.errors import ERRORS
 from cnc_core.frontend.isg.cycles.declaration import (
     ANGLE,
     CONFLICT,
@@ -223,6 +226,8 @@ def tool(given: Given, around: Surroundings) -> list[Problem]:
     not wider than the tool.
     """
     radius = around.tool_radius
+    if math.isnan(radius):
+        return [Problem(910113, f"#SCALE: {ERRORS[910113]}")]
     if radius <= 0:
         return [
             Problem(
@@ -280,7 +285,7 @@ def helix(given: Given, around: Surroundings) -> list[Problem]:
         return []
     across = _helix_radius(given, around)
     room = min(sides) / 2 - radius
-    if radius <= 0 or room < 0 or across <= room + 1e-9:
+    if not radius > 0 or room < 0 or across <= room + 1e-9:
         return []
     text = (
         f"@P8 ({across:g}): the helix does not fit, at most {room:g}; "
@@ -307,7 +312,7 @@ def centre(given: Given, around: Surroundings) -> list[Problem]:
 def size(given: Given, around: Surroundings) -> list[Problem]:
     """The program of the cycle stays within bounds."""
     needed = {4, 5, 6, 72, 73}
-    if not needed <= given.values.keys() or around.tool_radius <= 0:
+    if not needed <= given.values.keys() or not around.tool_radius > 0:
         return []
     cuts = [
         given[4] / given[5],

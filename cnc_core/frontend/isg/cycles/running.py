@@ -4,6 +4,7 @@ its program made a program level.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from cnc_core.errors import ERRORS, CncError
@@ -63,11 +64,13 @@ class CycleRunner:
             0.0 if axis < 0 else PER_AXIS["ABS"](state, axis)
             for axis in machine.main
         ]
+        radius_mm = channel.tool_data.radius_mm
+        factor = state.offsets.plane_factor(17) or math.nan  # as cycles run
         return Surroundings(
             axes=(names[0], names[1], names[2]),
             position=(at[0], at[1], at[2]),
             unit_mm=modal.unit_mm,
-            tool_radius=channel.tool_data.radius_mm / modal.unit_mm,
+            tool_radius=radius_mm / (modal.unit_mm * factor),
             feed=channel.feeds.per_minute_mm / modal.unit_mm,
             trafo=state.spaces.active_kin is not None,
             absolute=modal.absolute,

@@ -44,7 +44,7 @@ class ChannelState:
         self.contouring = Contouring(modal, offsets)
         self.smooth = Smooth(modal)
         self.splines = Splines(modal)
-        self.corner_words = CornerWords(modal)
+        self.corner_words = CornerWords(modal, offsets)
         self.compensation = Compensation(modal)
         self.soft_limits: tuple[FloatArray, FloatArray] | None = None
         self.corner_param = False

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from cnc_core.blocks import CHAMFER, CORNER, ROUND
+from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.units import SECONDS_PER_MINUTE
+
+from .offsets import Offsets
 
 CODES = {301: CHAMFER, 302: ROUND}
 
@@ -13,8 +16,8 @@ CODES = {301: CHAMFER, 302: ROUND}
 class CornerWords:
     """Modal state: the size of G301 and G302."""
 
-    def __init__(self, modal: Modal) -> None:
-        self._modal = modal
+    def __init__(self, modal: Modal, offsets: Offsets) -> None:
+        self._modal, self._offsets = modal, offsets
         self._size_mm = 0.0
         self._last: Row | None = None
         self._feed: tuple[int, float] = (-1, 0.0)  # block count, mm/s
@@ -30,10 +33,15 @@ class CornerWords:
     def row(
         self, kind: int, size_mm: float, n: int, name: str, offset: int
     ) -> Row:
+        """``size_mm`` as programmed: #SCALE acts on it as on the words of the plane."""
         if not 0 < size_mm <= 1e9:
             raise fail(900012, f"{name}: the size must be positive", offset)
-        row = self._modal.row(CORNER, n, code=kind, value=size_mm)
-        row["plane"] = self._modal.plane
+        plane = self._modal.plane
+        factor = self._offsets.plane_factor(plane)
+        if factor is None:
+            raise fail(910113, f"{name}: {ERRORS[910113]}", offset)
+        row = self._modal.row(CORNER, n, code=kind, value=size_mm * factor)
+        row["plane"] = plane
         if self._feed[0] == self._modal.count:
             row["feed"] = self._feed[1]
         self._last = row

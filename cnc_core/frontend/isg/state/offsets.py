@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks import motion_planes
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal
@@ -250,21 +251,38 @@ class Offsets:
     def _length(self, axis: int) -> float:
         return float(self._modal.offset_next[axis] - self._total()[axis])
 
+    def _mm_per_word(self, axis: int) -> float:
+        """How far a programmed 1 moves the axis: unit, mirror, #SCALE, diameter."""
+        share = 0.5 if self.diameter and axis == self.first_main else 1.0
+        turned = float(self.mirror[axis]) * float(self.factor[axis])
+        return self.scale(axis) * turned * share
+
+    def from_zero(self, axis: int, value: float) -> float:
+        """Where a programmed absolute value is, from the zero of the workpiece."""
+        return value * self._mm_per_word(axis)
+
+    def word(self, axis: int, from_zero: float) -> float:
+        """The programmed value of a place; the inverse of ``from_zero``."""
+        return from_zero / self._mm_per_word(axis)
+
+    def plane_factor(self, plane: int) -> float | None:
+        """Factor of lengths in a plane, #SCALE.  None: its axes have different ones."""
+        first, second = (
+            float(self.factor[axis]) if axis >= 0 else 1.0
+            for axis in (self.main[place] for place in motion_planes(plane)[:2])
+        )
+        return first if first == second else None
+
     def machine(self, axis: int, value: float) -> float:
         """Machine coordinate of a programmed absolute value, with the offsets
         of the next absolute word.
         """
-        share = 0.5 if self.diameter and axis == self.first_main else 1.0
-        return value * self.scale(axis) * float(
-            self.mirror[axis]
-        ) * share + float(self._modal.offset_next[axis])
+        offset = float(self._modal.offset_next[axis])
+        return self.from_zero(axis, value) + offset
 
     # what programs read
 
     def programmed(self, axis: int, machine_value: float) -> float:
         """A machine coordinate as a program would write it."""
-        share = (
-            0.5 if self.diameter and axis == self.first_main else 1.0
-        ) * float(self.factor[axis])
-        value = machine_value - float(self._modal.offset_in_force[axis])
-        return value * float(self.mirror[axis]) / (self.scale(axis) * share)
+        offset = float(self._modal.offset_in_force[axis])
+        return self.word(axis, machine_value - offset)

@@ -30,6 +30,15 @@ def _level(state: ProgramState) -> float:
     return float(len(state.flow.levels))
 
 
+def _rotation_centre(state: ProgramState, which: int) -> float:
+    """As a program would write it now, on the first or second axis of the plane."""
+    rotation, offsets = state.spaces.rotation, state.offsets
+    if rotation is None:
+        return 0.0
+    axis = offsets.main[motion_planes(rotation.plane)[which]]
+    return offsets.word(axis, rotation.centre[which])
+
+
 # channel-wide variables without an index, read only
 SIMPLE: dict[str, Plain] = {
     "BLOCK_NR": lambda c: float(c.modal.n),
@@ -61,16 +70,8 @@ SIMPLE: dict[str, Plain] = {
     "ROT_ANGLE": lambda c: (
         c.spaces.rotation.degrees if c.spaces.rotation else 0.0
     ),
-    "ROT_CENTER1": lambda c: (
-        c.spaces.rotation.centre[0] / c.modal.unit_mm
-        if c.spaces.rotation
-        else 0.0
-    ),
-    "ROT_CENTER2": lambda c: (
-        c.spaces.rotation.centre[1] / c.modal.unit_mm
-        if c.spaces.rotation
-        else 0.0
-    ),
+    "ROT_CENTER1": lambda c: _rotation_centre(c, 0),
+    "ROT_CENTER2": lambda c: _rotation_centre(c, 1),
     "TOOL_COMP": lambda c: float(c.channel.compensation.choice.side),
     "CNC_CHANNEL": lambda c: float(c.port.channel),
     "SIGNAL_READ": lambda c: float(c.signal_read),
