@@ -106,20 +106,43 @@ static bool slow_bump(jerk_planner *planner, struct grid *grid) {
     return false;
 }
 
-/* The solver has failed at a standstill: a slow move, over less and less of the
- * window. */
-static bool slow_fallback(jerk_planner *planner, struct grid *grid) {
-    double length = grid->from_start[grid->count];
-    bool stands = grid->stands;
-    for (int i = 0; i < FALLBACK_LENGTHS; i++) {
-        if (grid_to(planner, grid, length) && grid->count >= 3
-            && slow_bump(planner, grid)) {
-            grid->stands = stands && i == 0;
-            return true;
-        }
-        length *= 0.25;
+static double time_of(const struct grid *grid, const double *x) {
+    double t = 0.0;
+    for (int k = 0; k < grid->count; k++) {
+        t += time_over(grid->seg[k].length, x[k], x[k + 1]);
     }
-    return false;
+    return t;
+}
+
+static bool bump_over(jerk_planner *planner, struct grid *grid, double length) {
+    return grid_to(planner, grid, length) && grid->count >= 3
+           && slow_bump(planner, grid);
+}
+
+/* The solver has failed at a standstill: a slow move, over the part of the
+ * window that it takes fastest. One place where axes can do next to nothing
+ * would slow down all of the way to it and behind it. */
+static bool slow_fallback(jerk_planner *planner, struct grid *grid) {
+    double whole = grid->from_start[grid->count];
+    bool stands = grid->stands;
+    double best = 0.0;
+    double length = 0.0;
+    double tried = whole;
+    for (int i = 0; i < FALLBACK_LENGTHS; i++, tried *= 0.25) {
+        if (!bump_over(planner, grid, tried)) {
+            continue;
+        }
+        double speed = tried / time_of(grid, planner->prob.x);
+        if (speed > best) {
+            best = speed;
+            length = tried;
+        }
+    }
+    if (!(length > 0.0) || !bump_over(planner, grid, length)) {
+        return false;
+    }
+    grid->stands = stands && length == whole;
+    return true;
 }
 
 /* The present plan was made for other speeds. */

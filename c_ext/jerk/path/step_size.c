@@ -55,14 +55,19 @@ static double lean_rate(const jerk_planner *planner,
     return worst;
 }
 
-/* Longest interval for that. What lasts a small part of a cycle is not
- * resolved: the third derivatives, `bend` over their jerk limits, say how fast
- * the place is passed at the least. */
+/* What lasts a small part of a cycle is not resolved: the third derivatives,
+ * `bend` over their jerk limits, say how fast the place is passed at the least.
+ */
+static double unseen_length(const jerk_planner *planner, double bend) {
+    return UNSEEN_CYCLES * planner->cfg.cycle_s
+           * cbrt(1.0 / greater(1e-15, bend));
+}
+
+/* Longest interval for how fast axes come to bind. */
 static double lean_length(const jerk_planner *planner,
                           const jerk_interval *interval,
                           double bend) {
-    double slow = cbrt(1.0 / greater(1e-15, bend));
-    return greater(LEAN_CYCLES * planner->cfg.cycle_s * slow,
+    return greater(unseen_length(planner, bend),
                    LEAN / greater(1e-15, lean_rate(planner, interval)));
 }
 
@@ -186,7 +191,10 @@ struct steps interval_steps(const jerk_planner *planner,
     out.along = most_along(planner, interval);
     out.curve_standstill = STANDSTILL_TURN * out.turn;
     out.kept = out.turn;
-    out.shortest = lesser(out.turn, interval->length) / LEAST_PARTS;
+    out.shortest =
+        lesser(out.turn,
+               greater(unseen_length(planner, out.bend),
+                       lesser(out.turn, interval->length) / LEAST_PARTS));
     out.knots = ceil(interval->length / out.longest);
     return out;
 }

@@ -644,10 +644,11 @@
  * cycles. Evidence: test_same_motion. */
 #define FAST_CYCLES 0.5
 
-/* The way driven in so much of a cycle is short enough for that: saw-teeth with
- * jerk limits 138 times apart take a third of the work. Unit: cycles. Evidence:
- * `bench planner` (saw-teeth), test_unequal_jerk. */
-#define LEAN_CYCLES 0.25
+/* The way driven in so much of a cycle is short enough for that, and for what
+ * is made finer later on: saw-teeth with jerk limits 138 times apart take a
+ * third of the work, and tips of curves do not fill the window. Unit: cycles.
+ * Evidence: `bench planner` (saw-teeth), test_unequal_jerk, test_curve_tips. */
+#define UNSEEN_CYCLES 0.25
 
 /* Of either from rest: under constant path jerk the axes see nine times the
  * change. Unit: share. Evidence: bench/planner_parts.py,
