@@ -266,6 +266,10 @@ class Modal:
             self._modal.rules | bit if on else self._modal.rules & ~bit
         )
 
+    def has_rule(self, bit: int) -> bool:
+        """Whether one of the dialect's rules is on."""
+        return bool(self._modal.rules & bit)
+
     def set_feed_factor(self, factor: float) -> None:
         """Programmed override of the feed, 1 for 100 %."""
         self._modal.feed_factor = factor

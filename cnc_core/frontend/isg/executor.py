@@ -26,6 +26,7 @@ from .cycles.registry import find
 from .dwell import dwell
 from .language import gcodes
 from .language.calls import positional
+from .language.g_functions import GFunctions
 from .language.word_block import Function, WordBlock, Words
 from .selections import Selections
 from .state.call import Call
@@ -81,6 +82,29 @@ class Executor:
         except CncError:
             compensation.take_back(chosen)
             raise
+
+    def give_back(self, saved: GFunctions) -> list[Row]:
+        """Rows of the end of a cycle: the caller's G functions are in force again."""
+        self._channel.feeds.choose(saved.feed_mode)
+        self._modal.restore(saved.modal)
+        self._channel.turning.thread = saved.thread
+        rows = self._channel.contouring.switch(saved.contouring, self._modal.n)
+        now = GFunctions.of(self._state)
+        parts = [saved.others_again(now), saved.compensation_again(now)]
+        if not saved.compensation.active:
+            parts.reverse()  # offsets are not changed while it is active
+        for codes in parts:
+            if codes:
+                rows += self._select(codes, saved.zero_offset)
+        return rows
+
+    def _select(self, codes: list[str], zero_offset: int) -> list[Row]:
+        """A block of G functions alone.  ``zero_offset``: value of G159."""
+        words = Words(codes=dict.fromkeys(codes, 0))
+        words.motion.n = self._modal.n
+        if "G159" in codes:
+            words.values[159] = zero_offset
+        return self._moved(words, [])
 
     def _moved(self, words: Words, due: list[Row]) -> list[Row]:
         """Rows of a block that may choose tool radius compensation."""

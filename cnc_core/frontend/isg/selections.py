@@ -14,6 +14,7 @@ from ..base.scanner import NO_CORRECTION, MotionWords, Row
 from .language import gcodes
 from .language.word_block import Words
 from .state.dynamics import WEIGHTS
+from .state.offsets import MIRROR, ZERO_OFFSET
 from .state.spaces import Rotation
 from .state.state import ProgramState
 
@@ -84,17 +85,11 @@ class Selections:
                 self._zero_offset(code - 53, codes[f"G{code}"])
         if 159 in words.values:
             self._zero_offset(round(words.values[159]), codes["G159"])
+            self._offsets.by_value[ZERO_OFFSET] += 1
         for code, (x, y) in gcodes.MIRRORS.items():
-            if f"G{code}" in codes and (x, y) != self._signs():
+            if f"G{code}" in codes and (x, y) != self._offsets.signs():
                 self._channel.not_compensated(f"G{code}", codes[f"G{code}"])
                 self._offsets.set_mirror(x, y)
-
-    def _signs(self) -> tuple[float, float]:
-        signs = [
-            1.0 if axis < 0 else float(self._offsets.mirror[axis])
-            for axis in self._machine.main[:2]
-        ]
-        return signs[0], signs[1]
 
     def _zero_offset(self, number: int, offset: int) -> None:
         self._offsets.check_number(number, offset)
@@ -225,6 +220,7 @@ class Selections:
         self._channel.not_compensated("G351", offset)
         for axis, value in axes.items():
             self._offsets.mirror[axis] = value
+        self._offsets.by_value[MIRROR] += 1
         self._offsets.update()
 
     def _weights(self, words: Words) -> None:

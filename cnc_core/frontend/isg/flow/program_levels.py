@@ -17,6 +17,7 @@ from cnc_core.frontend.base.reader import BlockReader
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
 
+from ..executor import Executor
 from ..language.calls import Finder, LevelData, local_name
 from ..language.text import PROGRAMS, comment_depth, head_of
 from ..state.call import Call
@@ -34,6 +35,7 @@ class ProgramLevels(BlockReader):
 
     state: ProgramState
     control: Control
+    executor: Executor
     _finder: Finder
     _searcher: Searcher
     _declaring: bool
@@ -199,14 +201,7 @@ class ProgramLevels(BlockReader):
             if self.state.modal_cycle.level is left:
                 self.state.modal_cycle.deselect()
             if left.user.saved is not None:
-                mode, modal, contouring = left.user.saved
-                self.state.channel.feeds.choose(mode)
-                self.modal.restore(modal)
-                self._queue.extend(
-                    self.state.channel.contouring.switch(
-                        contouring, self.modal.n
-                    )
-                )
+                self._queue.extend(self.executor.give_back(left.user.saved))
 
     def _level_end(self) -> None:
         """M17, M29."""

@@ -8,7 +8,6 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.block_text import read_block
@@ -25,6 +24,7 @@ from ..state.patterns import ID_MAX
 from ..state.state import ProgramState
 from ..state.store import ARGUMENTS_MAX
 from .formulas import Formulas
+from .g_functions import GFunctions
 from .text import PROGRAMS, comment_depth, head_of
 
 NAME = re.compile(r'[^\s();"\],#$]+')
@@ -42,7 +42,7 @@ class LevelData:
     """Data that the dialect keeps with a program level.
 
     ``named``: its %NAME line has been read.
-    ``saved``: modal state that a cycle gives back.
+    ``saved``: the G functions that a cycle gives back.
     """
 
     local: bool = False
@@ -50,7 +50,7 @@ class LevelData:
     statements: int = 0
     programmed: int = 0
     arguments: dict[int, Value] | None = None
-    saved: Any = None
+    saved: GFunctions | None = None
 
 
 class CallParser:
@@ -311,12 +311,7 @@ class Finder:
     def _data(self, call: Call) -> LevelData:
         data = LevelData(call.local, arguments=call.arguments)
         if call.arguments is not None:
-            channel = self._state.channel
-            data.saved = (
-                channel.feeds.mode,
-                self._state.modal.saved(),
-                channel.contouring.active,
-            )
+            data.saved = GFunctions.of(self._state)
         return data
 
     def _level(self, call: Call) -> Level:

@@ -23,6 +23,7 @@ from cnc_core.units import FloatArray
 NUMBER_MAX = 96
 ZERO, ADD_ZERO, PSET, TOOL = "ZERO", "ADD_ZERO", "PSET", "TOOL"
 KINDS = (ZERO, ADD_ZERO, PSET, TOOL)
+ZERO_OFFSET, MIRROR = "zero offset", "mirror"
 # without effect here: no such offset exists
 EMPTY_KINDS = ("CLAMP", "MEASURE", "MANUAL")
 
@@ -62,6 +63,8 @@ class Offsets:
         self.g92 = self._zeros()
         self.pset = self._zeros()
         self.mirror = np.ones(self._axes)
+        # how often it was chosen with a value: G159=, G351
+        self.by_value = {ZERO_OFFSET: 0, MIRROR: 0}
         self.diameter = False
         self.factor = np.ones(self._axes)  # #SCALE
         self.suppressed: frozenset[str] = frozenset()
@@ -151,6 +154,14 @@ class Offsets:
             if axis >= 0:
                 self.mirror[axis] = sign
         self.update()
+
+    def signs(self) -> tuple[float, float]:
+        """Of the first and second main axis."""
+        first, second = (
+            1.0 if axis < 0 else float(self.mirror[axis])
+            for axis in self.main[:2]
+        )
+        return first, second
 
     def set_tool_length(self, length_mm: float) -> None:
         """Of a data set selected now."""

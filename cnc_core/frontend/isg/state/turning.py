@@ -50,6 +50,15 @@ class Turning:
         """The scanner may read motions."""
         return self.mode == 0 and not self.constant
 
+    @property
+    def thread(self) -> tuple[int, dict[str, float]]:
+        """The function in force and its pitches, mm by I, J, K."""
+        return self.mode, dict(self._pitch)
+
+    @thread.setter
+    def thread(self, thread: tuple[int, dict[str, float]]) -> None:
+        self.mode, self._pitch = thread[0], dict(thread[1])
+
     # words
 
     def take(
