@@ -94,6 +94,9 @@ FILTER_KEYS = (
     "ACC_FACT",
     "QUALITY",
 )
+# in inch under G70
+DISTANCES = ("PRE_DIST", "POST_DIST", "PATH_DIST", "SYM_DIST", "RELEVANT_PATH")
+LENGTHS = {"PATH_DEV", *DISTANCES, "CONTERROR", "MAX_PATH_LENGTH", "AX_DEV"}
 Values = dict[str, float]
 
 
@@ -166,7 +169,7 @@ class PathCommands(CommandBase):
             mode = DEFAULTS[name] if name else old
             if actions:
                 mode = replace(mode, action=ACTIONS[actions[0]])
-            values = {key: formula() for key, formula in formulas.items()}
+            values = self._evaluated(formulas)
             self._check_contour_keys(
                 mode.name,
                 set(values) - set(axes),
@@ -226,6 +229,17 @@ class PathCommands(CommandBase):
             for key, value in found.items()
         }
 
+    def _evaluated(
+        self, formulas: Mapping[str, Callable[[], float] | None]
+    ) -> dict[str, float]:
+        """Values of the keys that have one: lengths in mm, also under G70."""
+        unit = self._modal.unit_mm
+        found = {key: f() for key, f in formulas.items() if f is not None}
+        return {
+            key: value * unit if key in LENGTHS and value != -1.0 else value
+            for key, value in found.items()
+        }
+
     # smoothing
 
     def _hsc(self) -> Run:
@@ -272,9 +286,7 @@ class PathCommands(CommandBase):
 
     def _set_hsc(self, keys: dict[str, Callable[[], float] | None]) -> None:
         channel = self._state.channel
-        values = {
-            key: value() for key, value in keys.items() if value is not None
-        }
+        values = self._evaluated(keys)
         old = channel.smooth.hsc_settings
         path = values.get(
             "PATH_DEV", values.get("CONTERROR", old.path if not keys else 0.2)
@@ -322,9 +334,7 @@ class PathCommands(CommandBase):
         def run() -> Items:
             channel = self._state.channel
             channel.not_compensated("#FILTER", self._start)
-            values = {
-                key: value() for key, value in keys.items() if value is not None
-            }
+            values = self._evaluated(keys)
             deviation = values.get("AX_DEV", 0.0)
             if deviation < 0:
                 raise fail(

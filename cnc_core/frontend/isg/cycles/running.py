@@ -60,9 +60,11 @@ class CycleRunner:
             None if axis < 0 else machine.axes[axis].upper()
             for axis in machine.main
         ]
+        # cycles run without diameter programming
+        shares = [0.5 if state.offsets.diameter else 1.0, 1.0, 1.0]
         at = [
-            0.0 if axis < 0 else PER_AXIS["ABS"](state, axis)
-            for axis in machine.main
+            0.0 if axis < 0 else share * PER_AXIS["ABS"](state, axis)
+            for axis, share in zip(machine.main, shares, strict=True)
         ]
         radius_mm = channel.tool_data.radius_mm
         factor = state.offsets.plane_factor(17) or math.nan  # as cycles run
@@ -179,6 +181,8 @@ class CycleRunner:
             raise first
         assert call.retract is not None
         inner = pattern.call_text(call.name, call.arguments or {}, call.local)
+        if state.offsets.diameter:
+            inner = f"G51\n{inner}\nG52"
         return self.made(
             WRAPPER, pattern.wrapper(places, call.retract, inner, around)
         )

@@ -43,7 +43,7 @@ class ChannelState:
         self.dynamics = Dynamics(modal, len(machine.axes), warn)
         self.contouring = Contouring(modal, offsets)
         self.smooth = Smooth(modal)
-        self.splines = Splines(modal)
+        self.splines = Splines(modal, offsets)
         self.corner_words = CornerWords(modal, offsets)
         self.compensation = Compensation(modal)
         self.soft_limits: tuple[FloatArray, FloatArray] | None = None

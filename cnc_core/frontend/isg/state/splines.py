@@ -9,6 +9,8 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 
+from .offsets import Offsets
+
 KINDS = {"AKIMA": 1, "BSPLINE": 2}
 ENDS = {"AUTO": 0, "TANGENTIAL": 1, "USER": 2}
 
@@ -16,14 +18,14 @@ ENDS = {"AUTO": 0, "TANGENTIAL": 1, "USER": 2}
 class Splines:
     """Modal state of one channel."""
 
-    def __init__(self, modal: Modal) -> None:
-        self._modal = modal
+    def __init__(self, modal: Modal, offsets: Offsets) -> None:
+        self._modal, self._offsets = modal, offsets
         self.kind = "AKIMA"
         self.ends = ["AUTO", "AUTO"]
         self.vectors: list[dict[int, float]] = [
             {},
             {},
-        ]  # start, end: by channel axis
+        ]  # start, end: programmed direction by channel axis
         self.active = False
 
     def switch(self, on: bool, n: int) -> list[Row]:
@@ -36,7 +38,7 @@ class Splines:
         row["degree"] = ENDS[self.ends[1]]
         row["end"] = np.nan
         for axis, value in self.vectors[0 if on else 1].items():
-            row["end"][0][axis] = value
+            row["end"][0][axis] = self._offsets.from_zero(axis, value)
         return [row]
 
 

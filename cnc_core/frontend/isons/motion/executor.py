@@ -30,6 +30,7 @@ PROGRAM_ENDS = (2, 30)
 SELECTING = frozenset(
     {"USER_ZERO", "USER_OFFSET", "PAUSE_MODE", "H", "F", "T", "D", "S"}
 )
+UNITS = (20, 21)
 ORIGINS = frozenset("O" + letter for letter in AXIS_LETTERS)
 ROTARY_MODES = 5
 
@@ -57,6 +58,9 @@ class Executor:
     # one block
 
     def execute(self, block: WordBlock) -> list[Row | Wait]:
+        for code, offset, _ in block.g:
+            if code in UNITS:  # for all that the block writes and reads
+                self._mode(code, offset)
         values = {name: value() for name, value in block.values.items()}
         words = Words(
             block,
@@ -162,7 +166,7 @@ class Executor:
             self.channel.modal.apply(MotionWords(motion=code))
         elif code in (90, 91):
             self.channel.modal.set_absolute(code == 90)
-        elif code in (20, 21):
+        elif code in UNITS:
             self.channel.modal.apply(MotionWords(inch=code == 20))
         elif code in (60, 61):
             self.channel.modal.apply(MotionWords(exact_stop=code == 61))
@@ -300,7 +304,7 @@ class Executor:
             )
 
 
-MODES = frozenset({*codes.MOTIONS, 90, 91, 20, 21, 60, 61})
+MODES = frozenset({*codes.MOTIONS, 90, 91, *UNITS, 60, 61})
 Function = Callable[[ChannelState, Words, int], list[Row | Wait]]
 DIRECT: dict[int, Function] = {
     71: home,

@@ -176,9 +176,14 @@ class System:
     # values
 
     def _of_axis(self, values: FloatArray, index: int) -> float:
-        """Of the axis with this letter; 0 where the machine has none."""
+        """Of the axis with this letter, as a program writes it: in inch under G20.
+
+        0 where the machine has none.
+        """
         axis = self._channel.axes.get(AXIS_LETTERS[index])
-        return 0.0 if axis is None else float(values[axis])
+        if axis is None:
+            return 0.0
+        return float(values[axis]) / self._channel.scale(axis)
 
     def _position(self, place: FloatArray, index: int) -> float:
         frame = self._channel.frame
@@ -247,7 +252,7 @@ class System:
         frame, modal = channel.frame, channel.modal
         axis = frame.length_axis
         length = (
-            float((frame.length + frame.length_extra)[axis])
+            float((frame.length + frame.length_extra)[axis]) / modal.unit_mm
             if axis >= 0
             else 0.0
         )

@@ -130,3 +130,76 @@ def test_a_pocket_needs_equal_factors(tmp_path):
     with pytest.raises(CncError) as caught:
         ends(tmp_path, pocket("#SCALE ON [X2]", 2), TOOL)
     assert caught.value.code == 910113
+
+
+def test_a_pocket_begins_where_the_axis_stands(tmp_path):
+    """Under G51 words are diameters: the middle of the pocket is no diameter."""
+    plain, diameter = (
+        ends(tmp_path, pocket(before, 1).replace("X0 Y0", x), TOOL)
+        for before, x in (("", "X10 Y4"), ("G51", "X10 Y4"))
+    )
+    assert diameter == pytest.approx(plain)
+
+
+def test_a_cycle_of_a_pattern_runs_as_if_called(tmp_path):
+    """Under G51 its own words are diameters, too."""
+    cycle = "%L U\nG90 G01 X20 Y0 F100\nM17\n%MAIN\n"
+    pattern = "#PATTERN BEGIN [ID=1]\n#AT [0,0,0]\n#PATTERN END\nG51 F100\n"
+    called, placed = (
+        ends(tmp_path, f"{cycle}{pattern}LL CYCLE [NAME=U{keys}]")
+        for keys in ("", " PATTERN_ID=1 PATTERN_RETRACT=10")
+    )
+    assert called[-1, 0] == placed[-1, 0] == 10
+
+
+@pytest.mark.parametrize(
+    ("factors", "vector", "points"),
+    [
+        ("G21", "X-1 Y0.5", "X-10 Y5\nX-20 Y0\nX-30 Y5"),
+        ("G22", "X1 Y-0.5", "X10 Y-5\nX20 Y0\nX30 Y-5"),
+        ("#SCALE ON [X2 Y5]", "X0.5 Y0.1", "X5 Y1\nX10 Y0\nX15 Y1"),
+        ("G51", "X2 Y0.5", "X20 Y5\nX40 Y0\nX60 Y5"),
+    ],
+)
+def test_directions_of_splines_are_programmed_as_points_are(
+    tmp_path, factors, vector, points
+):
+    """#AKIMA STARTVECTOR and ENDVECTOR: the same curve however it is written."""
+
+    def lengths(before: str, direction: str, path: str) -> np.ndarray:
+        text = (
+            f"{before}\n#AKIMA TRANS [START=USER END=USER]\n"
+            f"#AKIMA STARTVECTOR {direction}\n#AKIMA ENDVECTOR {direction}\n"
+            f"#SPLINE ON\nG01 F600 {path}\n#SPLINE OFF"
+        )
+        return motions_of(rows_of(ended_program(tmp_path, text)))["length"]
+
+    plain = lengths("", "X1 Y0.5", "X10 Y5\nX20 Y0\nX30 Y5")
+    assert lengths(factors, vector, points) == pytest.approx(plain)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "#CONTOUR MODE ON [DEV PATH_DEV={}]",
+        "#CONTOUR MODE ON [DIST PRE_DIST={} POST_DIST={}]",
+        "#CONTOUR MODE ON [DIST_SOFT PATH_DIST={}]",
+        "#HSC ON [BSPLINE PATH_DEV={}]",
+        "#HSC ON [OPMODE=1 CONTERROR={}]",
+        "#FILTER ON [AX_DEV={}]",
+    ],
+)
+def test_lengths_of_contour_modes_follow_the_unit(tmp_path, command):
+    """Under G70 they are in inch, as V.G.WZ_AKT.R reads."""
+    off = "#HSC OFF" if "HSC" in command else "#CONTOUR MODE OFF"
+    off = "#FILTER OFF" if "FILTER" in command else off
+
+    def lengths(unit: str, mm: float) -> np.ndarray:
+        text = (
+            f"{unit}\n{command.replace('{}', f'{0.5 / mm:.12f}')}\n"
+            f"G01 X{50.8 / mm} F{2540 / mm}\nX{76.2 / mm} Y{25.4 / mm}\n{off}"
+        )
+        return motions_of(rows_of(ended_program(tmp_path, text)))["length"]
+
+    assert lengths("G70", 25.4) == pytest.approx(lengths("", 1.0))
+    assert len(lengths("", 1.0)) > 2
