@@ -90,6 +90,7 @@ class IsgFrontEnd(ProgramLevels):
         )
         self.system = System(self.state)
         self.executor = Executor(self.state)
+        self._give_back = self.executor.give_back
         self._axes = self.state.axis_places.names
         self._searcher = Searcher(self.state, lambda: self._skip_mask)
         self.control = Control(self.state, self._searcher)

@@ -17,8 +17,8 @@ from cnc_core.frontend.base.reader import BlockReader
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
 
-from ..executor import Executor
 from ..language.calls import Finder, LevelData, local_name
+from ..language.g_functions import GFunctions
 from ..language.text import PROGRAMS, comment_depth, head_of
 from ..state.call import Call
 from ..state.state import ProgramState
@@ -35,7 +35,7 @@ class ProgramLevels(BlockReader):
 
     state: ProgramState
     control: Control
-    executor: Executor
+    _give_back: Callable[[GFunctions], list[Row]]
     _finder: Finder
     _searcher: Searcher
     _declaring: bool
@@ -201,7 +201,7 @@ class ProgramLevels(BlockReader):
             if self.state.modal_cycle.level is left:
                 self.state.modal_cycle.deselect()
             if left.user.saved is not None:
-                self._queue.extend(self.executor.give_back(left.user.saved))
+                self._queue.extend(self._give_back(left.user.saved))
 
     def _level_end(self) -> None:
         """M17, M29."""
