@@ -55,19 +55,18 @@ static double lean_rate(const jerk_planner *planner,
     return worst;
 }
 
-/* What lasts a small part of a cycle is not resolved: the third derivatives,
- * `bend` over their jerk limits, say how fast the place is passed at the least.
- */
-static double unseen_length(const jerk_planner *planner, double bend) {
-    return UNSEEN_CYCLES * planner->cfg.cycle_s
-           * cbrt(1.0 / greater(1e-15, bend));
+/* What is driven in a cycle at the least: the third derivatives, `bend` over
+ * their jerk limits, say how slowly the place may have to be passed. What lasts
+ * a small part of a cycle is not resolved. */
+static double cycle_length(const jerk_planner *planner, double bend) {
+    return planner->cfg.cycle_s * cbrt(1.0 / greater(1e-15, bend));
 }
 
 /* Longest interval for how fast axes come to bind. */
 static double lean_length(const jerk_planner *planner,
                           const jerk_interval *interval,
                           double bend) {
-    return greater(unseen_length(planner, bend),
+    return greater(LEAN_CYCLES * cycle_length(planner, bend),
                    LEAN / greater(1e-15, lean_rate(planner, interval)));
 }
 
@@ -193,7 +192,7 @@ struct steps interval_steps(const jerk_planner *planner,
     out.kept = out.turn;
     out.shortest =
         lesser(out.turn,
-               greater(unseen_length(planner, out.bend),
+               greater(LEAST_CYCLES * cycle_length(planner, out.bend),
                        lesser(out.turn, interval->length) / LEAST_PARTS));
     out.knots = ceil(interval->length / out.longest);
     return out;

@@ -644,11 +644,10 @@
  * cycles. Evidence: test_same_motion. */
 #define FAST_CYCLES 0.5
 
-/* The way driven in so much of a cycle is short enough for that, and for what
- * is made finer later on: saw-teeth with jerk limits 138 times apart take a
- * third of the work, and tips of curves do not fill the window. Unit: cycles.
- * Evidence: `bench planner` (saw-teeth), test_unequal_jerk, test_curve_tips. */
-#define UNSEEN_CYCLES 0.25
+/* The way driven in so much of a cycle is short enough for that: saw-teeth with
+ * jerk limits 138 times apart take a third of the work. Unit: cycles. Evidence:
+ * `bench planner` (saw-teeth), test_unequal_jerk. */
+#define LEAN_CYCLES 0.25
 
 /* Of either from rest: under constant path jerk the axes see nine times the
  * change. Unit: share. Evidence: bench/planner_parts.py,
@@ -659,6 +658,12 @@
  * later on. Unit: parts. Evidence: bench/planner_parts.py,
  * test_planner_optimum. */
 #define LEAST_PARTS 16.0
+
+/* Nor is it made shorter than is driven in so much of a cycle: tips of curves
+ * would fill the window. 0.1: twice the work where jerk limits are far apart.
+ * 0.25: up to 1.5 % of the time there. Unit: cycles. Evidence: test_curve_tips,
+ * test_work_earned. */
+#define LEAST_CYCLES 0.2
 
 /* A pushed interval so much shorter than what it may turn by turns next to
  * not at all. Unit: factor. Evidence: bench/planner_parts.py,
