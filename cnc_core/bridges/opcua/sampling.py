@@ -49,6 +49,7 @@ class Sampling:
         """Tell of what changed among those that are due at ``now``, s."""
         if now >= self._listed:
             self._listed = now + LIST_S
+            await self._space.tell_gone()
             self._list(now)
         for node, watched in [*self._watched.items()]:
             if watched.due <= now:
@@ -62,8 +63,11 @@ class Sampling:
         for node in self.monitored:
             due = now + self._space.paces.get(node, 0.0)
             watched = before.get(node) or Watched(due)
+            if node in self._space.made_again:
+                watched = Watched(now)
             watched.due = min(watched.due, due)  # somebody asks for more
             self._watched[node] = watched
+        self._space.made_again.clear()
         for node in [*self._space.paces]:
             if node not in self._watched:
                 del self._space.paces[node]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Awaitable, Callable, Iterable
 from typing import Any
 
 from asyncua import ua
@@ -12,6 +12,8 @@ from asyncua.server.internal_server import InternalServer
 from ..symbols.cell import ServedCell
 from .entries import Entry, bad
 
+Told = Callable[[int, ua.DataValue], Awaitable[None]]
+"""What a monitored item hears of its variable, by its handle."""
 READ = 1
 READ_WRITE = 3
 HAS_COMPONENT, ORGANIZES, HAS_PROPERTY, HAS_SUBTYPE = 47, 35, 46, 45
@@ -35,6 +37,10 @@ class Space:
         self.values: dict[ua.NodeId, AttributeValue] = {}
         self.paces: dict[ua.NodeId, float] = {}
         """Monitored variable -> s between two looks, the shortest asked for."""
+        self.made_again: set[ua.NodeId] = set()
+        """Monitored variables that have come back and are to be told."""
+        self._waiting: dict[ua.NodeId, dict[int, Told]] = {}
+        self._gone: list[ua.NodeId] = []
 
     # -- nodes
     def add(
@@ -132,16 +138,42 @@ class Space:
         # what is written here goes to subscriptions and is not kept
         held.value_setter = lambda n, a, v: None
         self.values[node] = held
+        self._monitor_again(node, held)
         return node
 
+    def _monitor_again(self, node: ua.NodeId, held: AttributeValue) -> None:
+        """Those who monitored a variable of this name before do so again."""
+        for handle, told in self._waiting.pop(node, {}).items():
+            service: Any = getattr(told, "__self__", None)
+            if handle in getattr(service, "_monitored_datachange", ()):
+                held.datachange_callbacks[handle] = told
+                where = node, ua.AttributeIds.Value
+                self.aspace._handle_to_attribute_map[handle] = where  # noqa: SLF001
+                self.made_again.add(node)
+
     def delete(self, nodes: Iterable[ua.NodeId]) -> None:
-        """Take nodes away."""
+        """Take nodes away. Subscriptions wait for nodes of the same names."""
         items = []
         for node in nodes:
             self.entries.pop(node, None)
-            self.values.pop(node, None)
+            held = self.values.pop(node, None)
+            if held is not None and held.datachange_callbacks:
+                self._waiting[node] = dict(held.datachange_callbacks)
+                self._gone.append(node)
+                held.datachange_callbacks.clear()
+                for handle in self._waiting[node]:
+                    self.aspace._handle_to_attribute_map.pop(handle, None)  # noqa: SLF001
             items.append(ua.DeleteNodesItem(node, True))
         self._manager.delete_nodes(ua.DeleteNodesParameters(items))
+
+    async def tell_gone(self) -> None:
+        """Tell who monitors variables that are gone and have not come back."""
+        gone, self._gone = self._gone, []
+        for node in gone:
+            for handle, told in self._waiting.get(node, {}).items():
+                service: Any = getattr(told, "__self__", None)
+                if handle in getattr(service, "_monitored_datachange", ()):
+                    await told(handle, bad(ua.StatusCodes.BadNodeIdUnknown))
 
     # -- values
     def read(self, node: ua.NodeId) -> ua.DataValue:

@@ -114,7 +114,10 @@ def _abs(context: Context, nodes: list[tree.Node], pos: Position) -> Value:
     ):
         raise StopHere(TYPE, f"ABS needs a number, not {value.type}", pos)
     if value.constant is not None:
-        return constant(base, abs(value.constant), value.weak)
+        number = abs(value.constant)
+        if base.whole and not value.weak:
+            number = base.wrap(number)  # as of a variable: the lowest one stays
+        return constant(base, number, value.weak)
     if base.family == "real":
         return value.with_text(f"(({base.c})fabs({value.text}))")
     if not base.signed:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import fields
 
 from ..model import types
 from ..syntax import tree
@@ -16,7 +17,7 @@ from . import (
     conversions,
 )
 from .builtin_arguments import Rule, arguments, count
-from .context import Context
+from .context import Context, Settled
 from .value import Value
 
 
@@ -68,4 +69,39 @@ def call(context: Context, name: str, node: tree.Call) -> Value:
         count(found, 1, 1, name, node.pos)
         return conversions.convert_named(context, *pair, found[0], node.pos)
     rule, parameters = table()[name]
-    return rule(context, arguments(node, parameters, name), node.pos)
+    nodes = arguments(node, parameters, name)
+    if name in builtin_memory.RULES or name in builtin_hli.RULES:
+        return rule(context, nodes, node.pos)
+    before, nodes = _in_order(context, nodes)
+    result = rule(context, nodes, node.pos)
+    if before:
+        text = f"({', '.join(before)}, {result.text})"
+        result = result.with_text(text)
+        result.calls = True
+    return result
+
+
+def _in_order(
+    context: Context, nodes: list[tree.Node]
+) -> tuple[list[str], list[tree.Node]]:
+    """(assignments, arguments): beside a call they are read from left to right."""
+    if len(nodes) < 2 or not any(_runs_user_code(node) for node in nodes):
+        return [], nodes
+    before, values = context.in_order([context.value(node) for node in nodes])
+    return before, [
+        Settled(node.pos, value)
+        for node, value in zip(nodes, values, strict=True)
+    ]
+
+
+def _runs_user_code(node: object) -> bool:
+    """There is a call in it that is not of a standard function."""
+    if isinstance(node, list):
+        return any(_runs_user_code(part) for part in node)
+    if not isinstance(node, (tree.Node, tree.Argument)):
+        return False
+    if isinstance(node, tree.Call):
+        base = node.base
+        if not isinstance(base, tree.Name) or not known(base.name.upper()):
+            return True
+    return any(_runs_user_code(getattr(node, f.name)) for f in fields(node))

@@ -214,7 +214,12 @@ def _ordered_inputs(
     values: dict[str, Value],
     pieces: Pieces,
 ) -> None:
-    """Inputs that run the user's code are computed from left to right."""
+    """Inputs beside one that runs the user's code are read from left to right."""
+    texts, found = context.in_order(list(values.values()))
+    if texts:
+        pieces.before += texts
+        values.update(zip(values, found, strict=True))
+        return
     calling = [key for key, value in values.items() if value.calls]
     if len(calling) < 2 and not (calling and pieces.before):
         return

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from ..errors import LOSSY, Origin, Position, StopHere
 from ..model import types
-from ..model.classes import Class, Routine
+from ..model.classes import Class, ClassType, Routine
 from ..model.world import World
 from ..syntax import tree
 from .value import Entity, PropertyRef, Value
@@ -153,3 +153,41 @@ class Context(ABC):
         found = value.with_text(name)
         found.calls = False
         return f"{name} = {value.text}", found
+
+    def in_order(self, values: list[Value]) -> tuple[list[str], list[Value]]:
+        """(assignments, values) for values that are read from left to right.
+
+        C may read a variable before or after the call beside it. So all up to
+        the last call are taken beforehand, one by one.
+        """
+        known = [value.constant is not None for value in values]
+        last = max((k for k, v in enumerate(values) if v.calls), default=-1)
+        if last < 0 or known.count(False) < 2:
+            return [], values
+        texts, found = [], []
+        for k, value in enumerate(values):
+            if known[k] or k > last or (k == last and all(known[k + 1 :])):
+                found.append(value)
+                continue
+            text, kept = self._taken_now(value)
+            texts.append(text)
+            found.append(kept)
+        return texts, found
+
+    def _taken_now(self, value: Value) -> tuple[str, Value]:
+        """As ``keep``; of a text or structure in a variable the bytes, too."""
+        text, kept = self.keep(value)
+        kept.bit, kept.flag = None, False
+        whole = value.type.scalar or isinstance(value.type, ClassType)
+        if whole or not value.place:
+            return text, kept
+        name = self.buffer(value.type.size)
+        text = f"memcpy({name}, {value.text}, {value.type.size})"
+        return text, kept.with_text(name)
+
+
+@dataclass(slots=True)
+class Settled(tree.Node):
+    """An expression whose value has been taken."""
+
+    value: Value

@@ -34,7 +34,7 @@ def convert_named(
     return to_number(context, value, goal, pos)
 
 
-def _as_source(  # noqa: PLR0911
+def _as_source(
     context: Context, source: str, value: Value, pos: Position
 ) -> Value:
     if source in ("", "ANY", "ENUM"):
@@ -50,17 +50,20 @@ def _as_source(  # noqa: PLR0911
         return convert.implicit(context, value, wanted, pos)
     if not isinstance(base, types.Elementary):
         raise convert.mismatch(value.type, wanted, pos)
+    if _is_number(base) and _is_number(wanted):
+        convert.check_number(context, value, base, wanted, pos)
+        return convert.cast(value, wanted)
     if base.family == wanted.family or value.weak:
         return _number_as(context, value, wanted)
-    if base.whole and wanted.whole:
-        return convert.cast(value, wanted)
-    if base.whole and wanted.family == "real":
-        return convert.cast(value, wanted)
     if wanted.family == "bool" or base.family == "bool":
         raise convert.mismatch(value.type, wanted, pos)
     if {base.family, wanted.family} <= {"time", "date", "int", "bit"}:
         return to_number(context, value, wanted, pos)
     raise convert.mismatch(value.type, wanted, pos)
+
+
+def _is_number(type_: types.Elementary) -> bool:
+    return type_.whole or type_.family == "real"
 
 
 def _number_as(

@@ -274,6 +274,7 @@ def check_number(  # noqa: PLR0911
     if base.family == "real" and source.family in ("int", "bit"):
         return
     if base.family == "real" and source.family == "real":
+        _check_real(value, base, pos)
         if base.bits < source.bits and not value.weak:
             context.warn(f"{source} to {base} may lose digits", pos)
         return
@@ -290,6 +291,16 @@ def check_number(  # noqa: PLR0911
     raise mismatch(value.type, base, pos)
 
 
+def _check_real(value: Value, base: types.Elementary, pos: Position) -> None:
+    """StopHere: the constant is larger than any number of the type."""
+    number = value.constant
+    if number is None or not value.weak or not math.isfinite(number):
+        return
+    if math.isinf(cast_constant(number, types.LREAL, base)):
+        text = f"{number:g} does not fit {base}, which holds up to 3.4028235e38"
+        raise StopHere(RANGE, text, pos)
+
+
 def _check_whole(
     context: Context,
     value: Value,
@@ -300,6 +311,8 @@ def _check_whole(
     if value.constant is not None:
         fits = base.low <= value.constant <= base.high
         bits = (1 << base.bits) - 1
+        if value.inverted and -bits - 1 <= value.constant:
+            return
         if not fits and not (value.exact and 0 <= value.constant <= bits):
             if value.weak:
                 text = f"{value.constant} does not fit {base}"

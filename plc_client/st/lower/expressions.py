@@ -17,7 +17,7 @@ from . import (
     operators,
     places,
 )
-from .context import Context
+from .context import Context, Settled
 from .value import (
     BuiltinRef,
     Entity,
@@ -215,4 +215,5 @@ _RULES: dict[type, Callable[..., Entity]] = {
     tree.Direct: _direct,
     tree.StructInit: _struct_init,
     tree.ArrayInit: _array_init,
+    Settled: lambda _, node: node.value,
 }

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from ..errors import TYPE, Position, StopHere
+import math
+
+from ..errors import RANGE, TYPE, Position, StopHere
 from ..model import literals, types
 from ..syntax import tree
+from . import convert
 from .context import Context
 from .value import Value, constant
 
@@ -20,12 +23,20 @@ def literal(context: Context, node: tree.Literal) -> Value:
         found.exact = node.kind == "BASED"
         return found
     if node.kind == "REAL":
-        return constant(types.LREAL, float(text.replace("_", "")), True)
+        return constant(types.LREAL, _real(text, types.LREAL, pos), True)
     if node.kind in ("STRING", "WSTRING"):
         return text_literal(
             context, literals.text_of(text), text[0] == '"', pos
         )
     return _typed_literal(context, text, pos)
+
+
+def _real(text: str, base: types.Elementary, pos: Position) -> float:
+    """A finite number of a type."""
+    number = float(text.replace("_", ""))
+    if math.isinf(convert.cast_constant(number, types.LREAL, base)):
+        raise StopHere(RANGE, f"{text} does not fit {base}", pos)
+    return number
 
 
 def text_literal(
@@ -73,7 +84,7 @@ def _typed_literal(context: Context, text: str, pos: Position) -> Value:
         return constant(type_, int(rest.upper() in ("TRUE", "1")))
     base = types.plain(type_)
     if isinstance(base, types.Elementary) and base.family == "real":
-        return constant(type_, float(rest.replace("_", "")))
+        return constant(type_, _real(rest, base, pos))
     if not isinstance(base, types.Elementary) or not base.whole:
         raise StopHere(TYPE, f"{prefix}# is no prefix of a literal", pos)
     number = literals.whole(rest, pos)

@@ -63,6 +63,10 @@ def _not(value: Value, base: types.Elementary, pos: Position) -> Value:
         return _result(value.with_text(f"(!{value.text})"), base)
     if not base.whole:
         raise StopHere(TYPE, f"NOT does not work on {value.type}", pos)
+    if value.constant is not None and value.weak:
+        found = constant(whole_type(~value.constant), ~value.constant, True)
+        found.inverted = True
+        return found
     if value.constant is not None:
         return constant(base, base.wrap(~value.constant))
     return _result(value.with_text(f"(({base.c})~{value.text})"), base)
@@ -75,7 +79,10 @@ def _result(value: Value, type_: types.Type) -> Value:
 
 def _negative(value: Value, base: types.Elementary) -> Value:
     if value.constant is not None:
-        return _folded(base, -value.constant, value.weak)
+        wide = base
+        if base.whole and not base.signed and not value.weak:
+            wide = convert.wider(base, types.SINT)
+        return _folded(wide, -value.constant, value.weak)
     if not base.signed:
         bits = value.bits
         value = convert.cast(value, convert.wider(base, types.SINT))
@@ -92,10 +99,7 @@ def _folded(base: types.Elementary, value: Any, weak: bool) -> Value:
         return constant(base, float(value), weak)
     if weak:
         return constant(whole_type(value), value, True)
-    if base.signed or value >= 0:
-        return constant(base, base.wrap(value))
-    signed = convert.wider(base, types.SINT)
-    return constant(signed, signed.wrap(value))
+    return constant(base, base.wrap(value))
 
 
 def binary(
@@ -118,16 +122,6 @@ def _both(left: Value, right: Value) -> bool:
     return left.constant is not None and right.constant is not None
 
 
-def ordered(
-    context: Context, left: Value, right: Value
-) -> tuple[str, Value, Value]:
-    """(prefix, left, right): the left one is computed first where it matters."""
-    if left.calls and right.calls:
-        text, left = context.keep(left)
-        return f"{text}, ", left, right
-    return "", left, right
-
-
 def _joined(
     context: Context,
     left: Value,
@@ -136,10 +130,10 @@ def _joined(
     pattern: str,
 ) -> Value:
     calls = left.calls or right.calls
-    prefix, left, right = ordered(context, left, right)
+    before, (left, right) = context.in_order([left, right])
     text = pattern.format(left.text, right.text)
-    if prefix:
-        text = f"({prefix}{text})"
+    if before:
+        text = f"({', '.join(before)}, {text})"
     bits = getattr(types.plain(type_), "bits", 0)
     return Value(type_, text, bits=bits, calls=calls)
 
@@ -165,6 +159,7 @@ def _bitwise(
         raise _unfit(operator, left, right, pos)
     if any(booleans):
         return _boolean(context, operator, left, right)
+    left, right = _inverted(left, right), _inverted(right, left)
     meeting = convert.common(left, right)
     if meeting is None or meeting.family == "real":
         raise _unfit(operator, left, right, pos)
@@ -178,6 +173,16 @@ def _bitwise(
     found = _joined(context, left, right, meeting, pattern)
     found.bits = width
     return found
+
+
+def _inverted(value: Value, other: Value) -> Value:
+    """``NOT 16#80`` has the bits of the other operand."""
+    base = other.base
+    if not value.inverted or other.weak:
+        return value
+    if not isinstance(base, types.Elementary) or not base.whole:
+        return value
+    return constant(base, base.wrap(value.constant))
 
 
 def _is_bool(type_: types.Type) -> bool:
@@ -470,8 +475,10 @@ def _moved(context: Context, operator: str, left: Value, right: Value) -> Value:
     assert isinstance(base, types.Elementary)
     right = right.with_text(counts(right, base))
     pattern = f"(({base.c})({{0}} {operator} {{1}}))"
-    if base.name == "TIME_OF_DAY":
-        pattern = f"((st_u32)st_day({{0}}, {operator}(st_i64){{1}}))"
+    if base.name.endswith("TIME_OF_DAY"):
+        day = 86_400_000_000_000 // base.unit_ns
+        moved = f"st_day({{0}}, {operator}(st_i64){{1}}, {day})"
+        pattern = f"(({base.c}){moved})"
     return _joined(context, left, right, base, pattern)
 
 

@@ -328,9 +328,12 @@ def _element(
         raise StopHere(TYPE, text, pos)
     fixed, moving, calls = 0, [], base.calls
     stride = type_.size
-    for node, (low, high) in zip(indices, type_.dims, strict=False):
+    before, values = _indices(context, indices)
+    calls = calls or bool(before)
+    for node, found, (low, high) in zip(
+        indices, values, type_.dims, strict=False
+    ):
         stride //= high - low + 1
-        found = _whole(context, node)
         calls = calls or found.calls
         if found.constant is not None:
             fixed += (_inside(found, low, high, node.pos) - low) * stride
@@ -342,7 +345,18 @@ def _element(
         inner = types.ArrayType(type_.element, type_.dims[len(indices) :])
     offset = " + ".join([*moving, *([str(fixed)] if fixed else [])])
     where = f"({base.text} + {offset})" if offset else base.text
-    return _part(base, inner, where, calls)
+    return _part(base, inner, _behind(before, where), calls)
+
+
+def _indices(
+    context: Context, nodes: list[tree.Node]
+) -> tuple[list[str], list[Value]]:
+    """(assignments, whole numbers) of an element, read from left to right."""
+    return context.in_order([_whole(context, node) for node in nodes])
+
+
+def _behind(before: list[str], where: str) -> str:
+    return f"({', '.join(before)}, {where})" if before else where
 
 
 def _index(
@@ -390,8 +404,9 @@ def _open_element(
         raise StopHere(TYPE, text, pos)
     offset = ""
     calls = base.calls
-    for k, node in enumerate(indices):
-        found = _whole(context, node)
+    before, values = _indices(context, indices)
+    calls = calls or bool(before)
+    for k, (node, found) in enumerate(zip(indices, values, strict=True)):
         calls = calls or found.calls
         low, high = base.bounds[2 * k : 2 * k + 2]
         place = context.here(node.pos)
@@ -401,7 +416,7 @@ def _open_element(
         )
     size = type_.element.size
     where = f"({base.text} + ({offset}) * {size})"
-    return _part(base, type_.element, where, calls)
+    return _part(base, type_.element, _behind(before, where), calls)
 
 
 def _pointer_element(

@@ -190,6 +190,11 @@ def _label_value(context: Context, node: tree.Node, value: Value) -> int:
     )
     if found.constant is None or not numbers:
         raise StopHere(CONSTANT, "a label is a constant number", node.pos)
+    wanted = value.base
+    assert isinstance(base, types.Elementary)
+    assert isinstance(wanted, types.Elementary)
+    if base.unit_ns != wanted.unit_ns:
+        raise convert.mismatch(found.type, value.type, node.pos)
     return int(found.constant)
 
 
@@ -203,7 +208,7 @@ def _for(context: Context, node: tree.For) -> None:
         raise StopHere(TYPE, text, node.variable.pos)
     wide = types.ULINT if base is types.ULINT else types.LINT
     first = _limit(context, node.first, wide)
-    last = _limit(context, node.last, wide)
+    last = _limit(context, node.last, wide, may_be_negative=True)
     step = _limit(context, node.step, types.LINT) if node.step else None
     if step is not None and step.constant == 0:
         raise StopHere(RANGE, "the step 0 never ends", node.pos)
@@ -211,12 +216,21 @@ def _for(context: Context, node: tree.For) -> None:
     _for_lines(context, node, place, (first, last, step), names, wide)
 
 
-def _limit(context: Context, node: tree.Node, wide: types.Elementary) -> Value:
+def _limit(
+    context: Context,
+    node: tree.Node,
+    wide: types.Elementary,
+    *,
+    may_be_negative: bool = False,
+) -> Value:
+    """A whole number; with the flag it stays signed beside an unsigned counter."""
     found = expressions.value(context, node)
     base = found.base
     if not isinstance(base, types.Elementary) or not base.whole:
         text = f"FOR needs whole numbers, not {found.type}"
         raise StopHere(TYPE, text, node.pos)
+    if may_be_negative and base.signed:
+        wide = types.LINT
     return convert.cast(found, wide)
 
 
@@ -231,14 +245,19 @@ def _for_lines(
     first, last, step = limits
     counter, end, by = names
     context.put(f"{{ {wide.c} {counter} = {first.text};")
-    context.put(f"const {wide.c} {end} = {last.text};")
+    assert isinstance(last.base, types.Elementary)
+    context.put(f"const {last.base.c} {end} = {last.text};")
     text = step.text if step is not None else "1"
     context.put(f"const st_i64 {by} = {text};")
-    inside = f"{by} > 0 ? {counter} <= {end} : {counter} >= {end}"
+    up, down = f"{counter} <= {end}", f"{counter} >= {end}"
+    if last.base is types.LINT and wide is types.ULINT:
+        up = f"({end} >= 0 && {counter} <= (st_u64){end})"
+        down = f"({end} < 0 || {counter} >= (st_u64){end})"
+    inside = f"{by} > 0 ? {up} : {down}"
     if step is None or (step.constant or 0) > 0:
-        inside = f"{counter} <= {end}"
+        inside = up
     elif step.constant is not None:
-        inside = f"{counter} >= {end}"
+        inside = down
     number = Value(wide, counter, bits=wide.bits)
     stored = convert.cast(number, place.base)
     writing = store.assignment(context, place, stored, node.pos) + ";"
@@ -248,6 +267,9 @@ def _for_lines(
     _body(context, node.statements)
     now = f"({wide.c}){load_again(place)}"
     context.put(f"if (ST_ADD({now}, {by}, &{counter})) break;")
+    if isinstance(place.type, types.Subrange):
+        low, high = place.type.low, place.type.high
+        context.put(f"if ({counter} < {low} || {counter} > {high}) break;")
     context.put(f"{writing} }}")
     _leave_label(context)
     context.put("}")

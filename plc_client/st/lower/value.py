@@ -21,6 +21,7 @@ class Value:
     ``weak``: a literal without a type of its own takes the other's.
     ``bits``: width that TwinCAT would give a whole number.
     ``calls``: computing it runs the user's code.
+    ``inverted``: NOT of a literal; unsigned types take all its bits.
     ``array``: of an element of the HLI's pointers the address of their array.
     """
 
@@ -40,6 +41,7 @@ class Value:
     trusted: bool = False
     array: str = ""
     exact: bool = False
+    inverted: bool = False
 
     @property
     def base(self) -> types.Type:

@@ -342,9 +342,9 @@ static inline st_u64 st_ror(st_u64 value, st_i64 n, int bits) {
     return st_rol(value, bits - n % bits, bits);
 }
 
-static inline st_i64 st_day(st_i64 time, st_i64 by) {
-    st_i64 sum = (time + by) % 86400000;
-    return sum < 0 ? sum + 86400000 : sum;
+static inline st_i64 st_day(st_i64 time, st_i64 by, st_i64 day) {
+    st_i64 moved = (time + by % day) % day;
+    return moved < 0 ? moved + day : moved;
 }
 
 /* -- texts */
