@@ -124,9 +124,9 @@ class Bridged:
     """A cell with an ADS server; ``cnc`` is its memory."""
 
     def __init__(self, folder: Path, rules: Rules | None = None) -> None:
-        source = folder / "main.st"
-        source.write_text(ST)
-        self._st = load_st(source)
+        self._source = folder / "main.st"
+        self._source.write_text(ST)
+        self._st = load_st(self._source)
         self.cnc = FakeCnc(clock=layout.HLI_CLOCK_REALTIME)
         self.name = self.cnc.name
         self.programs = self._programs()
@@ -159,9 +159,12 @@ class Bridged:
         """The channel, as the CNC sees it."""
         return self.cnc.areas.gpCh[0]
 
-    def restart_plc(self) -> None:
-        """Another PLC comes."""
+    def restart_plc(self, text: str = "") -> None:
+        """Another PLC comes, with another program of Structured Text."""
         self.plc.stop()
+        if text:
+            self._source.write_text(text)
+            self._st = load_st(self._source)
         self.programs = self._programs()
         self.plc = Plc(self.name, self.programs)
 

@@ -148,7 +148,7 @@ class Space:
             if handle in getattr(service, "_monitored_datachange", ()):
                 held.datachange_callbacks[handle] = told
                 where = node, ua.AttributeIds.Value
-                self.aspace._handle_to_attribute_map[handle] = where  # noqa: SLF001
+                self.aspace._handle_to_attribute_map[handle] = where
                 self.made_again.add(node)
 
     def delete(self, nodes: Iterable[ua.NodeId]) -> None:
@@ -162,7 +162,7 @@ class Space:
                 self._gone.append(node)
                 held.datachange_callbacks.clear()
                 for handle in self._waiting[node]:
-                    self.aspace._handle_to_attribute_map.pop(handle, None)  # noqa: SLF001
+                    self.aspace._handle_to_attribute_map.pop(handle, None)
             items.append(ua.DeleteNodesItem(node, True))
         self._manager.delete_nodes(ua.DeleteNodesParameters(items))
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import hashlib
 import json
 import os
+import sys
 import weakref
 from pathlib import Path
 from typing import Any
@@ -39,18 +41,38 @@ class Retained:
     def load(self) -> None:
         """Put the saved bytes back."""
         self._started = True
-        if not self._rows or not self._file.exists():
+        if not self._rows:
             return
-        try:
-            saved = json.loads(self._file.read_text())
-        except ValueError:
-            return
+        saved = self._saved()
         for path, at, size, _, kind in self._rows:
             row = saved.get(path)
-            if row is None or row[0] != kind or len(row[1]) != 2 * size:
+            if row is None or row[0] != kind or len(row[1]) != size:
                 continue
-            data = bytes.fromhex(row[1])
-            self._program.memory.bytes[at : at + size] = data
+            self._program.memory.bytes[at : at + size] = row[1]
+
+    def _saved(self) -> dict[str, tuple[str, bytes]]:
+        """Type and bytes by path. A file that cannot be read is kept aside."""
+        try:
+            content = json.loads(self._file.read_text())
+            return {
+                str(path): (str(kind), bytes.fromhex(data))
+                for path, (kind, data) in content.items()
+            }
+        except FileNotFoundError:
+            return {}
+        except OSError as error:
+            self._tell(f"not read: {error.strerror}")
+            return {}
+        except (ValueError, TypeError, AttributeError):
+            aside = self._file.with_suffix(".unreadable")
+            with contextlib.suppress(OSError):
+                self._file.replace(aside)
+            self._tell(f"no retained values in it; it is now {aside.name}")
+            return {}
+
+    def _tell(self, text: str) -> None:
+        text = f"warning: RETAIN variables: {self._file}: {text}"
+        print(text, file=sys.stderr, flush=True)
 
     def save(self) -> None:
         """Write the file beside its name, then rename."""
@@ -63,10 +85,13 @@ class Retained:
             ]
             for path, at, size, _, kind in self._rows
         }
-        self._file.parent.mkdir(parents=True, exist_ok=True)
         part = self._file.with_suffix(f".{os.getpid()}.part")
-        part.write_text(json.dumps(content))
-        part.replace(self._file)
+        try:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            part.write_text(json.dumps(content))
+            part.replace(self._file)
+        except OSError as error:
+            self._tell(f"not written, the values are lost: {error.strerror}")
 
 
 def _save_alive(weak: weakref.ref[Retained]) -> None:

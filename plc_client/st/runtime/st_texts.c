@@ -234,8 +234,15 @@ double st_parse_real(st_ptr text) {
 
 int st_parse_bool(st_ptr text) {
     const char *p = behind_blanks(text);
-    return (p[0] == '1' && p[1] == 0)
-           || ((p[0] | 32) == 't' && (p[1] | 32) == 'r');
+    const char *word = "true";
+    if (*p == '1') {
+        return p[1] == 0;
+    }
+    while (*word && (*p | 32) == *word) {
+        p++;
+        word++;
+    }
+    return *word == 0 && *p == 0;
 }
 
 static st_i64 unit_ns(const char **p) {

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from hli import layout
-from support import clients, malformed
+from support import bridged, clients, malformed
 from support.malformed import GROWTH_MAX, resident
 
 asyncua: Any = pytest.importorskip("asyncua")
@@ -233,6 +233,44 @@ def test_subscriptions_outlive_the_plc(served: Any) -> None:
         return told.values
 
     assert asyncio.run(look())[-1] == 6.5
+
+
+def test_subscriptions_outlive_another_type(served: Any) -> None:
+    """The new PLC has the symbol as LREAL; the one behind has none; then it is back."""
+    program = "PROGRAM MAIN VAR {} END_VAR {} END_PROGRAM\n"
+    real = program.format("count : LREAL := 0.5;", "count := count + 1;")
+    none = program.format("other : INT;", "")
+    back = program.format("count : DINT := 10000;", "count := count + 1;")
+
+    async def look() -> None:
+        told = Told()
+        status: list[str] = []
+
+        class Heard(Told):  # type: ignore[misc, valid-type]
+            def datachange_notification(
+                self, node: Any, value: Any, data: Any
+            ) -> None:
+                told.values.append(value)
+                status.append(data.monitored_item.Value.StatusCode.name)
+
+        async with session(served.url) as one:
+            subscription = await one.client.create_subscription(10, Heard())
+            await subscription.subscribe_data_change(one.symbol("MAIN.count"))
+            await until(
+                lambda: bool(told.values) and told.values[-1] is not None
+            )
+            await asyncio.to_thread(served.restart_plc, real)
+            await until(lambda: (told.values[-1] or 0) % 1 == 0.5)
+            await asyncio.to_thread(served.restart_plc, none)
+            await until(lambda: status[-1] == "BadNodeIdUnknown")
+            await asyncio.to_thread(served.restart_plc, back)
+            await until(lambda: (told.values[-1] or 0) > 10000)
+            await subscription.delete()
+
+    try:
+        asyncio.run(look())
+    finally:
+        served.restart_plc(bridged.ST)
 
 
 def test_an_error_of_the_channel_is_an_alarm(served: Any) -> None:

@@ -171,3 +171,38 @@ def test_types_of_the_hli_export_are_taken(tmp_path: Path) -> None:
     text += "x := gpCh[0]^.bahn_state.dist_prog_start;\nEND_PROGRAM\n"
     (tmp_path / "main.st").write_text(text)
     assert not check(sources_of([tmp_path])).log.errors
+
+
+@pytest.mark.parametrize(
+    "content",
+    ['{"MAIN.n": ["DINT", "8902', "[]", '{"a": 5}', '{"a": ["DINT", "zz"]}'],
+)
+def test_a_file_without_retained_values_is_kept_aside(
+    plc: PlcFactory,
+    logic: Path,
+    content: str,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """The program starts with its initial values and says why."""
+    kept = logic.parent / "kept.json"
+    kept.write_text(content)
+    runner = plc(logic, script=[line(30)])
+    runner.step(3)
+    assert runner["logic"].nKept == 3
+    assert "kept.json: no retained values in it" in capfd.readouterr().err
+    assert (logic.parent / "kept.unreadable").read_text() == content
+
+
+def test_a_retain_file_that_cannot_be_written_is_told(
+    plc: PlcFactory,
+    logic: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """Its folder is a file."""
+    monkeypatch.setenv("HLI_COSIM_RETAIN", str(logic / "kept.json"))
+    runner = plc(logic, script=[line(30)])
+    runner.step(3)
+    runner.restart()
+    runner.step(1)
+    assert "the values are lost" in capfd.readouterr().err
