@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 from asyncua import ua
@@ -12,8 +12,8 @@ from asyncua.server.internal_server import InternalServer
 from ..symbols.cell import ServedCell
 from .entries import Entry, bad
 
-Told = Callable[[int, ua.DataValue], Awaitable[None]]
-"""What a monitored item hears of its variable, by its handle."""
+Told = Any
+"""The method by which the items of a session hear of a variable."""
 READ = 1
 READ_WRITE = 3
 HAS_COMPONENT, ORGANIZES, HAS_PROPERTY, HAS_SUBTYPE = 47, 35, 46, 45
@@ -144,8 +144,7 @@ class Space:
     def _monitor_again(self, node: ua.NodeId, held: AttributeValue) -> None:
         """Those who monitored a variable of this name before do so again."""
         for handle, told in self._waiting.pop(node, {}).items():
-            service: Any = getattr(told, "__self__", None)
-            if handle in getattr(service, "_monitored_datachange", ()):
+            if _listens(told, handle):
                 held.datachange_callbacks[handle] = told
                 where = node, ua.AttributeIds.Value
                 self.aspace._handle_to_attribute_map[handle] = where
@@ -171,8 +170,7 @@ class Space:
         gone, self._gone = self._gone, []
         for node in gone:
             for handle, told in self._waiting.get(node, {}).items():
-                service: Any = getattr(told, "__self__", None)
-                if handle in getattr(service, "_monitored_datachange", ()):
+                if _listens(told, handle):
                     await told(handle, bad(ua.StatusCodes.BadNodeIdUnknown))
 
     # -- values
@@ -183,6 +181,11 @@ class Space:
             return bad(ua.StatusCodes.BadNodeIdUnknown)
         found: ua.DataValue = entry.value(entry.sample(self.cell))
         return found
+
+
+def _listens(told: Told, handle: int) -> bool:
+    """The item has not been deleted in the meantime."""
+    return handle in told.__self__._monitored_datachange
 
 
 def _variable(data_type: ua.NodeId, array: bool) -> ua.VariableAttributes:
