@@ -324,6 +324,8 @@ class FrameCommands(CoordinateBase):
             first, second = (
                 offsets.main[place] for place in motion_planes(plane)[:2]
             )
+            if min(first, second) < 0:
+                raise fail(900016, f"#ROTATION ON: {ERRORS[900016]}", start)
             centre = (
                 offsets.from_zero(first, value("CENTER1")),
                 offsets.from_zero(second, value("CENTER2")),

@@ -47,6 +47,16 @@ def test_the_centre_of_a_rotation_is_a_place_like_any_other(
     assert place[-1] == pytest.approx([27, 8, 0])
 
 
+def test_a_rotation_needs_both_axes_of_its_plane(tmp_path):
+    """A lathe without Y has none in G17, and one in G18."""
+    lathe = "[axes.X]\n[axes.Z]\n"
+    turn = "#ROTATION ON [ANGLE=90 CENTER1=2]\nG00 X1"
+    with pytest.raises(CncError) as caught:
+        ends(tmp_path, turn, lathe)
+    assert caught.value.code == 900016
+    assert len(ends(tmp_path, f"G18\n{turn}", lathe)) == 1
+
+
 @pytest.mark.parametrize(
     "factors", ["G21", "#SCALE ON [X2 Y5]", "G51", "G70", "G18 G70 G51"]
 )
