@@ -133,6 +133,9 @@ static bool slow_fallback(jerk_planner *planner, struct grid *grid) {
             continue;
         }
         double speed = tried / time_of(grid, planner->prob.x);
+        if (speed < FALLBACK_SLOWER * best) {
+            break; /* nothing slow is left out: shorter is slower */
+        }
         if (speed > best) {
             best = speed;
             length = tried;

@@ -154,6 +154,11 @@
 /* So often. Unit: count. Evidence: test_extreme_limits. */
 #define FALLBACK_TRIES 40
 
+/* So much slower over a quarter of the way than before: the move is limited by
+ * its length, and no shorter one is tried. Unit: share. Evidence:
+ * test_curve_tips. */
+#define FALLBACK_SLOWER 0.5
+
 /* Quarters of quarters of the window that such a move is tried over: where axes
  * outrun the path it may begin with nanometres. Unit: count. Evidence:
  * test_extreme_limits, test_a_way_that_begins_with_nanometres. */
