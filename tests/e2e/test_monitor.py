@@ -294,7 +294,9 @@ def test_a_start_that_fails_says_why(page: Shown) -> None:
     tab.click("#do-start")
     state = "document.querySelector('#panel-state').innerText"
     tab.until(f"/start: .*missing.nc not found/.test({state})")
-    tab.until(f"/start: error .error 901001: there is no such program/.test({state})")
+    tab.until(
+        f"/start: error .error 901001: there is no such program/.test({state})"
+    )
     assert "missing.nc not found" in tab.text("#event-rows")
     pressed(tab, "reset")
     tab.js("document.querySelector('#start-program').value = 'part.nc'")
